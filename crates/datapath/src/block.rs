@@ -1,0 +1,111 @@
+//! What every block offers, and the same with the types erased for tools that list, feed and print blocks.
+
+use hpu_signal::{Ports, Signal};
+
+/// A value of a VHDL generic.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Generic {
+    /// `natural` or `positive`.
+    Integer(i64),
+    /// `boolean`.
+    Boolean(bool),
+}
+
+/// A clocked or combinational block of the datapath.
+///
+/// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves the
+/// state that `n` ticks with that input leave, and every output stays what it was.
+pub trait Block {
+    /// Name of the module, the VHDL entity, the vector folder and the waveform scope.
+    const NAME: &'static str;
+    /// Whether the VHDL entity has `clk` and `rst`.
+    const CLOCKED: bool;
+    /// Input ports.
+    type In<T>: Ports<T>;
+    /// Output ports.
+    type Out<T>: Ports<T>;
+
+    /// Describes the inputs.
+    fn inputs(&self) -> Self::In<Signal>;
+    /// Describes the outputs.
+    fn outputs(&self) -> Self::Out<Signal>;
+    /// The VHDL generics of this configuration, by name, in the order of the entity.
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// One edge with `rst = '1'`.
+    fn reset(&mut self) -> Self::Out<i64>;
+    /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
+    fn tick(&mut self, input: Self::In<i64>) -> Self::Out<i64>;
+    /// For how many further edges with this input the outputs certainly stay as they are; 0 promises nothing.
+    fn quiet(&self, input: &Self::In<i64>) -> u64;
+    /// That many ticks at once, in constant time; `edges` must not exceed [`quiet`](Block::quiet).
+    fn skip(&mut self, edges: u64, input: &Self::In<i64>);
+}
+
+/// A block with its port bundles flattened to slices, in port order.
+pub trait AnyBlock {
+    /// See [`Block::NAME`].
+    fn name(&self) -> &'static str;
+    /// See [`Block::CLOCKED`].
+    fn clocked(&self) -> bool;
+    /// Inputs in port order.
+    fn inputs(&self) -> Vec<Signal>;
+    /// Outputs in port order.
+    fn outputs(&self) -> Vec<Signal>;
+    /// See [`Block::generics`].
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// See [`Block::reset`].
+    fn reset(&mut self) -> Vec<i64>;
+    /// See [`Block::tick`].
+    fn tick(&mut self, input: &[i64]) -> Vec<i64>;
+    /// See [`Block::quiet`].
+    fn quiet(&self, input: &[i64]) -> u64;
+    /// See [`Block::skip`].
+    fn skip(&mut self, edges: u64, input: &[i64]);
+}
+
+/// The bundle's content in port order.
+pub fn flatten<T: Clone, P: Ports<T>>(bundle: &P) -> Vec<T> {
+    let mut all = Vec::new();
+    bundle.each(|port| all.push(port.clone()));
+    all
+}
+
+/// A bundle from words in port order.
+///
+/// # Panics
+///
+/// When there are fewer words than ports.
+pub fn bundle<P: Ports<i64>>(words: &[i64]) -> P {
+    let mut next = words.iter();
+    P::build(|| *next.next().expect("one word a port"))
+}
+
+impl<B: Block> AnyBlock for B {
+    fn name(&self) -> &'static str {
+        B::NAME
+    }
+    fn clocked(&self) -> bool {
+        B::CLOCKED
+    }
+    fn inputs(&self) -> Vec<Signal> {
+        flatten(&Block::inputs(self))
+    }
+    fn outputs(&self) -> Vec<Signal> {
+        flatten(&Block::outputs(self))
+    }
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        Block::generics(self)
+    }
+    fn reset(&mut self) -> Vec<i64> {
+        flatten(&Block::reset(self))
+    }
+    fn tick(&mut self, input: &[i64]) -> Vec<i64> {
+        flatten(&Block::tick(self, bundle(input)))
+    }
+    fn quiet(&self, input: &[i64]) -> u64 {
+        Block::quiet(self, &bundle(input))
+    }
+    fn skip(&mut self, edges: u64, input: &[i64]) {
+        Block::skip(self, edges, &bundle(input));
+    }
+}

@@ -1,0 +1,57 @@
+//! What every wiring offers beside being a block: its nets, its hierarchy, and the use it made of its words.
+
+use hpu_signal::{Ports, Signal, SignalUse};
+
+use crate::Block;
+
+hpu_signal::ports! {
+    /// Inputs of a haptic loop: the encoder's pins and the words that the scene sets.
+    pub struct LoopIn { a_pin, b_pin, reference, stiffness, damping, period, scale }
+}
+
+hpu_signal::ports! {
+    /// Outputs of a haptic loop: the gates of the H-bridge.
+    pub struct LoopOut { a_high, a_low, b_high, b_low }
+}
+
+/// One port of an instance and the net of the wiring it is connected to.
+pub struct Connection {
+    /// Port of the instance.
+    pub port: Signal,
+    /// Index of the net in [`Wiring::nets`].
+    pub net: usize,
+}
+
+/// An instance inside a wiring, as VHDL has it: `label : entity work.block`.
+pub struct Instance {
+    /// Instance label; the scope's name in a waveform.
+    pub label: &'static str,
+    /// Name of the block.
+    pub block: &'static str,
+    /// Whether it has `clk` and `rst`.
+    pub clocked: bool,
+    /// Its ports, in order.
+    pub connections: Vec<Connection>,
+}
+
+/// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
+///
+/// A wiring is a block whose outputs are the bridge's gates. Its *nets* are its inputs, its outputs and the architecture
+/// signals of its VHDL twin, in that order; they are what waveforms, traces and the closed-loop check are made of.
+pub trait Wiring: Block<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+    /// All nets: inputs, outputs, then architecture signals.
+    fn nets(&self) -> Vec<Signal>;
+    /// How many of the nets are ports.
+    fn ports(&self) -> usize {
+        let mut count = 0;
+        self.inputs().each(|_: &Signal| count += 1);
+        self.outputs().each(|_: &Signal| count += 1);
+        count
+    }
+    /// The instances, in the order of the VHDL.
+    fn instances(&self) -> Vec<Instance>;
+    /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
+    fn words(&self) -> &[i64];
+    /// Range and lost bits of every net since reset.
+    fn uses(&self) -> Vec<SignalUse>;
+}

@@ -1,0 +1,220 @@
+//! Run-time word formats, written `(S,I,F)` in every language.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A fixed-point word format `(S,I,F)`: `S` sign bit, `I` integer bits, `F` fraction bits; width `S+I+F`, 1 to 64 bits.
+///
+/// `I` or `F` may be negative (a word whose least significant bit is worth more than 1, or whose most significant one is
+/// worth less than ½), as long as the width is at least one bit.
+///
+/// A word is carried in an `i64`: sign-extended when signed, zero-extended when unsigned. The one format whose value does
+/// not fit, unsigned with 64 bits, is carried as its bit pattern; [`Format::value`] gives the integer it stands for.
+///
+/// # Example
+///
+/// ```
+/// use hpu_signal::Format;
+/// let q22: Format = "(1,9,22)".parse().unwrap();
+/// assert_eq!(q22.width(), 32);
+/// assert_eq!(q22.to_f64(3 << 22), 3.0);
+/// assert_eq!(q22.to_string(), "(1,9,22)");
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Format {
+    signed: bool,
+    int: i8,
+    frac: i8,
+}
+
+/// Why a format was refused.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum FormatError {
+    /// The width is not between 1 and 64 bits.
+    Width {
+        /// The format as it was asked for.
+        asked: (bool, i32, i32),
+    },
+    /// The text is not `(S,I,F)`.
+    Syntax(String),
+}
+
+impl fmt::Display for FormatError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Width { asked: (s, i, fr) } => write!(
+                f,
+                "format ({},{i},{fr}) has {} bits; a word has 1 to 64",
+                u8::from(*s),
+                i64::from(*s) + i64::from(*i) + i64::from(*fr)
+            ),
+            Self::Syntax(text) => write!(
+                f,
+                "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22)"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for FormatError {}
+
+impl Format {
+    /// One unsigned bit.
+    pub const BIT: Self = Self { signed: false, int: 1, frac: 0 };
+
+    /// A format from its three numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`FormatError::Width`] unless the width is 1 to 64 bits (and `int`, `frac` are within -63..=64).
+    pub fn new(signed: bool, int: i32, frac: i32) -> Result<Self, FormatError> {
+        let width = i64::from(signed) + i64::from(int) + i64::from(frac);
+        let near = -63..=64;
+        if (1..=64).contains(&width) && near.contains(&int) && near.contains(&frac) {
+            Ok(Self { signed, int: int as i8, frac: frac as i8 })
+        } else {
+            Err(FormatError::Width { asked: (signed, int, frac) })
+        }
+    }
+
+    /// An unsigned integer of `width` bits.
+    ///
+    /// # Panics
+    ///
+    /// Unless `width` is 1 to 64: for widths known when the program is written. Use [`Format::new`] for others.
+    #[must_use]
+    pub fn unsigned(width: u32) -> Self {
+        Self::new(false, width as i32, 0).expect("a width of 1 to 64 bits")
+    }
+
+    /// A two's complement integer of `width` bits, sign bit included.
+    ///
+    /// # Panics
+    ///
+    /// Unless `width` is 1 to 64: for widths known when the program is written. Use [`Format::new`] for others.
+    #[must_use]
+    pub fn signed(width: u32) -> Self {
+        Self::new(true, width as i32 - 1, 0).expect("a width of 1 to 64 bits")
+    }
+
+    /// Whether the word has a sign bit.
+    #[must_use]
+    pub const fn is_signed(self) -> bool {
+        self.signed
+    }
+
+    /// Integer bits `I`.
+    #[must_use]
+    pub const fn int(self) -> i32 {
+        self.int as i32
+    }
+
+    /// Fraction bits `F`.
+    #[must_use]
+    pub const fn frac(self) -> i32 {
+        self.frac as i32
+    }
+
+    /// Width in bits.
+    #[must_use]
+    pub const fn width(self) -> u32 {
+        (self.signed as i32 + self.int as i32 + self.frac as i32) as u32
+    }
+
+    /// The least integer the word can hold, in units of its least significant bit.
+    #[must_use]
+    pub const fn min(self) -> i128 {
+        if self.signed { -(1i128 << (self.width() - 1)) } else { 0 }
+    }
+
+    /// The greatest integer the word can hold, in units of its least significant bit.
+    #[must_use]
+    pub const fn max(self) -> i128 {
+        (1i128 << (self.width() - self.signed as u32)) - 1
+    }
+
+    /// Whether an integer (in units of the least significant bit) fits.
+    #[must_use]
+    pub const fn holds(self, value: i128) -> bool {
+        self.min() <= value && value <= self.max()
+    }
+
+    /// The word whose bits are the low bits of `value`: what hardware keeps when the upper wires are left open.
+    #[must_use]
+    pub const fn wrap(self, value: i128) -> i64 {
+        let free = 64 - self.width();
+        let bits = (value as u64) << free;
+        if self.signed { (bits as i64) >> free } else { (bits >> free) as i64 }
+    }
+
+    /// The integer that a word stands for, in units of the least significant bit.
+    #[must_use]
+    pub const fn value(self, word: i64) -> i128 {
+        if self.signed { word as i128 } else { word as u64 as i128 }
+    }
+
+    /// The word's bits, right-aligned, all others zero.
+    #[must_use]
+    pub const fn bits(self, word: i64) -> u64 {
+        (word as u64) & (u64::MAX >> (64 - self.width()))
+    }
+
+    /// The word with these bits; bits beyond the width are ignored.
+    #[must_use]
+    pub const fn from_bits(self, bits: u64) -> i64 {
+        self.wrap(bits as i128)
+    }
+
+    /// The value of the least significant bit, 2^-F.
+    #[must_use]
+    pub fn lsb(self) -> f64 {
+        // 2^n for |n| <= 64 is exact, built from its exponent field.
+        f64::from_bits(((1023 - i64::from(self.frac)) as u64) << 52)
+    }
+
+    /// The word's value as a float (exact up to 53 significant bits).
+    #[must_use]
+    pub fn to_f64(self, word: i64) -> f64 {
+        self.value(word) as f64 * self.lsb()
+    }
+
+    /// The full product's format: integer and fraction bits add, signed if either factor is.
+    ///
+    /// # Errors
+    ///
+    /// [`FormatError::Width`] when the sum of the widths exceeds 64 bits: the product of wider words is taken through
+    /// [`Narrowing`] alone, which works on exact `i128` integers.
+    pub fn product(self, other: Self) -> Result<Self, FormatError> {
+        let signed = self.signed || other.signed;
+        let width = (self.width() + other.width()) as i32;
+        let frac = self.frac() + other.frac();
+        Self::new(signed, width - i32::from(signed) - frac, frac)
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "({},{},{})", u8::from(self.signed), self.int, self.frac)
+    }
+}
+
+impl fmt::Debug for Format {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl FromStr for Format {
+    type Err = FormatError;
+
+    fn from_str(text: &str) -> Result<Self, FormatError> {
+        let syntax = || FormatError::Syntax(text.to_string());
+        let inner = text.trim().strip_prefix('(').and_then(|t| t.strip_suffix(')')).ok_or_else(syntax)?;
+        let numbers: Vec<i32> =
+            inner.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>().map_err(|_| syntax())?;
+        match numbers[..] {
+            [sign @ (0 | 1), int, frac] => Self::new(sign == 1, int, frac),
+            _ => Err(syntax()),
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! The vocabulary of the emulator: word formats, roundings, signals, port bundles and clock cycles.
+//!
+//! Every other crate speaks in these terms and this one knows none of them. A *word* is an [`i64`] that
+//! carries the bits of a run-time [`Format`]; its unit is told by the [`Signal`] that owns it.
+
+mod clock;
+mod format;
+mod narrow;
+mod ports;
+
+pub use clock::{Clock, ClockError, Cycle};
+pub use format::{Format, FormatError};
+pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
+pub use ports::{Meter, Observe, Ports, Signal, SignalUse};
