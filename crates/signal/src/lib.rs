@@ -11,4 +11,4 @@ mod ports;
 pub use clock::{Clock, ClockError, Cycle};
 pub use format::{Format, FormatError};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
-pub use ports::{Meter, Observe, Ports, Signal, SignalUse};
+pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};

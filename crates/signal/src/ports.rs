@@ -61,16 +61,29 @@ macro_rules! ports {
     };
 }
 
+/// A continuous output of the plant, recorded beside the signals.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Real {
+    /// Name with its SI unit, as in `angle_rad`.
+    pub name: &'static str,
+    /// One line of documentation.
+    pub doc: &'static str,
+}
+
 /// Somebody who watches a run. Watching never changes what is watched.
 pub trait Observe {
     /// The words of all nets after `cycle`; called whenever one of them changed (and once at the start).
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
+    /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
+    fn reals(&mut self, cycle: Cycle, values: &[f64]);
 }
 
 /// Nobody watches.
 impl Observe for () {
     #[inline]
     fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    #[inline]
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
 /// The use that a run made of one signal.
