@@ -1,1 +1,18 @@
-//! plant
+//! The continuous world in `f64`: motor, H-bridge, hand, encoder, exact flows.
+//!
+//! A plant is immutable laws ([`Axis`]) with its state outside ([`Device`]). Each mode of the piecewise-linear axis (slip,
+//! stuck, prescribed; circuit closed or open) is a [`Linear`] system that flows exactly over any number of clock edges.
+
+mod axis;
+mod bridge;
+mod device;
+mod energy;
+mod guard;
+mod linear;
+
+pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
+pub use bridge::{Bridge, Circuit, Gates};
+pub use device::{Device, REALS};
+pub use energy::Energy;
+pub use guard::{Guard, Sense};
+pub use linear::{Integrals, Linear, Matrix, State, Trajectory};

@@ -1,0 +1,252 @@
+//! One axis: a brushed DC motor on an H-bridge, with a hand on its shaft.
+//!
+//! | equation | |
+//! |---|---|
+//! | `L di/dt = V - R i - K ω` | circuit closed; open: `i = 0` |
+//! | `J dω/dt = K i - B ω - τ_c sgn ω + τ_h` | slip; stuck: `ω = 0` while `abs(K i + τ_h) <= τ_c` |
+//! | `dθ/dt = ω` | |
+//! | `τ_h = τ` or `k_h (θ_h - θ) + b_h (dθ_h/dt - ω)` | hand: a torque, or a spring and damper to its intention |
+//!
+//! A hand that prescribes the motion fixes `ω` and bears whatever torque that takes. All angles and torques are at the
+//! motor's shaft; a wheel's inertia arrives divided by the square of its ratio. Valid while the winding is linear (no
+//! saturation, no heating) and the shaft rigid. Equations: Vasudevan et al. 2007, with friction added.
+
+use std::fmt;
+use std::sync::OnceLock;
+
+use crate::guard::Guard;
+use crate::linear::{CURRENT, Linear, Matrix, SPEED};
+
+/// A brushed DC motor with all that turns with it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Motor {
+    /// Winding resistance in Ω.
+    pub resistance_ohm: f64,
+    /// Winding inductance in H.
+    pub inductance_h: f64,
+    /// Torque constant in N·m/A, which is also the back-EMF constant in V·s/rad.
+    pub torque_constant_nm_per_a: f64,
+    /// Inertia at the shaft, rotor and reflected load, in kg·m².
+    pub inertia_kg_m2: f64,
+    /// Viscous friction in N·m·s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction in N·m.
+    pub coulomb_nm: f64,
+}
+
+impl Motor {
+    /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed, angle.
+    #[must_use]
+    pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
+        let (l, k, j) = (
+            self.inductance_h,
+            self.torque_constant_nm_per_a,
+            self.inertia_kg_m2,
+        );
+        [
+            [-resistance_ohm / l, -k / l, 0.0, 0.0],
+            [k / j, -self.viscous_nm_s_per_rad / j, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0; 4],
+        ]
+    }
+}
+
+/// A point mass pushed by an ideal force source: the textbook device of the sampled wall.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Mass {
+    /// In kg.
+    pub mass_kg: f64,
+    /// In N·s/m.
+    pub damping_n_s_per_m: f64,
+}
+
+impl Mass {
+    /// `A` for states (unused), speed, position.
+    #[must_use]
+    pub fn matrix(&self) -> Matrix {
+        let mut a = [[0.0; 4]; 4];
+        a[SPEED][SPEED] = -self.damping_n_s_per_m / self.mass_kg;
+        a[2][SPEED] = 1.0;
+        a
+    }
+}
+
+/// What holds the shaft.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Hand {
+    /// A constant torque, zero for no hand, in N·m.
+    Torque(f64),
+    /// A spring and damper to an intended angle.
+    Spring(Push),
+    /// The hand imposes the motion.
+    Prescribed,
+}
+
+/// A hand's spring and damper.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Push {
+    /// In N·m/rad.
+    pub stiffness_nm_per_rad: f64,
+    /// In N·m·s/rad.
+    pub damping_nm_s_per_rad: f64,
+}
+
+/// Why an axis was refused.
+#[derive(Clone, PartialEq, Debug)]
+pub struct AxisError(String);
+
+impl fmt::Display for AxisError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for AxisError {}
+
+/// How the shaft moves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Shaft {
+    /// Turning, friction against the sign of the speed; 0 without friction.
+    Slip(i8),
+    /// Held by friction.
+    Stuck,
+    /// Held to the hand's motion.
+    Prescribed,
+}
+
+/// A linear system and the functions of its state that are watched.
+pub(crate) struct Mode {
+    pub system: Linear,
+    pub current: Guard,
+    pub speed: Guard,
+    pub angle: Guard,
+    /// Torque on a stuck shaft without the constant part: `K i + k_h (θ_h - θ)`.
+    pub net: Guard,
+}
+
+/// The laws of an axis on a clock: immutable, its modes tabulated when first entered.
+pub struct Axis {
+    pub(crate) motor: Motor,
+    pub(crate) bridge: crate::Bridge,
+    pub(crate) hand: Hand,
+    edge_s: f64,
+    horizon: u64,
+    modes: [OnceLock<Mode>; 12],
+}
+
+impl Axis {
+    /// The laws on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
+    ///
+    /// # Errors
+    ///
+    /// When a parameter is not finite, or one that must be positive is not.
+    pub fn new(
+        motor: Motor,
+        bridge: crate::Bridge,
+        hand: Hand,
+        edge_s: f64,
+        horizon: u64,
+    ) -> Result<Self, AxisError> {
+        let (hand_k, hand_b) = match hand {
+            Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
+            Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
+                return Err(AxisError("the hand's torque must be finite".into()));
+            }
+            _ => (0.0, 0.0),
+        };
+        for (name, value, positive) in [
+            ("resistance", motor.resistance_ohm, true),
+            ("inductance", motor.inductance_h, true),
+            ("torque constant", motor.torque_constant_nm_per_a, true),
+            ("inertia", motor.inertia_kg_m2, true),
+            ("viscous friction", motor.viscous_nm_s_per_rad, false),
+            ("Coulomb friction", motor.coulomb_nm, false),
+            ("supply", bridge.supply_v, true),
+            ("on-resistance", bridge.on_resistance_ohm, false),
+            ("diode drop", bridge.diode_drop_v, false),
+            ("hand stiffness", hand_k, false),
+            ("hand damping", hand_b, false),
+            ("clock period", edge_s, true),
+        ] {
+            if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
+                let rule = if positive {
+                    "positive"
+                } else {
+                    "zero or positive"
+                };
+                return Err(AxisError(format!("{name} is {value}; it must be {rule}")));
+            }
+        }
+        Ok(Self {
+            motor,
+            bridge,
+            hand,
+            edge_s,
+            horizon,
+            modes: Default::default(),
+        })
+    }
+
+    /// Resistance of a path with this many closed switches.
+    pub(crate) fn path_ohm(&self, switches: u8) -> f64 {
+        self.motor.resistance_ohm + f64::from(switches) * self.bridge.on_resistance_ohm
+    }
+
+    /// The mode of a shaft and a circuit; `switches` is `None` for an open one.
+    pub(crate) fn mode(&self, shaft: Shaft, switches: Option<u8>) -> &Mode {
+        // Without on-resistance every closed path is the same system.
+        let switches = switches.map(|n| {
+            if self.bridge.on_resistance_ohm == 0.0 {
+                0
+            } else {
+                n
+            }
+        });
+        let row = match shaft {
+            Shaft::Slip(_) => 0,
+            Shaft::Stuck => 1,
+            Shaft::Prescribed => 2,
+        };
+        let column = switches.map_or(3, usize::from);
+        self.modes[row * 4 + column].get_or_init(|| self.make(shaft, switches))
+    }
+
+    fn make(&self, shaft: Shaft, switches: Option<u8>) -> Mode {
+        let mut a = self.motor.matrix(self.path_ohm(switches.unwrap_or(0)));
+        let mut net = [self.motor.torque_constant_nm_per_a, 0.0, 0.0, 0.0];
+        if let Hand::Spring(push) = self.hand {
+            let j = self.motor.inertia_kg_m2;
+            a[SPEED][SPEED] -= push.damping_nm_s_per_rad / j;
+            a[SPEED][2] = -push.stiffness_nm_per_rad / j;
+            a[SPEED][3] = push.stiffness_nm_per_rad / j;
+            net[2] = -push.stiffness_nm_per_rad;
+            net[3] = push.stiffness_nm_per_rad;
+        }
+        if switches.is_none() {
+            a[CURRENT] = [0.0; 4];
+        }
+        if !matches!(shaft, Shaft::Slip(_)) {
+            a[SPEED] = [0.0; 4];
+        }
+        if shaft == Shaft::Stuck {
+            a[2] = [0.0; 4];
+            a[CURRENT][SPEED] = 0.0;
+        }
+        let system = Linear::new(a, self.edge_s, self.horizon);
+        let pick = |index: usize| {
+            let mut row = [0.0; 4];
+            row[index] = 1.0;
+            Guard::new(row, &system)
+        };
+        let (current, speed, angle) = (pick(CURRENT), pick(SPEED), pick(2));
+        let net = Guard::new(net, &system);
+        Mode {
+            system,
+            current,
+            speed,
+            angle,
+            net,
+        }
+    }
+}

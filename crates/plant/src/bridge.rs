@@ -1,0 +1,156 @@
+//! The H-bridge: what its gates make of the motor's terminals.
+//!
+//! Each leg's switch pair connects its node to the supply, to ground, or to nothing; then its diodes carry the current
+//! that the inductance insists on. The motor's plus terminal hangs on leg B and its minus terminal on leg A, so that a
+//! positive command of the datapath turns against the positive angle: a wall's torque is positive when it pushes back.
+//!
+//! **Differs from the hardware**: switches have one on-resistance and no switching time; diodes a constant drop; both
+//! switches of a leg on is a fault in hardware and is refused here.
+
+/// Supply and switches.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Bridge {
+    /// Supply voltage in V.
+    pub supply_v: f64,
+    /// Resistance of one closed switch in Ω.
+    pub on_resistance_ohm: f64,
+    /// Drop of a conducting diode in V.
+    pub diode_drop_v: f64,
+}
+
+/// The four gates, in the order of the PWM block's outputs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Gates {
+    /// Leg A to the supply.
+    pub a_high: bool,
+    /// Leg A to ground.
+    pub a_low: bool,
+    /// Leg B to the supply.
+    pub b_high: bool,
+    /// Leg B to ground.
+    pub b_low: bool,
+}
+
+/// The circuit that the motor sees.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Circuit {
+    /// Current flows.
+    Closed {
+        /// Share of the supply across the motor: -1, 0, 1 when switching, anything between when averaged.
+        supply_share: f64,
+        /// Diodes in the path, 0 to 2.
+        diodes: u8,
+        /// Direction of the current when diodes carry it: 1 or -1; 0 when switches carry it either way.
+        direction: i8,
+        /// Closed switches in the path, 0 to 2.
+        switches: u8,
+    },
+    /// No path: no current, as long as the back-EMF stays between the two.
+    Open {
+        /// Below, current starts in the positive direction. In V.
+        emf_min_v: f64,
+        /// Above, current starts in the negative direction. In V.
+        emf_max_v: f64,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Leg {
+    High,
+    Low,
+    Off,
+}
+
+fn leg(high: bool, low: bool) -> Leg {
+    match (high, low) {
+        (true, false) => Leg::High,
+        (false, true) => Leg::Low,
+        (false, false) => Leg::Off,
+        (true, true) => unreachable!("both switches of a leg on"),
+    }
+}
+
+impl Bridge {
+    /// The circuit for these gates, for a motor that carries `current_a` and induces `emf_v`.
+    ///
+    /// # Panics
+    ///
+    /// When both switches of a leg are on: no block here does that, and a bridge would not survive it.
+    #[must_use]
+    pub fn circuit(&self, gates: Gates, current_a: f64, emf_v: f64) -> Circuit {
+        let plus = leg(gates.b_high, gates.b_low);
+        let minus = leg(gates.a_high, gates.a_low);
+        let off = u8::from(plus == Leg::Off) + u8::from(minus == Leg::Off);
+        if off == 0 {
+            return self.closed(plus, minus, 0);
+        }
+        let rails = |leg| match leg {
+            Leg::High => (self.supply_v, self.supply_v),
+            Leg::Low => (0.0, 0.0),
+            Leg::Off => (-self.diode_drop_v, self.supply_v + self.diode_drop_v),
+        };
+        // Without current the terminals differ by the back-EMF; a node that would leave its diodes' range makes them conduct.
+        let (plus_min, plus_max) = rails(plus);
+        let (minus_min, minus_max) = rails(minus);
+        let (emf_min_v, emf_max_v) = (plus_min - minus_max, plus_max - minus_min);
+        let direction = match current_a {
+            i if i > 0.0 => 1,
+            i if i < 0.0 => -1,
+            _ if emf_v < emf_min_v => 1,
+            _ if emf_v > emf_max_v => -1,
+            _ => {
+                return Circuit::Open {
+                    emf_min_v,
+                    emf_max_v,
+                };
+            }
+        };
+        self.closed(plus, minus, direction)
+    }
+
+    /// The averaged circuit: a duty between -1 and 1 of the command, both switches of the path closed all the while.
+    #[must_use]
+    pub fn averaged(duty: f64) -> Circuit {
+        Circuit::Closed {
+            supply_share: -duty,
+            diodes: 0,
+            direction: 0,
+            switches: 2,
+        }
+    }
+
+    fn closed(&self, plus: Leg, minus: Leg, direction: i8) -> Circuit {
+        // Positive current enters the motor at plus: an open plus node draws it from ground, an open minus node sends it to
+        // the supply.
+        let share = |leg, gives: bool| match leg {
+            Leg::High => 1.0,
+            Leg::Low => 0.0,
+            Leg::Off => f64::from(u8::from(!gives)),
+        };
+        let positive = direction > 0;
+        let diodes = u8::from(plus == Leg::Off) + u8::from(minus == Leg::Off);
+        Circuit::Closed {
+            supply_share: share(plus, positive) - share(minus, !positive),
+            diodes,
+            direction,
+            switches: 2 - diodes,
+        }
+    }
+
+    /// The voltage that drives the motor's resistance, inductance and back-EMF.
+    #[must_use]
+    pub fn voltage_v(&self, circuit: Circuit) -> f64 {
+        match circuit {
+            Circuit::Closed {
+                supply_share,
+                diodes,
+                direction,
+                ..
+            } => {
+                self.supply_v * supply_share
+                    - f64::from(direction) * f64::from(diodes) * self.diode_drop_v
+            }
+            Circuit::Open { .. } => 0.0,
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The energy audit: every flow integrated in its own right, none taken as a difference.
+
+use crate::linear::{ANGLE, CURRENT, INTENT, Integrals, SPEED, State};
+
+/// A sum that keeps what rounding would drop (Neumaier).
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Sum {
+    total: f64,
+    rest: f64,
+}
+
+impl Sum {
+    #[inline]
+    fn add(&mut self, term: f64) {
+        let next = self.total + term;
+        self.rest += if self.total.abs() >= term.abs() {
+            (self.total - next) + term
+        } else {
+            (term - next) + self.total
+        };
+        self.total = next;
+    }
+
+    fn value(&self) -> f64 {
+        self.total + self.rest
+    }
+}
+
+/// Energy flows since the start, in J.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Energy {
+    source: Sum,
+    hand: Sum,
+    copper: Sum,
+    diodes: Sum,
+    viscous: Sum,
+    coulomb: Sum,
+    exchanged: Sum,
+}
+
+/// The powers of one mode, as far as they are constant.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Powers {
+    /// Volts of the supply across the motor's path.
+    pub source_v: f64,
+    /// Resistance of the path in Ω.
+    pub resistance_ohm: f64,
+    /// Volts dropped in diodes.
+    pub diode_v: f64,
+    /// Viscous friction in N·m·s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction that opposes the motion, in N·m; 0 when stuck.
+    pub coulomb_nm: f64,
+    /// Constant external torque in N·m (or force applied to a mass, counted with the hand).
+    pub torque_nm: f64,
+    /// Hand's stiffness in N·m/rad.
+    pub hand_nm_per_rad: f64,
+    /// Hand's damping in N·m·s/rad.
+    pub hand_nm_s_per_rad: f64,
+    /// Speed of the hand's intention in rad/s.
+    pub intent_rad_per_s: f64,
+    /// Torque constant, when the hand holds the shaft to a prescribed motion and so bears the motor's torque; else 0.
+    pub borne_nm_per_a: f64,
+}
+
+impl Energy {
+    /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
+    pub(crate) fn add(
+        &mut self,
+        powers: &Powers,
+        length_s: f64,
+        before: &State,
+        after: &State,
+        done: &Integrals,
+    ) {
+        let turned = after[ANGLE] - before[ANGLE];
+        let source = powers.source_v * done.current;
+        let copper = powers.resistance_ohm * done.current_squared;
+        let diodes = powers.diode_v * done.current.abs();
+        let viscous = powers.viscous_nm_s_per_rad * done.speed_squared;
+        let coulomb = powers.coulomb_nm * turned.abs();
+        let mut hand = powers.torque_nm * turned;
+        if powers.hand_nm_per_rad != 0.0 || powers.hand_nm_s_per_rad != 0.0 {
+            // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.
+            let v = powers.intent_rad_per_s;
+            let intent = length_s * (before[INTENT] + 0.5 * v * length_s);
+            let (y0, y1) = (before[INTENT] - before[ANGLE], after[INTENT] - after[ANGLE]);
+            let spring = v * (intent - done.angle) - 0.5 * (y1 - y0) * (y1 + y0);
+            let damper = v * turned - done.speed_squared;
+            hand += powers.hand_nm_per_rad * spring + powers.hand_nm_s_per_rad * damper;
+        }
+        if powers.borne_nm_per_a != 0.0 {
+            // Constant speed: the hand bears friction and the motor's torque.
+            hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * done.current;
+        }
+        self.source.add(source);
+        self.hand.add(hand);
+        self.copper.add(copper);
+        self.diodes.add(diodes);
+        self.viscous.add(viscous);
+        self.coulomb.add(coulomb);
+        for flow in [source, hand, copper, diodes, viscous, coulomb] {
+            self.exchanged.add(flow.abs());
+        }
+    }
+
+    /// The hand's work in a jump of a prescribed speed: impulse times mean speed.
+    pub(crate) fn jerk(&mut self, inertia_kg_m2: f64, from_rad_per_s: f64, to_rad_per_s: f64) {
+        let work = inertia_kg_m2
+            * (to_rad_per_s - from_rad_per_s)
+            * (0.5 * (to_rad_per_s + from_rad_per_s));
+        self.hand.add(work);
+        self.exchanged.add(work.abs());
+    }
+
+    /// Work of the supply on the circuit (negative where current flows back into it).
+    #[must_use]
+    pub fn source_j(&self) -> f64 {
+        self.source.value()
+    }
+
+    /// Work of the hand on the shaft.
+    #[must_use]
+    pub fn hand_j(&self) -> f64 {
+        self.hand.value()
+    }
+
+    /// Heat in winding and switches.
+    #[must_use]
+    pub fn copper_j(&self) -> f64 {
+        self.copper.value()
+    }
+
+    /// Heat in diodes.
+    #[must_use]
+    pub fn diodes_j(&self) -> f64 {
+        self.diodes.value()
+    }
+
+    /// Heat of viscous friction.
+    #[must_use]
+    pub fn viscous_j(&self) -> f64 {
+        self.viscous.value()
+    }
+
+    /// Heat of Coulomb friction.
+    #[must_use]
+    pub fn coulomb_j(&self) -> f64 {
+        self.coulomb.value()
+    }
+
+    /// Supplied by source and hand.
+    #[must_use]
+    pub fn supplied_j(&self) -> f64 {
+        self.source_j() + self.hand_j()
+    }
+
+    /// Dissipated in all ways.
+    #[must_use]
+    pub fn dissipated_j(&self) -> f64 {
+        self.copper_j() + self.diodes_j() + self.viscous_j() + self.coulomb_j()
+    }
+
+    /// Sum of the sizes of all flows: what a residual is measured against.
+    #[must_use]
+    pub fn exchanged_j(&self) -> f64 {
+        self.exchanged.value()
+    }
+}
+
+/// Energy stored in inductance and inertia.
+#[must_use]
+pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 {
+    0.5 * inductance_h * x[CURRENT] * x[CURRENT] + 0.5 * inertia_kg_m2 * x[SPEED] * x[SPEED]
+}
