@@ -1,0 +1,16 @@
+//! The conventional loop: position and velocity are sampled together, and the torque is held between samples.
+//!
+//! - **Equation**: as the [hybrid loop](crate::hybrid_loop), with `delta` taken from the position held since the latest
+//!   sample edge.
+//! - **Ports**: as the hybrid loop.
+//! - **Latency**: pin to position 4 edges; then up to `period` to the sample edge, and 1.
+//! - **Reset**, **Overflow**: as the hybrid loop.
+//! - **VHDL twin**: `hdl/conventional_loop.vhd`.
+//! - **Source**: the loop that Vasudevan et al. 2007 compare with.
+//! - **Differs from the hardware**: theirs ran in a computer; here it is the same datapath with a zero-order hold, with
+//!   no computing time of its own.
+
+use crate::haptic_loop::HapticLoop;
+
+/// See the [module](self).
+pub type ConventionalLoop = HapticLoop<true>;

@@ -1,0 +1,111 @@
+//! The distance from the wall's reference, the shortest way round the counter's wrap.
+//!
+//! - **Equation**: `delta = (position - reference) mod 2^WIDTH`, read as two's complement.
+//! - **Ports**: `position`, `reference` (0,WIDTH,0) in; `delta` (1,WIDTH-1,0) out.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: wraps, which is the point: half a turn and more reads as a distance the other way.
+//! - **VHDL twin**: `hdl/displacement.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{WORD, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the subtraction.
+    pub struct In { position, reference }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the subtraction.
+    pub struct Out { delta }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Displacement {
+    delta: Format,
+}
+
+impl Displacement {
+    /// A subtraction of `width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62.
+    pub fn new(width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        Ok(Self {
+            delta: Format::signed(width),
+        })
+    }
+
+    /// The outputs for these inputs.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<i64> {
+        Out {
+            delta: self
+                .delta
+                .wrap(i128::from(input.position - input.reference)),
+        }
+    }
+}
+
+impl Default for Displacement {
+    fn default() -> Self {
+        Self::new(12).expect("the data sheet's default")
+    }
+}
+
+impl Block for Displacement {
+    const NAME: &'static str = "displacement";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let word = Format::unsigned(self.delta.width());
+        In {
+            position: Signal::new("position", word, "count", "Position, modulo its width"),
+            reference: Signal::new("reference", word, "count", "Position of the wall's surface"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            delta: Signal::new(
+                "delta",
+                self.delta,
+                "count",
+                "Displacement from the reference",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![("WIDTH", Generic::Integer(self.delta.width().into()))]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.eval(In {
+            position: 0,
+            reference: 0,
+        })
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

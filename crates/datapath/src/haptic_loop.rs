@@ -1,0 +1,338 @@
+//! What the two loops have in common, which is all but one register: with `HELD`, the wall reads the position through a
+//! zero-order hold.
+
+use hpu_signal::{Meter, Ports, Signal, SignalUse};
+
+use crate::loop_config::Blocks;
+use crate::loop_nets::{Nets, instances, nets};
+use crate::{
+    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, displacement,
+    flatten, position_counter, pwm, quadrature_decoder, saturator, synchronizer, torque_sum,
+    truncating_multiplier, unilateral, velocity_register, zero_order_hold,
+};
+
+/// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
+/// [`ConventionalLoop`](crate::ConventionalLoop).
+///
+/// [`uses`](Wiring::uses) counts the edges during which spring, velocity, drag or command had lost bits; the torque's
+/// format holds every sum. A limited command counts as overflowed. Before the first edge, every least word is above the
+/// greatest.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct HapticLoop<const HELD: bool> {
+    config: LoopConfig,
+    blocks: Blocks,
+    /// The inputs that the nets have settled with; none since reset.
+    settled: Option<LoopIn<i64>>,
+    words: [i64; Nets::MOST],
+    meter: Meter<{ Nets::MOST }>,
+    /// What the nets of [`Nets::lossy`] have lost, and for how many edges that has stood beyond what the meter knows.
+    lost: [Lost; 4],
+    standing: u64,
+}
+
+/// Whether a net's value was rounded, and whether it overflowed.
+type Lost = (bool, bool);
+
+/// The inputs of the clocked blocks, by instance label.
+struct Seen {
+    sync: synchronizer::In<i64>,
+    decoder: quadrature_decoder::In<i64>,
+    counter: position_counter::In<i64>,
+    hold: zero_order_hold::In<i64>,
+    velocity_reg: velocity_register::In<i64>,
+    modulator: pwm::In<i64>,
+}
+
+impl<const HELD: bool> HapticLoop<HELD> {
+    const NETS: Nets = Nets::new(HELD);
+
+    /// A loop as it stands after reset.
+    ///
+    /// # Errors
+    ///
+    /// When a block refuses its widths, and unless stiffness and damping are unsigned with 0 or more fraction bits.
+    pub fn new(config: LoopConfig) -> Result<Self, ConfigError> {
+        let mut wiring = Self {
+            config,
+            blocks: config.blocks(Self::NAME)?,
+            settled: None,
+            words: [0; Nets::MOST],
+            meter: Meter::default(),
+            lost: [(false, false); 4],
+            standing: 0,
+        };
+        wiring.reset();
+        Ok(wiring)
+    }
+
+    /// What the clocked blocks see at the next edge: the nets as they stand.
+    #[inline]
+    fn seen(&self, input: &LoopIn<i64>) -> Seen {
+        let (net, now) = (Self::NETS, &self.words);
+        let (position, period) = (now[net.position], input.period);
+        Seen {
+            sync: synchronizer::In {
+                a_pin: input.a_pin,
+                b_pin: input.b_pin,
+            },
+            decoder: quadrature_decoder::In {
+                a: now[net.a],
+                b: now[net.b],
+            },
+            counter: position_counter::In {
+                step: now[net.step],
+            },
+            hold: zero_order_hold::In {
+                d: position,
+                period,
+            },
+            velocity_reg: velocity_register::In {
+                position,
+                period,
+                scale: input.scale,
+            },
+            modulator: pwm::In {
+                command: now[net.command],
+            },
+        }
+    }
+
+    /// Lets the combinational nets settle with these inputs and the registers as they stand.
+    fn settle(&mut self, input: &LoopIn<i64>) {
+        let net = Self::NETS;
+        let (blocks, words) = (&self.blocks, &mut self.words);
+        self.settled = Some(*input);
+        let mut port = words.iter_mut();
+        input.each(|&word| *port.next().expect("inputs come first") = word);
+
+        let position = words[net.held];
+        let displacement::Out { delta } = blocks.offset.eval(displacement::In {
+            position,
+            reference: input.reference,
+        });
+        let unilateral::Out {
+            contact,
+            penetration,
+        } = blocks.wall.eval(unilateral::In { delta });
+        let spring = blocks.spring_mult.eval(truncating_multiplier::In {
+            a: penetration,
+            b: input.stiffness,
+        });
+        let drag = blocks.damping_mult.eval(truncating_multiplier::In {
+            a: words[net.velocity],
+            b: input.damping,
+        });
+        let torque_sum::Out { torque } = blocks.sum.eval(torque_sum::In {
+            spring: spring.word,
+            damping: drag.word,
+            contact,
+        });
+        let saturator::Out { limited: command } =
+            blocks.limiter.eval(saturator::In { value: torque });
+
+        words[net.delta] = delta;
+        words[net.contact] = contact;
+        words[net.penetration] = penetration;
+        words[net.spring] = spring.word;
+        words[net.drag] = drag.word;
+        words[net.torque] = torque;
+        words[net.command] = command;
+        let velocity = blocks.velocity_reg.latest();
+        let lost = [
+            (spring.rounded, spring.overflowed),
+            (velocity.rounded, velocity.overflowed),
+            (drag.rounded, drag.overflowed),
+            (false, command != torque),
+        ];
+        if lost != self.lost {
+            self.count_lost();
+            self.lost = lost;
+        }
+    }
+
+    /// Brings the meter up to date.
+    fn count_lost(&mut self) {
+        for (index, (rounded, overflowed)) in Self::NETS.lossy().into_iter().zip(self.lost) {
+            self.meter.lost(index, rounded, overflowed, self.standing);
+        }
+        self.standing = 0;
+    }
+}
+
+impl<const HELD: bool> Default for HapticLoop<HELD> {
+    fn default() -> Self {
+        Self::new(LoopConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl<const HELD: bool> Block for HapticLoop<HELD> {
+    const NAME: &'static str = if HELD {
+        "conventional_loop"
+    } else {
+        "hybrid_loop"
+    };
+    const CLOCKED: bool = true;
+    type In<T> = LoopIn<T>;
+    type Out<T> = LoopOut<T>;
+
+    fn inputs(&self) -> LoopIn<Signal> {
+        let synchronizer::In { a_pin, b_pin } = self.blocks.sync.inputs();
+        let displacement::In { reference, .. } = self.blocks.offset.inputs();
+        let velocity_register::In { period, scale, .. } = self.blocks.velocity_reg.inputs();
+        let stiffness = Signal::new(
+            "stiffness",
+            self.config.stiffness,
+            "PWM count/count",
+            "Stiffness of the wall",
+        );
+        let damping = Signal::new(
+            "damping",
+            self.config.damping,
+            "PWM count/(count/sample)",
+            "Damping inside the wall",
+        );
+        LoopIn {
+            a_pin,
+            b_pin,
+            reference,
+            stiffness,
+            damping,
+            period,
+            scale,
+        }
+    }
+
+    fn outputs(&self) -> LoopOut<Signal> {
+        let pwm::Out {
+            a_high,
+            a_low,
+            b_high,
+            b_low,
+        } = self.blocks.modulator.outputs();
+        LoopOut {
+            a_high,
+            a_low,
+            b_high,
+            b_low,
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        self.config.generics()
+    }
+
+    fn reset(&mut self) -> LoopOut<i64> {
+        self.blocks.reset();
+        self.words = [0; Nets::MOST];
+        self.settle(&LoopIn::build(|| 0));
+        self.settled = None;
+        self.meter = Meter::default();
+        self.standing = 0;
+        LoopOut::build(|| 0)
+    }
+
+    #[inline]
+    fn tick(&mut self, input: LoopIn<i64>) -> LoopOut<i64> {
+        let fresh = self.settled != Some(input);
+        if fresh {
+            // As in VHDL, the registers see what the new inputs have made of the combinational nets.
+            self.settle(&input);
+        }
+        let (net, seen) = (Self::NETS, self.seen(&input));
+        let blocks = &mut self.blocks;
+        let before = blocks.velocity_reg.latest();
+        let synchronizer::Out { a, b } = blocks.sync.tick(seen.sync);
+        let quadrature_decoder::Out { step, error } = blocks.decoder.tick(seen.decoder);
+        let position_counter::Out { position } = blocks.counter.tick(seen.counter);
+        let held = if HELD {
+            blocks.hold.tick(seen.hold).q
+        } else {
+            position
+        };
+        blocks.velocity_reg.tick(seen.velocity_reg);
+        let velocity = blocks.velocity_reg.latest();
+        let gates = blocks.modulator.tick(seen.modulator);
+
+        let pwm::Out {
+            a_high,
+            a_low,
+            b_high,
+            b_low,
+        } = gates;
+        let registers = [a_high, a_low, b_high, b_low, a, b, step, error, position];
+        let moved = held != self.words[net.held] || velocity != before;
+        if fresh || moved || registers != self.words[net.gates..=net.position] {
+            self.words[net.gates..=net.position].copy_from_slice(&registers);
+            if moved {
+                self.words[net.held] = held;
+                self.words[net.velocity] = velocity.word;
+                self.settle(&input);
+            }
+            self.meter.range(&self.words);
+        }
+        self.standing += 1;
+        LoopOut {
+            a_high,
+            a_low,
+            b_high,
+            b_low,
+        }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &LoopIn<i64>) -> u64 {
+        if self.settled != Some(*input) {
+            return 0;
+        }
+        let (blocks, seen) = (&self.blocks, self.seen(input));
+        let hold = if HELD {
+            blocks.hold.quiet(&seen.hold)
+        } else {
+            u64::MAX
+        };
+        hold.min(blocks.sync.quiet(&seen.sync))
+            .min(blocks.decoder.quiet(&seen.decoder))
+            .min(blocks.counter.quiet(&seen.counter))
+            .min(blocks.velocity_reg.quiet(&seen.velocity_reg))
+            .min(blocks.modulator.quiet(&seen.modulator))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &LoopIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        let seen = self.seen(input);
+        let blocks = &mut self.blocks;
+        blocks.sync.skip(edges, &seen.sync);
+        blocks.decoder.skip(edges, &seen.decoder);
+        blocks.counter.skip(edges, &seen.counter);
+        if HELD {
+            blocks.hold.skip(edges, &seen.hold);
+        }
+        blocks.velocity_reg.skip(edges, &seen.velocity_reg);
+        blocks.modulator.skip(edges, &seen.modulator);
+        self.standing = self.standing.saturating_add(edges);
+    }
+}
+
+impl<const HELD: bool> Wiring for HapticLoop<HELD> {
+    fn nets(&self) -> Vec<Signal> {
+        let mut all = flatten(&self.inputs());
+        all.extend(flatten(&self.outputs()));
+        all.extend(nets(&self.blocks, HELD));
+        all
+    }
+
+    fn instances(&self) -> Vec<Instance> {
+        instances(&self.blocks, &Self::NETS, HELD)
+    }
+
+    fn words(&self) -> &[i64] {
+        &self.words[..=Self::NETS.command]
+    }
+
+    fn uses(&self) -> Vec<SignalUse> {
+        let mut now = self.clone();
+        now.count_lost();
+        now.meter.uses()[..=Self::NETS.command].to_vec()
+    }
+}

@@ -1,0 +1,157 @@
+//! The configuration that both haptic loops share.
+
+use hpu_signal::Format;
+
+use crate::{
+    Block, ConfigError, Displacement, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder,
+    Saturator, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig,
+    VelocityRegister, ZeroOrderHold,
+};
+use hpu_signal::Overflow;
+
+/// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LoopConfig {
+    /// Width of the position counter.
+    pub position_width: u32,
+    /// Format of the stiffness, in PWM counts per count.
+    pub stiffness: Format,
+    /// Format of the damping, in PWM counts per velocity count.
+    pub damping: Format,
+    /// Width of the sample period.
+    pub period_width: u32,
+    /// Width of the velocity.
+    pub velocity_width: u32,
+    /// Whether the velocity is multiplied by `scale`.
+    pub rescaled: bool,
+    /// Format of the velocity's scale.
+    pub scale: Format,
+    /// Whether products saturate; otherwise they wrap, as the paper's do.
+    pub saturate: bool,
+    /// The modulator.
+    pub pwm: PwmConfig,
+}
+
+impl Default for LoopConfig {
+    fn default() -> Self {
+        let VelocityConfig {
+            period_width,
+            rescaled,
+            scale,
+            ..
+        } = VelocityConfig::default();
+        Self {
+            position_width: 12,
+            stiffness: Format::unsigned(12),
+            damping: Format::unsigned(12),
+            period_width,
+            velocity_width: 12,
+            rescaled,
+            scale,
+            saturate: true,
+            pwm: PwmConfig::default(),
+        }
+    }
+}
+
+impl LoopConfig {
+    /// The VHDL generics, in the order of the entity.
+    pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let integer = |value: u32| Generic::Integer(value.into());
+        let frac = |format: Format| Generic::Integer(format.frac().into());
+        vec![
+            ("POSITION_WIDTH", integer(self.position_width)),
+            ("STIFFNESS_WIDTH", integer(self.stiffness.width())),
+            ("STIFFNESS_FRAC", frac(self.stiffness)),
+            ("DAMPING_WIDTH", integer(self.damping.width())),
+            ("DAMPING_FRAC", frac(self.damping)),
+            ("PERIOD_WIDTH", integer(self.period_width)),
+            ("VELOCITY_WIDTH", integer(self.velocity_width)),
+            ("RESCALED", Generic::Boolean(self.rescaled)),
+            ("SCALE_WIDTH", integer(self.scale.width())),
+            ("SCALE_FRAC", frac(self.scale)),
+            ("PWM_WIDTH", integer(self.pwm.width)),
+            ("SATURATE", Generic::Boolean(self.saturate)),
+            ("ANTIPHASE", Generic::Boolean(self.pwm.antiphase)),
+            ("LATCHED", Generic::Boolean(self.pwm.latched)),
+            ("FLOATING", Generic::Boolean(self.pwm.floating)),
+            ("DEAD_TIME", integer(self.pwm.dead_time)),
+        ]
+    }
+
+    /// The blocks of a loop of this configuration, as they stand after reset.
+    pub(crate) fn blocks(&self, name: &'static str) -> Result<Blocks, ConfigError> {
+        for (word, format) in [("stiffness", self.stiffness), ("damping", self.damping)] {
+            if format.is_signed() || format.frac() < 0 {
+                let found = format!("{word} is {format}");
+                return Err(ConfigError::new(
+                    name,
+                    found,
+                    "unsigned with 0 or more fraction bits, as (0,12,0)",
+                ));
+            }
+        }
+        let modulator = Pwm::new(self.pwm)?;
+        let width = self.pwm.width;
+        crate::config::within(name, "PWM_WIDTH", width, crate::config::COUNTER)?;
+        let depth = Unilateral::new(self.position_width)?;
+        let overflow = if self.saturate {
+            Overflow::Saturate
+        } else {
+            Overflow::Wrap
+        };
+        let velocity_reg = VelocityRegister::new(VelocityConfig {
+            width: self.position_width,
+            period_width: self.period_width,
+            rescaled: self.rescaled,
+            scale: self.scale,
+            out_width: self.velocity_width,
+        })?;
+        let position = Format::unsigned(self.position_width);
+        let velocity = Format::signed(self.velocity_width);
+        let (spring, drag) = (Format::unsigned(width), Format::signed(width + 1));
+        Ok(Blocks {
+            sync: Synchronizer::new(),
+            decoder: QuadratureDecoder::default(),
+            counter: PositionCounter::new(self.position_width)?,
+            hold: ZeroOrderHold::new(self.position_width, self.period_width)?,
+            offset: Displacement::new(self.position_width)?,
+            wall: depth,
+            spring_mult: TruncatingMultiplier::new(position, self.stiffness, spring, overflow)?,
+            velocity_reg,
+            damping_mult: TruncatingMultiplier::new(velocity, self.damping, drag, overflow)?,
+            sum: TorqueSum::new(width, width + 1, width + 2)?,
+            limiter: Saturator::new(width + 2, width + 1, (1 << width) - 1)?,
+            modulator,
+        })
+    }
+}
+
+/// The blocks of a loop by instance label; the hybrid loop has no `hold`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Blocks {
+    pub(crate) sync: Synchronizer,
+    pub(crate) decoder: QuadratureDecoder,
+    pub(crate) counter: PositionCounter,
+    pub(crate) hold: ZeroOrderHold,
+    pub(crate) offset: Displacement,
+    pub(crate) wall: Unilateral,
+    pub(crate) spring_mult: TruncatingMultiplier,
+    pub(crate) velocity_reg: VelocityRegister,
+    pub(crate) damping_mult: TruncatingMultiplier,
+    pub(crate) sum: TorqueSum,
+    pub(crate) limiter: Saturator,
+    pub(crate) modulator: Pwm,
+}
+
+impl Blocks {
+    /// One edge of reset for every clocked block, all of whose registers are 0 after it.
+    pub(crate) fn reset(&mut self) {
+        self.sync.reset();
+        self.decoder.reset();
+        self.counter.reset();
+        self.hold.reset();
+        self.velocity_reg.reset();
+        self.modulator.reset();
+    }
+}

@@ -1,0 +1,103 @@
+//! The position word: counts the decoder's steps.
+//!
+//! - **Equation**: `position := (position + step) mod 2^WIDTH`.
+//! - **Ports**: `step` (1,1,0) in; `position` (0,WIDTH,0) out.
+//! - **Latency**: 1 edge.
+//! - **Reset**: 0. **Overflow**: wraps; `displacement` reads through the wrap. A step of -2 counts -2.
+//! - **VHDL twin**: `hdl/position_counter.vhd`.
+//! - **Source**: Vasudevan et al. 2007: 12 bits, 4 x 1024 lines, one wrap a motor revolution.
+//! - **Differs from the hardware**: no index pulse, no preset.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{WORD, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the counter.
+    pub struct In { step }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the counter.
+    pub struct Out { position }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PositionCounter {
+    format: Format,
+    position: i64,
+}
+
+impl PositionCounter {
+    /// A counter of `width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62.
+    pub fn new(width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        Ok(Self {
+            format: Format::unsigned(width),
+            position: 0,
+        })
+    }
+}
+
+impl Default for PositionCounter {
+    fn default() -> Self {
+        Self::new(12).expect("the data sheet's default")
+    }
+}
+
+impl Block for PositionCounter {
+    const NAME: &'static str = "position_counter";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            step: Signal::new("step", Format::signed(2), "count", "Motion to be added"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            position: Signal::new(
+                "position",
+                self.format,
+                "count",
+                "Position since reset, modulo its width",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![("WIDTH", Generic::Integer(self.format.width().into()))]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.position = 0;
+        Out { position: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.position = self.format.wrap(i128::from(self.position + input.step));
+        Out {
+            position: self.position,
+        }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        if input.step == 0 { u64::MAX } else { 0 }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+    }
+}

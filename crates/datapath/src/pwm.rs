@@ -1,0 +1,319 @@
+//! Pulse-width modulation by counter and comparison, with the four gates of an H-bridge.
+//!
+//! - **Equation**: one period is `2^WIDTH` clocks. Sign/magnitude: on while `phase < |command|`. Locked antiphase: on
+//!   while `phase < floor((command + 2^WIDTH) / 2)`.
+//! - **Ports**: `command` (1,WIDTH,0) in; gates `a_high`, `a_low`, `b_high`, `b_low` (0,1,0) out.
+//! - **Latency**: 1 edge, when `LATCHED` up to a period: a command takes effect at phase 0.
+//! - **Edge**, in this order:
+//!   1. unless `LATCHED`, or at phase 0, the command is taken;
+//!   2. each leg's state is chosen: on and positive A high, B low; on and negative A low, B high; off both low (brake), or
+//!      both off when `FLOATING`; in antiphase on A high, B low, off A low, B high;
+//!   3. a leg that changes its state waits `DEAD_TIME` edges with both gates off;
+//!   4. the phase advances.
+//! - **Reset**: phase 0, command 0, legs off, all gates 0. **Overflow**: none; `-2^WIDTH` is 100 %.
+//! - **VHDL twin**: `hdl/pwm.vhd`.
+//! - **Source**: Vasudevan et al. 2007 (12-bit PWM); the two modes of the LMD18200.
+//! - **Differs from the hardware**: gates switch at once; the driver's own delays belong to the bridge.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the modulator.
+    pub struct In { command }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the modulator.
+    pub struct Out { a_high, a_low, b_high, b_low }
+}
+
+/// The configuration of a modulator.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PwmConfig {
+    /// A period is `2^width` clocks.
+    pub width: u32,
+    /// Locked antiphase instead of sign/magnitude.
+    pub antiphase: bool,
+    /// Whether a command waits for the start of a period.
+    pub latched: bool,
+    /// Whether the off phase of sign/magnitude leaves the motor open instead of braking it.
+    pub floating: bool,
+    /// Clocks for which both gates of a leg are off when it changes.
+    pub dead_time: u32,
+}
+
+impl Default for PwmConfig {
+    fn default() -> Self {
+        Self {
+            width: 12,
+            antiphase: false,
+            latched: true,
+            floating: false,
+            dead_time: 0,
+        }
+    }
+}
+
+/// What a leg of the bridge is told to be.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum State {
+    Off,
+    Low,
+    High,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Leg {
+    state: State,
+    wait: u64,
+}
+
+impl Leg {
+    const RESET: Self = Self {
+        state: State::Off,
+        wait: 0,
+    };
+
+    #[inline]
+    fn tick(&mut self, wanted: State, dead_time: u64) {
+        if wanted == self.state {
+            self.wait = self.wait.saturating_sub(1);
+        } else {
+            *self = Self {
+                state: wanted,
+                wait: dead_time,
+            };
+        }
+    }
+
+    #[inline]
+    fn gate(&self, state: State) -> i64 {
+        i64::from(self.state == state && self.wait == 0)
+    }
+
+    /// Edges before a gate opens at the end of a dead time.
+    #[inline]
+    fn quiet(&self) -> u64 {
+        if self.state == State::Off || self.wait == 0 {
+            u64::MAX
+        } else {
+            self.wait - 1
+        }
+    }
+}
+
+/// A command as the comparison sees it: the legs are `on` for the first `duty` clocks of a period, then off.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Pulse {
+    duty: u64,
+    on: [State; 2],
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Pwm {
+    config: PwmConfig,
+    period: u64,
+    dead_time: u64,
+    off: [State; 2],
+    phase: u64,
+    held: i64,
+    pulse: Pulse,
+    legs: [Leg; 2],
+}
+
+impl Pwm {
+    /// A modulator of this configuration.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 1 to 30 and `dead_time` is a VHDL `natural`.
+    pub fn new(config: PwmConfig) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", config.width, 1..=30)?;
+        within(Self::NAME, "DEAD_TIME", config.dead_time, 0..=NATURAL)?;
+        let off = match config {
+            PwmConfig {
+                antiphase: true, ..
+            } => [State::Low, State::High],
+            PwmConfig { floating: true, .. } => [State::Off, State::Off],
+            _ => [State::Low, State::Low],
+        };
+        let mut block = Self {
+            config,
+            period: 1 << config.width,
+            dead_time: config.dead_time.into(),
+            off,
+            phase: 0,
+            held: 0,
+            pulse: Pulse { duty: 0, on: off },
+            legs: [Leg::RESET; 2],
+        };
+        block.reset();
+        Ok(block)
+    }
+
+    #[inline]
+    fn pulse(&self, command: i64) -> Pulse {
+        if self.config.antiphase {
+            let duty = self.period.wrapping_add_signed(command) / 2;
+            Pulse {
+                duty,
+                on: [State::High, State::Low],
+            }
+        } else {
+            let on = if command > 0 {
+                [State::High, State::Low]
+            } else {
+                [State::Low, State::High]
+            };
+            Pulse {
+                duty: command.unsigned_abs(),
+                on,
+            }
+        }
+    }
+
+    #[inline]
+    fn wanted(&self, pulse: Pulse, phase: u64) -> [State; 2] {
+        if phase < pulse.duty {
+            pulse.on
+        } else {
+            self.off
+        }
+    }
+
+    /// Whether the next edge takes the command.
+    #[inline]
+    fn takes(&self) -> bool {
+        !self.config.latched || self.phase == 0
+    }
+
+    #[inline]
+    fn take(&mut self, command: i64) {
+        if command != self.held {
+            self.held = command;
+            self.pulse = self.pulse(command);
+        }
+    }
+
+    #[inline]
+    fn gates(&self) -> Out<i64> {
+        let [a, b] = &self.legs;
+        Out {
+            a_high: a.gate(State::High),
+            a_low: a.gate(State::Low),
+            b_high: b.gate(State::High),
+            b_low: b.gate(State::Low),
+        }
+    }
+}
+
+impl Default for Pwm {
+    fn default() -> Self {
+        Self::new(PwmConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for Pwm {
+    const NAME: &'static str = "pwm";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let command = Format::signed(self.config.width + 1);
+        In {
+            command: Signal::new(
+                "command",
+                command,
+                "PWM count",
+                "Mean voltage; full scale is the supply",
+            ),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            a_high: Signal::bit("a_high", "Upper gate of leg A"),
+            a_low: Signal::bit("a_low", "Lower gate of leg A"),
+            b_high: Signal::bit("b_high", "Upper gate of leg B"),
+            b_low: Signal::bit("b_low", "Lower gate of leg B"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.config.width.into())),
+            ("ANTIPHASE", Generic::Boolean(self.config.antiphase)),
+            ("LATCHED", Generic::Boolean(self.config.latched)),
+            ("FLOATING", Generic::Boolean(self.config.floating)),
+            ("DEAD_TIME", Generic::Integer(self.config.dead_time.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.phase = 0;
+        self.held = 0;
+        self.pulse = self.pulse(0);
+        self.legs = [Leg::RESET; 2];
+        self.gates()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.takes() {
+            self.take(input.command);
+        }
+        let [a, b] = self.wanted(self.pulse, self.phase);
+        self.legs[0].tick(a, self.dead_time);
+        self.legs[1].tick(b, self.dead_time);
+        self.phase = (self.phase + 1) & (self.period - 1);
+        self.gates()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let now = if self.takes() {
+            self.pulse(input.command)
+        } else {
+            self.pulse
+        };
+        let wanted = self.wanted(now, self.phase);
+        if wanted != self.legs.map(|leg| leg.state) {
+            return 0;
+        }
+        let change = if self.phase < now.duty && now.duty < self.period {
+            now.duty - self.phase
+        } else {
+            // Nothing changes in this period; the next one has the pulse of the present command.
+            let next = self.pulse(input.command);
+            let rest = self.period - self.phase;
+            if self.wanted(next, 0) != wanted {
+                rest
+            } else if (1..self.period).contains(&next.duty) {
+                rest + next.duty
+            } else {
+                u64::MAX
+            }
+        };
+        change.min(self.legs[0].quiet()).min(self.legs[1].quiet())
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if edges == 0 {
+            return;
+        }
+        if self.takes() || edges > self.period - self.phase {
+            self.take(input.command);
+        }
+        for leg in &mut self.legs {
+            leg.wait = leg.wait.saturating_sub(edges);
+        }
+        self.phase = self.phase.wrapping_add(edges) & (self.period - 1);
+    }
+}

@@ -1,0 +1,161 @@
+//! Decoding of the two encoder lines, four steps a line (x4).
+//!
+//! - **Equation**: forward order of (a b) is 00, 01, 11, 10, 00: one place forward is `step = +1`, one back is `-1`.
+//! - **Ports**: `a`, `b` (0,1,0) in; `step` (1,1,0), `error` (0,1,0) out.
+//! - **Latency**: 1 edge.
+//! - **Edge**: compares (a b) with their values at the previous edge. Both changed: `step = 0` and `error = 1`, which
+//!   stays until reset. The first `SETTLE` edges after reset only load the previous values, while the synchronizer in
+//!   front fills.
+//! - **Reset**: previous 00, `step` 0, `error` 0, settle counter `SETTLE`. **Overflow**: none.
+//! - **VHDL twin**: `hdl/quadrature_decoder.vhd`.
+//! - **Source**: the usual state table of an incremental encoder.
+//! - **Differs from the hardware**: no digital filter against glitches on the lines.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the decoder.
+    pub struct In { a, b }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the decoder.
+    pub struct Out { step, error }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct QuadratureDecoder {
+    settle: u32,
+    settling: u32,
+    previous: In<i64>,
+    out: Out<i64>,
+}
+
+impl QuadratureDecoder {
+    /// A decoder that ignores the first `settle` edges after reset.
+    ///
+    /// # Errors
+    ///
+    /// When `settle` is no VHDL `natural`.
+    pub fn new(settle: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "SETTLE", settle, 0..=NATURAL)?;
+        Ok(Self {
+            settle,
+            settling: settle,
+            previous: In { a: 0, b: 0 },
+            out: Out { step: 0, error: 0 },
+        })
+    }
+
+    /// The outputs after the next edge.
+    #[inline]
+    fn next(&self, input: &In<i64>) -> Out<i64> {
+        if self.settling > 0 {
+            return Out {
+                step: 0,
+                ..self.out
+            };
+        }
+        match (place(input) - place(&self.previous)).rem_euclid(4) {
+            0 => Out {
+                step: 0,
+                ..self.out
+            },
+            1 => Out {
+                step: 1,
+                ..self.out
+            },
+            3 => Out {
+                step: -1,
+                ..self.out
+            },
+            _ => Out { step: 0, error: 1 },
+        }
+    }
+}
+
+/// The place of (a b) in the forward order 00, 01, 11, 10.
+#[inline]
+fn place(lines: &In<i64>) -> i64 {
+    2 * lines.a + (lines.a ^ lines.b)
+}
+
+impl Default for QuadratureDecoder {
+    fn default() -> Self {
+        Self::new(3).expect("the data sheet's default")
+    }
+}
+
+impl Block for QuadratureDecoder {
+    const NAME: &'static str = "quadrature_decoder";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            a: Signal::bit("a", "Encoder line A, synchronous"),
+            b: Signal::bit("b", "Encoder line B, synchronous"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            step: Signal::new(
+                "step",
+                Format::signed(2),
+                "count",
+                "Motion since the previous edge: -1, 0 or +1",
+            ),
+            error: Signal::bit(
+                "error",
+                "Both lines have changed at one edge since reset: counts were lost",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![("SETTLE", Generic::Integer(self.settle.into()))]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.settling = self.settle;
+        self.previous = In { a: 0, b: 0 };
+        self.out = Out { step: 0, error: 0 };
+        self.out
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.out = self.next(&input);
+        self.previous = input;
+        self.settling = self.settling.saturating_sub(1);
+        self.out
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // From the second edge on, the lines are as they were, and step is 0.
+        if self.next(input) != self.out {
+            0
+        } else if self.out.step != 0 {
+            1
+        } else {
+            u64::MAX
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if edges > 0 {
+            self.previous = *input;
+            self.settling =
+                u32::try_from(edges).map_or(0, |edges| self.settling.saturating_sub(edges));
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Saturation to full scale.
+//!
+//! - **Equation**: `limited = clamp(value, -LIMIT, +LIMIT)`.
+//! - **Ports**: `value` (1,IN_WIDTH-1,0) in; `limited` (1,OUT_WIDTH-1,0) out; `LIMIT < 2^(OUT_WIDTH-1)`.
+//! - **Latency**: none, combinational. **Reset**: none. **Overflow**: none, `limited` holds every limited value.
+//! - **VHDL twin**: `hdl/saturator.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eq. (8): stall torque at 100 % duty, here on both sides.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{NATURAL, WORD, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the saturator.
+    pub struct In { value }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the saturator.
+    pub struct Out { limited }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Saturator {
+    value: Format,
+    limited: Format,
+    limit: i64,
+}
+
+impl Saturator {
+    /// A saturator to `-limit..=limit`.
+    ///
+    /// # Errors
+    ///
+    /// Unless both widths are 2 to 62, and `limit` is a VHDL `natural` below `2^(out_width-1)`.
+    pub fn new(in_width: u32, out_width: u32, limit: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "IN_WIDTH", in_width, WORD)?;
+        within(Self::NAME, "OUT_WIDTH", out_width, WORD)?;
+        let limited = Format::signed(out_width);
+        let most = u32::try_from(limited.max()).map_or(NATURAL, |most| most.min(NATURAL));
+        within(Self::NAME, "LIMIT", limit, 0..=most)?;
+        Ok(Self {
+            value: Format::signed(in_width),
+            limited,
+            limit: limit.into(),
+        })
+    }
+
+    /// The outputs for these inputs.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<i64> {
+        Out {
+            limited: input.value.clamp(-self.limit, self.limit),
+        }
+    }
+}
+
+impl Default for Saturator {
+    fn default() -> Self {
+        Self::new(14, 13, 4095).expect("the data sheet's default")
+    }
+}
+
+impl Block for Saturator {
+    const NAME: &'static str = "saturator";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            value: Signal::new("value", self.value, "PWM count", "Torque asked for"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            limited: Signal::new(
+                "limited",
+                self.limited,
+                "PWM count",
+                "Torque within full scale",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("IN_WIDTH", Generic::Integer(self.value.width().into())),
+            ("OUT_WIDTH", Generic::Integer(self.limited.width().into())),
+            ("LIMIT", Generic::Integer(self.limit)),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.eval(In { value: 0 })
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,112 @@
+//! Two flip-flops in series on each encoder line.
+//!
+//! - **Equation**: `a(n) = a_pin(n-2)`, `b(n) = b_pin(n-2)`.
+//! - **Ports**: `a_pin`, `b_pin` (0,1,0) in; `a`, `b` (0,1,0) out.
+//! - **Latency**: 2 edges.
+//! - **Edge**: the old first stage goes out, the pin enters the first stage.
+//! - **Reset**: all four flip-flops 0. **Overflow**: none.
+//! - **VHDL twin**: `hdl/synchronizer.vhd`.
+//! - **Source**: common practice for asynchronous inputs.
+//! - **Differs from the hardware**: a pin that changes within the set-up window is sampled cleanly, old or new;
+//!   metastability is not modelled.
+
+use hpu_signal::Signal;
+
+use crate::{Block, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the synchronizer.
+    pub struct In { a_pin, b_pin }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the synchronizer.
+    pub struct Out { a, b }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Synchronizer {
+    stage: In<i64>,
+    out: Out<i64>,
+}
+
+impl Synchronizer {
+    /// A synchronizer as it stands after reset.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            stage: In { a_pin: 0, b_pin: 0 },
+            out: Out { a: 0, b: 0 },
+        }
+    }
+}
+
+impl Default for Synchronizer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Block for Synchronizer {
+    const NAME: &'static str = "synchronizer";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            a_pin: Signal::bit("a_pin", "Encoder line A as it arrives at the FPGA"),
+            b_pin: Signal::bit("b_pin", "Encoder line B as it arrives at the FPGA"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            a: Signal::bit("a", "Encoder line A, synchronous"),
+            b: Signal::bit("b", "Encoder line B, synchronous"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        Vec::new()
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        *self = Self::new();
+        self.out
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.out = Out {
+            a: self.stage.a_pin,
+            b: self.stage.b_pin,
+        };
+        self.stage = input;
+        self.out
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let shown = In {
+            a_pin: self.out.a,
+            b_pin: self.out.b,
+        };
+        if self.stage != shown {
+            0
+        } else if *input != shown {
+            1
+        } else {
+            u64::MAX
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if edges > 0 {
+            self.stage = *input;
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Spring and damping together, inside the wall only.
+//!
+//! - **Equation**: `torque = spring + damping` if `contact = 1`, else 0. Positive is against the penetration; `damping`
+//!   is `+B * velocity`.
+//! - **Ports**: `spring` (0,SPRING_WIDTH,0), `damping` (1,DAMPING_WIDTH-1,0), `contact` (0,1,0) in;
+//!   `torque` (1,OUT_WIDTH-1,0) out.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: wraps; the default widths cannot overflow.
+//! - **VHDL twin**: `hdl/torque_sum.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eqs. (6), (7). Its Eq. (5) reads tau2 + tau3, a slip for tau1 + tau2.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{WORD, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the sum.
+    pub struct In { spring, damping, contact }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the sum.
+    pub struct Out { torque }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct TorqueSum {
+    spring: Format,
+    damping: Format,
+    torque: Format,
+}
+
+impl TorqueSum {
+    /// A sum of words of these widths.
+    ///
+    /// # Errors
+    ///
+    /// Unless every width is 2 to 62.
+    pub fn new(spring_width: u32, damping_width: u32, out_width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "SPRING_WIDTH", spring_width, WORD)?;
+        within(Self::NAME, "DAMPING_WIDTH", damping_width, WORD)?;
+        within(Self::NAME, "OUT_WIDTH", out_width, WORD)?;
+        Ok(Self {
+            spring: Format::unsigned(spring_width),
+            damping: Format::signed(damping_width),
+            torque: Format::signed(out_width),
+        })
+    }
+
+    /// The outputs for these inputs.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<i64> {
+        let sum = if input.contact == 1 {
+            input.spring + input.damping
+        } else {
+            0
+        };
+        Out {
+            torque: self.torque.wrap(i128::from(sum)),
+        }
+    }
+}
+
+impl Default for TorqueSum {
+    fn default() -> Self {
+        Self::new(12, 13, 14).expect("the data sheet's default")
+    }
+}
+
+impl Block for TorqueSum {
+    const NAME: &'static str = "torque_sum";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            spring: Signal::new("spring", self.spring, "PWM count", "Torque of the spring"),
+            damping: Signal::new("damping", self.damping, "PWM count", "Torque of the damper"),
+            contact: Signal::bit("contact", "At or behind the wall's surface"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            torque: Signal::new(
+                "torque",
+                self.torque,
+                "PWM count",
+                "Torque against the penetration",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("SPRING_WIDTH", Generic::Integer(self.spring.width().into())),
+            (
+                "DAMPING_WIDTH",
+                Generic::Integer(self.damping.width().into()),
+            ),
+            ("OUT_WIDTH", Generic::Integer(self.torque.width().into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.eval(In {
+            spring: 0,
+            damping: 0,
+            contact: 0,
+        })
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,220 @@
+//! One-step multiplier of two words of any width, signed or unsigned each, that keeps some of the product's bits.
+//!
+//! - **Equation**: `product = narrow(floor(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits; `SATURATE` clamps to what the
+//!   word holds, otherwise the upper bits are dropped.
+//! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and `b`
+//!   less those of `product`.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) tells what was lost.
+//! - **VHDL twin**: `hdl/truncating_multiplier.vhd`.
+//! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, of the 24-bit product "the higher 12 bits" eliminated, which is
+//!   [`drop_upper`](TruncatingMultiplier::drop_upper). Its Eq. (8) needs the saturation before that.
+//! - **Differs from the hardware**: settles at once; the paper's device had no multiplier blocks, so that its product
+//!   rippled.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::within;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the multiplier.
+    pub struct In { a, b }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the multiplier.
+    pub struct Out { product }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct TruncatingMultiplier {
+    a: Format,
+    b: Format,
+    narrowing: Narrowing,
+    drop_lower: u32,
+}
+
+impl TruncatingMultiplier {
+    /// A multiplier of `a` and `b` into `out`.
+    ///
+    /// # Errors
+    ///
+    /// Unless every word has 2 bits or more, `a` and `b` together at most 126, `out` is signed exactly when `a` or `b`
+    /// is, and has no more fraction bits than the product.
+    pub fn new(a: Format, b: Format, out: Format, overflow: Overflow) -> Result<Self, ConfigError> {
+        within(Self::NAME, "A_WIDTH", a.width(), 2..=64)?;
+        within(Self::NAME, "B_WIDTH", b.width(), 2..=64)?;
+        within(Self::NAME, "OUT_WIDTH", out.width(), 2..=64)?;
+        within(
+            Self::NAME,
+            "A_WIDTH + B_WIDTH",
+            a.width() + b.width(),
+            4..=126,
+        )?;
+        if out.is_signed() != (a.is_signed() || b.is_signed()) {
+            let found = format!("the product of {a} and {b} is {out}");
+            return Err(ConfigError::new(
+                Self::NAME,
+                found,
+                "signed if either factor is, else unsigned",
+            ));
+        }
+        let from_frac = a.frac() + b.frac();
+        let drop_lower = u32::try_from(from_frac - out.frac()).map_err(|_| {
+            let found = format!("the product of {a} and {b} is {out}");
+            ConfigError::new(
+                Self::NAME,
+                found,
+                format!("at most {from_frac} fraction bits"),
+            )
+        })?;
+        Ok(Self {
+            a,
+            b,
+            narrowing: Narrowing {
+                from_frac,
+                to: out,
+                rounding: Rounding::Truncate,
+                overflow,
+            },
+            drop_lower,
+        })
+    }
+
+    /// All bits of the product.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and unless the product has at most 64 bits.
+    pub fn full(a: Format, b: Format) -> Result<Self, ConfigError> {
+        Self::keeping(a, b, a.width() + b.width(), 0)
+    }
+
+    /// The lower `width` bits of the product, the upper ones dropped: the paper's truncation.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn drop_upper(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
+        Self::keeping(a, b, width, 0)
+    }
+
+    /// The upper `width` bits of the product, the lower ones dropped.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and unless the product has `width` bits.
+    pub fn drop_lower(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
+        let product = a.width() + b.width();
+        within(Self::NAME, "OUT_WIDTH", width, 2..=product.min(64))?;
+        Self::keeping(a, b, width, product - width)
+    }
+
+    /// The product clamped to what `out` holds, its lower bits dropped.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn saturate(a: Format, b: Format, out: Format) -> Result<Self, ConfigError> {
+        Self::new(a, b, out, Overflow::Saturate)
+    }
+
+    /// `width` bits of the product from bit `drop` up.
+    fn keeping(a: Format, b: Format, width: u32, drop: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "OUT_WIDTH", width, 2..=64)?;
+        let signed = a.is_signed() || b.is_signed();
+        let integer = if signed {
+            Format::signed(width)
+        } else {
+            Format::unsigned(width)
+        };
+        let frac = a.frac() + b.frac() - i32::try_from(drop).expect("at most 126");
+        let out = Format::new(signed, integer.int() - frac, frac).map_err(|error| {
+            ConfigError::new(
+                Self::NAME,
+                error,
+                "a product whose binary point is near its bits",
+            )
+        })?;
+        Self::new(a, b, out, Overflow::Wrap)
+    }
+
+    /// The product, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Narrowed {
+        self.narrowing
+            .apply(self.a.value(input.a) * self.b.value(input.b))
+    }
+}
+
+impl Default for TruncatingMultiplier {
+    fn default() -> Self {
+        let word = Format::unsigned(12);
+        Self::saturate(word, word, word).expect("the data sheet's default")
+    }
+}
+
+impl Block for TruncatingMultiplier {
+    const NAME: &'static str = "truncating_multiplier";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            a: Signal::new("a", self.a, "1", "First factor"),
+            b: Signal::new("b", self.b, "1", "Second factor"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            product: Signal::new(
+                "product",
+                self.narrowing.to,
+                "1",
+                "The bits kept of the product",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("A_WIDTH", Generic::Integer(self.a.width().into())),
+            ("B_WIDTH", Generic::Integer(self.b.width().into())),
+            ("A_SIGNED", Generic::Boolean(self.a.is_signed())),
+            ("B_SIGNED", Generic::Boolean(self.b.is_signed())),
+            ("DROP_LOWER", Generic::Integer(self.drop_lower.into())),
+            (
+                "OUT_WIDTH",
+                Generic::Integer(self.narrowing.to.width().into()),
+            ),
+            (
+                "SATURATE",
+                Generic::Boolean(self.narrowing.overflow == Overflow::Saturate),
+            ),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        Out { product: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        Out {
+            product: self.eval(input).word,
+        }
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,111 @@
+//! The wall pushes, and never pulls.
+//!
+//! - **Equation**: operator E of Vasudevan et al. 2007, Eq. (1): `E(x) = 1` for `x <= 0`, else 0, with
+//!   `x = theta_ref - theta = -delta`, the reading that agrees with its Eq. (7).
+//! - **Ports**: `delta` (1,WIDTH-1,0) in; `contact` (0,1,0) = 1 when `delta >= 0`, `penetration` (0,WIDTH,0) = `delta`
+//!   in contact, else 0, out.
+//! - **Latency**: none, combinational. **Reset**: none. **Overflow**: none.
+//! - **VHDL twin**: `hdl/unilateral.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eqs. (1), (7).
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{WORD, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the operator.
+    pub struct In { delta }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the operator.
+    pub struct Out { contact, penetration }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Unilateral {
+    width: u32,
+}
+
+impl Unilateral {
+    /// An operator on words of `width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62.
+    pub fn new(width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        Ok(Self { width })
+    }
+
+    /// The outputs for these inputs.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<i64> {
+        Out {
+            contact: i64::from(input.delta >= 0),
+            penetration: input.delta.max(0),
+        }
+    }
+}
+
+impl Default for Unilateral {
+    fn default() -> Self {
+        Self::new(12).expect("the data sheet's default")
+    }
+}
+
+impl Block for Unilateral {
+    const NAME: &'static str = "unilateral";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            delta: Signal::new(
+                "delta",
+                Format::signed(self.width),
+                "count",
+                "Displacement from the reference",
+            ),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let depth = Format::unsigned(self.width);
+        Out {
+            contact: Signal::bit("contact", "At or behind the wall's surface"),
+            penetration: Signal::new(
+                "penetration",
+                depth,
+                "count",
+                "Depth behind the wall's surface",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![("WIDTH", Generic::Integer(self.width.into()))]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.eval(In { delta: 0 })
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,238 @@
+//! Backward difference of the position over a programmable sample period, without a division by it.
+//!
+//! - **Equation**: `d(k) = position(k) - position(k-1)`, modulo `2^WIDTH` as two's complement; `velocity = d`, or
+//!   `floor(d * scale)` when `RESCALED`, which keeps the physical damping when the period changes.
+//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1,
+//!   `scale` (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC), ignored unless `RESCALED`, in; `velocity` (1,OUT_WIDTH-1,0) out, in
+//!   counts per sample.
+//! - **Latency**: 1 edge after a sample edge, up to `period`.
+//! - **Edge**: with the countdown at 0, `velocity` and the previous position are loaded and the countdown restarts at
+//!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
+//! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
+//! - **Overflow**: saturates when `OUT_WIDTH` is too narrow. Motion of half the counter's range in one sample aliases.
+//! - **VHDL twin**: `hdl/velocity_register.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eq. (4).
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::{Countdown, edges};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the register.
+    pub struct In { position, period, scale }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the register.
+    pub struct Out { velocity }
+}
+
+/// The widths of a velocity register.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct VelocityConfig {
+    /// Width of the position.
+    pub width: u32,
+    /// Width of the period.
+    pub period_width: u32,
+    /// Whether the difference is multiplied by `scale`.
+    pub rescaled: bool,
+    /// Format of `scale`.
+    pub scale: Format,
+    /// Width of the velocity.
+    pub out_width: u32,
+}
+
+impl Default for VelocityConfig {
+    fn default() -> Self {
+        let scale = Format::new(false, 8, 8).expect("16 bits");
+        Self {
+            width: 12,
+            period_width: 24,
+            rescaled: false,
+            scale,
+            out_width: 12,
+        }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct VelocityRegister {
+    config: VelocityConfig,
+    difference: Format,
+    narrowing: Narrowing,
+    countdown: Countdown,
+    previous: i64,
+    latest: Narrowed,
+}
+
+/// The velocity at standstill, and after reset.
+const ZERO: Narrowed = Narrowed {
+    word: 0,
+    rounded: false,
+    overflowed: false,
+};
+
+impl VelocityRegister {
+    /// A velocity register of these widths.
+    ///
+    /// # Errors
+    ///
+    /// Unless position, scale and velocity have 2 to 62 bits, the period 2 to 30, and the scale is unsigned with 0 or
+    /// more fraction bits.
+    pub fn new(config: VelocityConfig) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", config.width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
+        within(Self::NAME, "SCALE_WIDTH", config.scale.width(), WORD)?;
+        within(Self::NAME, "OUT_WIDTH", config.out_width, WORD)?;
+        if config.scale.is_signed() || config.scale.frac() < 0 {
+            let found = format!("scale is {}", config.scale);
+            return Err(ConfigError::new(
+                Self::NAME,
+                found,
+                "unsigned with 0 or more fraction bits, as (0,8,8)",
+            ));
+        }
+        let narrowing = Narrowing {
+            from_frac: if config.rescaled {
+                config.scale.frac()
+            } else {
+                0
+            },
+            to: Format::signed(config.out_width),
+            rounding: Rounding::Truncate,
+            overflow: Overflow::Saturate,
+        };
+        let difference = Format::signed(config.width);
+        Ok(Self {
+            config,
+            difference,
+            narrowing,
+            countdown: Countdown::default(),
+            previous: 0,
+            latest: ZERO,
+        })
+    }
+
+    /// The velocity, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.latest
+    }
+
+    /// The velocity that a sample edge would load now.
+    #[inline]
+    fn sample(&self, input: &In<i64>) -> Narrowed {
+        if input.position == self.previous {
+            return ZERO;
+        }
+        let difference = self
+            .difference
+            .wrap(i128::from(input.position - self.previous));
+        let factor = if self.config.rescaled { input.scale } else { 1 };
+        self.narrowing
+            .apply(i128::from(difference) * i128::from(factor))
+    }
+}
+
+impl Default for VelocityRegister {
+    fn default() -> Self {
+        Self::new(VelocityConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for VelocityRegister {
+    const NAME: &'static str = "velocity_register";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = Format::unsigned(self.config.width);
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            position: Signal::new("position", position, "count", "Position, modulo its width"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+            scale: Signal::new(
+                "scale",
+                self.config.scale,
+                "1",
+                "Factor of the difference, if rescaled",
+            ),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            velocity: Signal::new(
+                "velocity",
+                self.narrowing.to,
+                "count/sample",
+                "Motion in the latest sample",
+            ),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.config.width.into())),
+            (
+                "PERIOD_WIDTH",
+                Generic::Integer(self.config.period_width.into()),
+            ),
+            ("RESCALED", Generic::Boolean(self.config.rescaled)),
+            (
+                "SCALE_WIDTH",
+                Generic::Integer(self.config.scale.width().into()),
+            ),
+            (
+                "SCALE_FRAC",
+                Generic::Integer(self.config.scale.frac().into()),
+            ),
+            ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.previous = 0;
+        self.latest = ZERO;
+        Out { velocity: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.latest = self.sample(&input);
+            self.previous = input.position;
+        }
+        Out {
+            velocity: self.latest.word,
+        }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // The next sample loads the present difference, every later one zero. What was lost counts as a change.
+        let next = self.sample(input);
+        if next != self.latest {
+            self.countdown.left()
+        } else if next != ZERO {
+            self.countdown.left() + edges(input.period)
+        } else {
+            u64::MAX
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if self.countdown.skip(edges, input.period) {
+            self.previous = input.position;
+        }
+    }
+}

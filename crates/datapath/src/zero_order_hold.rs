@@ -1,0 +1,116 @@
+//! Sample and hold.
+//!
+//! - **Equation**: `q(t) = d(kT)` for `kT <= t < (k+1)T`.
+//! - **Ports**: `d` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q` (0,WIDTH,0) out.
+//! - **Latency**: 1 edge after a sample edge, up to `period`.
+//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts down.
+//!   Samples on the same edges as a `velocity_register` with the same period.
+//! - **Reset**: `q` 0, countdown 0, so that the first edge samples. **Overflow**: none.
+//! - **VHDL twin**: `hdl/zero_order_hold.vhd`.
+//! - **Source**: the conventional loop that Vasudevan et al. 2007 compare with.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::Countdown;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the hold.
+    pub struct In { d, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the hold.
+    pub struct Out { q }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ZeroOrderHold {
+    word: Format,
+    period: Format,
+    countdown: Countdown,
+    q: i64,
+}
+
+impl ZeroOrderHold {
+    /// A hold of words of `width` bits, with a period of `period_width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62 and `period_width` 2 to 30.
+    pub fn new(width: u32, period_width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        Ok(Self {
+            word: Format::unsigned(width),
+            period: Format::unsigned(period_width),
+            countdown: Countdown::default(),
+            q: 0,
+        })
+    }
+}
+
+impl Default for ZeroOrderHold {
+    fn default() -> Self {
+        Self::new(12, 24).expect("the data sheet's default")
+    }
+}
+
+impl Block for ZeroOrderHold {
+    const NAME: &'static str = "zero_order_hold";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            d: Signal::new("d", self.word, "count", "Word to be sampled"),
+            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            q: Signal::new("q", self.word, "count", "Word of the latest sample edge"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.word.width().into())),
+            ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.q = 0;
+        Out { q: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.q = input.d;
+        }
+        Out { q: self.q }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        if input.d == self.q {
+            u64::MAX
+        } else {
+            self.countdown.left()
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.countdown.skip(edges, input.period);
+    }
+}
