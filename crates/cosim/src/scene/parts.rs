@@ -1,0 +1,320 @@
+//! The parts of a scene.
+
+use hpu_signal::Format;
+
+use crate::replay::PinEdge;
+
+/// What the hand holds.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Device {
+    /// A DC motor with a wheel, driven by the bridge.
+    Motor(Motor),
+    /// A mass driven by a force: the textbooks' device, for the linear law alone.
+    Mass(Mass),
+}
+
+/// A DC motor with a wheel; everything but the wheel itself is seen at the shaft.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Motor {
+    /// Winding resistance.
+    pub resistance_ohm: f64,
+    /// Winding inductance.
+    pub inductance_h: f64,
+    /// Torque constant, equal to the back-EMF constant in V·s/rad.
+    pub torque_constant_nm_per_a: f64,
+    /// Inertia of the rotor.
+    pub rotor_inertia_kg_m2: f64,
+    /// Viscous friction.
+    pub viscous_friction_nm_s_per_rad: f64,
+    /// Coulomb friction.
+    pub coulomb_friction_nm: f64,
+    /// Turns of the shaft for one turn of the wheel.
+    pub wheel_ratio: f64,
+    /// Inertia of the wheel about its own axis.
+    pub wheel_inertia_kg_m2: f64,
+    /// Shaft angle at the start.
+    pub initial_angle_rad: f64,
+    /// Shaft speed at the start.
+    pub initial_speed_rad_per_s: f64,
+    /// Winding current at the start.
+    pub initial_current_a: f64,
+}
+
+impl Motor {
+    /// Inertia of rotor and wheel, seen at the shaft.
+    #[must_use]
+    pub fn inertia_kg_m2(&self) -> f64 {
+        self.rotor_inertia_kg_m2 + self.wheel_inertia_kg_m2 / (self.wheel_ratio * self.wheel_ratio)
+    }
+}
+
+/// A mass on a rail.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Mass {
+    /// Mass.
+    pub mass_kg: f64,
+    /// Viscous friction.
+    pub damping_n_s_per_m: f64,
+    /// Coulomb friction.
+    pub coulomb_n: f64,
+    /// Position at the start.
+    pub initial_position_m: f64,
+    /// Speed at the start.
+    pub initial_speed_m_per_s: f64,
+}
+
+/// An incremental encoder, decoded x4.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Encoder {
+    /// Lines a revolution; counts a revolution are four times that.
+    pub lines: u32,
+}
+
+impl Encoder {
+    /// The angle of one count.
+    #[must_use]
+    pub fn count_rad(&self) -> f64 {
+        2.0 * std::f64::consts::PI / (4.0 * f64::from(self.lines))
+    }
+}
+
+/// An H-bridge.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Bridge {
+    /// Supply voltage.
+    pub supply_v: f64,
+    /// Resistance of one closed switch; two are in series with the winding.
+    pub on_resistance_ohm: f64,
+    /// Forward voltage of one freewheeling diode.
+    pub diode_drop_v: f64,
+}
+
+/// The wiring that closes the loop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Loop {
+    /// Spring path combinational, damping sampled.
+    Hybrid,
+    /// Both sampled and held.
+    Conventional,
+}
+
+/// What closes the loop, and its words.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Method {
+    /// The wiring.
+    pub kind: Loop,
+    /// Sample rate as asked for; [`Scene::sample_period_s`](super::Scene::sample_period_s) is what the clock makes of it.
+    pub sample_rate_hz: f64,
+    /// Width of the position counter.
+    pub position_bits: u32,
+    /// Format of the stiffness, in PWM counts per position count.
+    pub stiffness_format: Format,
+    /// Format of the damping, in PWM counts per velocity count.
+    pub damping_format: Format,
+    /// Width of the velocity.
+    pub velocity_bits: u32,
+    /// Width of the sample period in clocks.
+    pub period_bits: u32,
+    /// Whether a product that does not fit clamps (else its upper bits are dropped).
+    pub saturate: bool,
+    /// The rate whose period velocities are rescaled to, when they are.
+    pub reference_rate_hz: Option<f64>,
+    /// Format of the velocity's scale.
+    pub scale_format: Format,
+    /// The modulator.
+    pub pwm: Pwm,
+}
+
+/// The pulse-width modulator.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pwm {
+    /// Width of the duty; a period is 2^bits clocks.
+    pub bits: u32,
+    /// Locked antiphase instead of sign and magnitude.
+    pub antiphase: bool,
+    /// Duty taken once a period instead of at once.
+    pub latched: bool,
+    /// All switches open in the off phase instead of a brake.
+    pub floating: bool,
+    /// Time both switches of a leg stay open around a change.
+    pub dead_time_s: f64,
+}
+
+/// A virtual wall: a spring and a damper at the shaft, at angles beyond its position.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Wall {
+    /// Where it stands.
+    pub position_rad: f64,
+    /// Its stiffness.
+    pub stiffness_nm_per_rad: f64,
+    /// Its damping.
+    pub damping_nm_s_per_rad: f64,
+}
+
+/// A time and an angle; between two points the path is straight, after the last one it stays.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PathPoint {
+    /// Time from the start of the run.
+    pub time_s: f64,
+    /// Shaft angle.
+    pub angle_rad: f64,
+}
+
+/// What moves the device.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Hand {
+    /// Nothing.
+    None,
+    /// A torque that stays, positive into the wall.
+    ConstantTorque {
+        /// The torque.
+        torque_nm: f64,
+    },
+    /// A hand that means to follow a path and holds the device by a spring and a damper.
+    SpringDamper {
+        /// Stiffness of the grip.
+        stiffness_nm_per_rad: f64,
+        /// Damping of the grip.
+        damping_nm_s_per_rad: f64,
+        /// Where the hand means to be.
+        path: Vec<PathPoint>,
+    },
+    /// A hand that imposes the angle.
+    Prescribed {
+        /// The angle.
+        path: Vec<PathPoint>,
+    },
+    /// Recorded encoder lines in place of the device.
+    Capture {
+        /// The lines' levels.
+        edges: Vec<PinEdge>,
+    },
+}
+
+/// How the law is computed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Datapath {
+    /// By the blocks, in words.
+    Words,
+    /// In floats: unquantised, unsaturated, pulling as well as pushing. The law that limits are computed of.
+    Linear,
+}
+
+/// How the bridge is modelled.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BridgeModel {
+    /// Every switching.
+    Switching,
+    /// Its mean voltage.
+    Averaged,
+}
+
+/// How much is modelled.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Model {
+    /// The law.
+    pub datapath: Datapath,
+    /// The bridge.
+    pub bridge: BridgeModel,
+    /// Delay of the linear law beside sampling.
+    pub delay_s: f64,
+}
+
+/// How long a scene runs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Run {
+    /// Duration.
+    pub duration_s: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// What a waveform holds beside the nets.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Record {
+    /// Rate at which the plant's states are recorded.
+    pub plant_rate_hz: f64,
+    /// Whether the clock itself is.
+    pub clock: bool,
+}
+
+/// The verdict a scene expects.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum OutcomeKind {
+    /// It comes to rest.
+    Settled,
+    /// It keeps swinging.
+    LimitCycle,
+    /// It swings ever wider.
+    Diverged,
+}
+
+/// What is expected of a run.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Expect {
+    /// The verdict.
+    pub outcome: Option<OutcomeKind>,
+    /// The numbers.
+    pub numbers: Vec<Expectation>,
+}
+
+/// A number that a run shall give, in SI units.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Expectation {
+    /// Which number.
+    pub metric: Metric,
+    /// What it shall be, in the metric's SI unit.
+    pub value: f64,
+    /// How far off it may be, in the same unit.
+    pub tolerance: f64,
+}
+
+/// A number that a run gives.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Metric {
+    /// Angle at the end, rad.
+    FinalAngle,
+    /// Greatest angle, rad.
+    PeakAngle,
+    /// Greatest angle beyond the wall, rad.
+    PeakPenetration,
+    /// Amplitude of the verdict, rad.
+    Amplitude,
+    /// Frequency of the verdict, Hz.
+    Frequency,
+    /// Greatest torque of the motor, N·m.
+    PeakTorque,
+    /// Share of the edges on which the spring's product did not fit, 0 to 1.
+    SpringOverflowShare,
+    /// Changes of the encoder's lines.
+    EncoderEdges,
+}
+
+impl Metric {
+    /// Every metric, for lists.
+    pub const ALL: [Self; 8] = [
+        Self::FinalAngle,
+        Self::PeakAngle,
+        Self::PeakPenetration,
+        Self::Amplitude,
+        Self::Frequency,
+        Self::PeakTorque,
+        Self::SpringOverflowShare,
+        Self::EncoderEdges,
+    ];
+
+    /// Its key in a scene.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FinalAngle => "final_angle",
+            Self::PeakAngle => "peak_angle",
+            Self::PeakPenetration => "peak_penetration",
+            Self::Amplitude => "amplitude",
+            Self::Frequency => "frequency",
+            Self::PeakTorque => "peak_torque",
+            Self::SpringOverflowShare => "spring_overflow_share",
+            Self::EncoderEdges => "encoder_edges",
+        }
+    }
+}

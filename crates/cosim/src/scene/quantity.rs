@@ -1,0 +1,231 @@
+//! Physical quantities as people write them: a number in SI units, or a string with a unit.
+//!
+//! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and `2`
+//! square alike. The decimal part of the scaling is done on the text, so `"25.175 MHz"` is exactly 25 175 000.
+
+use std::f64::consts::PI;
+
+/// A physical dimension, and the units it may be written in.
+pub(super) struct Dimension {
+    /// What the quantity is called in a message, with its article.
+    pub name: &'static str,
+    /// Its SI unit: what a plain number is in.
+    pub si: &'static str,
+    units: &'static [Unit],
+}
+
+/// `symbol` is worth `factor` * 10^`exponent` SI units, and takes a prefix or not.
+struct Unit {
+    symbol: &'static str,
+    factor: f64,
+    exponent: i32,
+    prefixed: bool,
+}
+
+/// An SI unit that takes prefixes.
+const fn si(symbol: &'static str) -> Unit {
+    Unit {
+        symbol,
+        factor: 1.0,
+        exponent: 0,
+        prefixed: true,
+    }
+}
+
+/// A unit without prefixes.
+const fn unit(symbol: &'static str, factor: f64, exponent: i32) -> Unit {
+    Unit {
+        symbol,
+        factor,
+        exponent,
+        prefixed: false,
+    }
+}
+
+macro_rules! dimensions {
+    ($($dimension:ident = $name:literal, $si:literal, [$($unit:expr),*];)*) => {
+        $(pub(super) static $dimension: Dimension = Dimension { name: $name, si: $si, units: &[$($unit),*] };)*
+        #[cfg(test)]
+        static ALL: &[&Dimension] = &[$(&$dimension),*];
+    };
+}
+
+dimensions! {
+    TIME = "a time", "s", [si("s"), unit("min", 60.0, 0)];
+    FREQUENCY = "a frequency", "Hz", [si("Hz")];
+    ANGLE = "an angle", "rad", [si("rad"), unit("deg", PI / 180.0, 0), unit("rev", 2.0 * PI, 0)];
+    ANGULAR_SPEED = "an angular speed", "rad/s",
+        [si("rad/s"), unit("deg/s", PI / 180.0, 0), unit("rpm", PI / 30.0, 0), unit("rev/s", 2.0 * PI, 0)];
+    TORQUE = "a torque", "N.m", [si("N.m")];
+    TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
+    TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", [si("N.m.s/rad")];
+    INERTIA = "a moment of inertia", "kg.m2", [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
+    VOLTAGE = "a voltage", "V", [si("V")];
+    CURRENT = "a current", "A", [si("A")];
+    RESISTANCE = "a resistance", "Ohm", [si("Ohm"), si("ohm")];
+    INDUCTANCE = "an inductance", "H", [si("H")];
+    TORQUE_CONSTANT = "a torque constant", "N.m/A", [si("N.m/A"), si("V.s/rad"), si("V.s")];
+    LENGTH = "a length", "m", [si("m")];
+    SPEED = "a speed", "m/s", [si("m/s")];
+    FORCE = "a force", "N", [si("N")];
+    STIFFNESS = "a stiffness", "N/m", [si("N/m"), unit("N/mm", 1.0, 3)];
+    DAMPING = "a damping", "N.s/m", [si("N.s/m")];
+    MASS = "a mass", "kg", [unit("kg", 1.0, 0), si("g").thousandth()];
+    RATIO = "a plain number", "1", [unit("%", 1.0, -2)];
+}
+
+impl Unit {
+    const fn thousandth(self) -> Self {
+        Self {
+            exponent: self.exponent - 3,
+            ..self
+        }
+    }
+}
+
+const PREFIXES: [(&str, i32); 8] = [
+    ("", 0),
+    ("p", -12),
+    ("n", -9),
+    ("u", -6),
+    ("m", -3),
+    ("k", 3),
+    ("M", 6),
+    ("G", 9),
+];
+
+impl Dimension {
+    /// The value of `text` in SI units; `None` when it is not a number with one of the units, or out of a float's range.
+    pub fn parse(&self, text: &str) -> Option<f64> {
+        let text = text.trim();
+        let digits = number_length(text);
+        let (number, symbol) = text.split_at(digits);
+        let symbol = plain(symbol.trim());
+        let (mantissa, exponent) = match number.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+            None => (number, 0),
+        };
+        let (factor, scale) = if symbol.is_empty() {
+            (1.0, 0)
+        } else {
+            self.unit(&symbol)?
+        };
+        let value = format!("{mantissa}e{}", exponent.checked_add(scale)?)
+            .parse::<f64>()
+            .ok()?
+            * factor;
+        value.is_finite().then_some(value)
+    }
+
+    fn unit(&self, symbol: &str) -> Option<(f64, i32)> {
+        self.units.iter().find_map(|unit| {
+            let prefix = symbol.strip_suffix(unit.symbol)?;
+            let (_, scale) = PREFIXES.iter().find(|(p, _)| *p == prefix)?;
+            (prefix.is_empty() || unit.prefixed).then_some((unit.factor, unit.exponent + scale))
+        })
+    }
+
+    /// What may be written instead: "N.m/rad, mN.m/rad or a number in N.m/rad".
+    pub fn accepted(&self) -> String {
+        let mut symbols = Vec::new();
+        for unit in self.units {
+            symbols.push(unit.symbol.to_string());
+            if unit.prefixed {
+                let common = if unit.symbol == "Hz" { "M" } else { "m" };
+                symbols.push(format!("{common}{}", unit.symbol));
+            }
+        }
+        let number = if self.si == "1" {
+            "a number".to_string()
+        } else {
+            format!("a number in {}", self.si)
+        };
+        format!("{} or {number}", symbols.join(", "))
+    }
+}
+
+/// Bytes of the longest prefix that is a decimal number (an `e` counts when digits follow it).
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| {
+        from + bytes[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit())
+            .count()
+    };
+    let sign = |at: usize| at + usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
+    let mut end = digits(sign(0));
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let exponent = sign(end + 1);
+        if digits(exponent) > exponent {
+            end = digits(exponent);
+        }
+    }
+    end
+}
+
+/// The symbol in the one spelling of the tables.
+fn plain(symbol: &str) -> String {
+    symbol
+        .replace(['·', '⋅', '*'], ".")
+        .replace(['µ', 'μ'], "u")
+        .replace('²', "2")
+        .replace('^', "")
+        .replace('Ω', "Ohm")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_unit_that_a_message_offers_is_accepted() {
+        for dimension in ALL {
+            let accepted = dimension.accepted();
+            let (symbols, _) = accepted.rsplit_once(" or ").unwrap();
+            for symbol in symbols.split(", ") {
+                assert!(
+                    dimension.parse(&format!("2 {symbol}")).is_some(),
+                    "{} in {symbol}",
+                    dimension.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn decimal_units_are_scaled_without_rounding() {
+        assert_eq!(FREQUENCY.parse("25.175 MHz"), Some(25_175_000.0));
+        assert_eq!(TIME.parse("5us"), Some(5e-6));
+        assert_eq!(TIME.parse("5 µs"), Some(5e-6));
+        assert_eq!(INERTIA.parse("10.3 g.cm2"), Some(10.3e-7));
+        assert_eq!(INERTIA.parse("10.3 g·cm²"), Some(10.3e-7));
+        assert_eq!(TORQUE.parse("1.2e1 mN.m"), Some(0.012));
+        assert_eq!(RESISTANCE.parse("330 mΩ"), Some(0.33));
+        assert_eq!(MASS.parse("75 g"), Some(0.075));
+        assert_eq!(RATIO.parse("12 %"), Some(0.12));
+        assert_eq!(ANGLE.parse("-180 deg"), Some(-PI));
+    }
+
+    #[test]
+    fn a_unit_of_another_dimension_a_second_prefix_and_no_number_are_refused() {
+        for text in [
+            "25 mm",
+            "2 N.m",
+            "2 kmN.m/rad",
+            "N.m/rad",
+            "",
+            "2 2 N.m/rad",
+            "nan",
+            "1e999 N.m/rad",
+            "--2",
+            ".",
+        ] {
+            assert_eq!(TORSIONAL_STIFFNESS.parse(text), None, "{text}");
+        }
+        assert_eq!(INERTIA.parse("1 mkg.m2"), None);
+    }
+}

@@ -1,0 +1,173 @@
+//! From the tree of a scene to its parts: every key, its default, its range.
+
+use hpu_signal::Clock;
+
+use super::parts::{
+    BridgeModel, Datapath, Device, Expect, Expectation, Hand, Metric, Model, OutcomeKind, Record,
+    Run, Wall,
+};
+use super::quantity as q;
+use super::read_device::{Axis, bridge, device, encoder};
+use super::read_hand::{Load, hand};
+use super::read_method::method;
+use super::section::Section;
+use super::section::Sign::{Any, NotNegative, Positive};
+use super::source::{SceneError, Source};
+use super::{MOST_EDGES, Scene};
+
+pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
+    let root = source.root();
+    root.accept(&[
+        "about", "device", "encoder", "bridge", "clock", "method", "wall", "hand", "model", "run",
+        "record", "expect",
+    ])?;
+    let about = root
+        .text("about", "a few sentences that say what to look for")?
+        .trim()
+        .to_string();
+    let (device, axis) = device(&root.section("device")?)?;
+    let clock = clock(&root.section("clock")?)?;
+    let parts = Scene {
+        name: name(file),
+        about,
+        device,
+        encoder: encoder(&root.section("encoder")?)?,
+        bridge: bridge(&root.section("bridge")?)?,
+        clock,
+        method: method(&root.section("method")?)?,
+        wall: wall(&root.section("wall")?, axis)?,
+        hand: hand(&root.section("hand")?, axis, load)?,
+        model: model(&root.section("model")?)?,
+        run: run(&root.section("run")?, clock)?,
+        record: record(&root.section("record")?)?,
+        expect: expect(&root.section("expect")?, axis)?,
+        places: source.places,
+    };
+    agree(&parts)?;
+    Ok(parts)
+}
+
+fn name(file: &str) -> String {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    name.strip_suffix(".toml").unwrap_or(name).to_string()
+}
+
+/// What the parts ask of each other.
+fn agree(scene: &Scene) -> Result<(), SceneError> {
+    let linear = scene.model.datapath == Datapath::Linear;
+    if let (Device::Mass(_), false) = (&scene.device, linear) {
+        let reason = "\"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"";
+        return Err(scene.places.error("device.kind", reason));
+    }
+    if let (Hand::Capture { .. }, true) = (&scene.hand, linear) {
+        let reason = "\"capture\" feeds encoder lines, which the linear law does not read; write model.datapath = \"words\"";
+        return Err(scene.places.error("hand.kind", reason));
+    }
+    if scene.model.delay_s > 0.0 && !linear {
+        return Err(scene.places.error(
+            "model.delay",
+            "only the linear law takes a delay; write datapath = \"linear\"",
+        ));
+    }
+    scene.check_period()?;
+    if linear {
+        Ok(())
+    } else {
+        scene.words().map(|_| ())
+    }
+}
+
+fn clock(s: &Section) -> Result<Clock, SceneError> {
+    s.accept(&["frequency"])?;
+    let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Positive, None)?;
+    // Beyond u64 the cast saturates, and the clock refuses that too.
+    let whole = if frequency_hz.fract() == 0.0 {
+        frequency_hz as u64
+    } else {
+        0
+    };
+    Clock::new(whole).map_err(|error| s.error("frequency", format!("{frequency_hz} Hz: {error}")))
+}
+
+fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
+    s.accept(&["position", "stiffness", "damping"])?;
+    Ok(Wall {
+        position_rad: s.quantity("position", axis.position, Any, None)?,
+        stiffness_nm_per_rad: s.quantity("stiffness", axis.stiffness, NotNegative, None)?,
+        damping_nm_s_per_rad: s.quantity("damping", axis.damping, NotNegative, Some(0.0))?,
+    })
+}
+
+fn model(s: &Section) -> Result<Model, SceneError> {
+    s.accept(&["datapath", "bridge", "delay"])?;
+    let datapaths = [("words", Datapath::Words), ("linear", Datapath::Linear)];
+    let bridges = [
+        ("switching", BridgeModel::Switching),
+        ("averaged", BridgeModel::Averaged),
+    ];
+    Ok(Model {
+        datapath: s.choice("datapath", &datapaths, Some(Datapath::Words))?,
+        bridge: s.choice("bridge", &bridges, Some(BridgeModel::Switching))?,
+        delay_s: s.quantity("delay", &q::TIME, NotNegative, Some(0.0))?,
+    })
+}
+
+fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
+    s.accept(&["duration", "seed"])?;
+    let duration_s = s.quantity("duration", &q::TIME, Positive, None)?;
+    let edges = duration_s * clock.frequency_hz() as f64;
+    if !(0.5..=MOST_EDGES as f64).contains(&edges) {
+        let reason = format!("{edges:.3} clock edges; a run has 1 to 2^62");
+        return Err(s.error("duration", reason));
+    }
+    Ok(Run {
+        duration_s,
+        seed: s.integer("seed", 0, i64::MAX as u64, Some(0))?,
+    })
+}
+
+fn record(s: &Section) -> Result<Record, SceneError> {
+    s.accept(&["plant_rate", "clock"])?;
+    Ok(Record {
+        plant_rate_hz: s.quantity("plant_rate", &q::FREQUENCY, Positive, Some(10e3))?,
+        clock: s.flag("clock", false)?,
+    })
+}
+
+fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
+    let names: Vec<&str> = std::iter::once("outcome")
+        .chain(Metric::ALL.map(Metric::name))
+        .collect();
+    s.accept(&names)?;
+    let outcomes = [
+        ("settled", Some(OutcomeKind::Settled)),
+        ("limit_cycle", Some(OutcomeKind::LimitCycle)),
+        ("diverged", Some(OutcomeKind::Diverged)),
+    ];
+    let mut numbers = Vec::new();
+    for metric in Metric::ALL
+        .into_iter()
+        .filter(|metric| s.has(metric.name()))
+    {
+        let dimension = match metric {
+            Metric::FinalAngle
+            | Metric::PeakAngle
+            | Metric::PeakPenetration
+            | Metric::Amplitude => axis.position,
+            Metric::Frequency => &q::FREQUENCY,
+            Metric::PeakTorque => axis.effort,
+            Metric::SpringOverflowShare | Metric::EncoderEdges => &q::RATIO,
+        };
+        let number = s.section(metric.name())?;
+        number.accept(&["value", "tolerance"])?;
+        numbers.push(Expectation {
+            metric,
+            value: number.quantity("value", dimension, Any, None)?,
+            tolerance: number.quantity("tolerance", dimension, NotNegative, None)?,
+        });
+    }
+    Ok(Expect {
+        outcome: s.choice("outcome", &outcomes, Some(None))?,
+        numbers,
+    })
+}

@@ -1,0 +1,110 @@
+//! Reading `[device]`, `[encoder]` and `[bridge]`.
+
+use super::parts::{Bridge, Device, Encoder, Mass, Motor};
+use super::quantity::{self as q, Dimension};
+use super::section::Section;
+use super::section::Sign::{Any, NotNegative, Positive};
+use super::source::SceneError;
+
+/// The dimensions of a device's motion.
+pub(super) struct Axis {
+    pub position: &'static Dimension,
+    pub effort: &'static Dimension,
+    pub stiffness: &'static Dimension,
+    pub damping: &'static Dimension,
+}
+
+static SHAFT: Axis = Axis {
+    position: &q::ANGLE,
+    effort: &q::TORQUE,
+    stiffness: &q::TORSIONAL_STIFFNESS,
+    damping: &q::TORSIONAL_DAMPING,
+};
+static RAIL: Axis = Axis {
+    position: &q::LENGTH,
+    effort: &q::FORCE,
+    stiffness: &q::STIFFNESS,
+    damping: &q::DAMPING,
+};
+
+pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
+    if s.choice("kind", &[("motor", true), ("mass", false)], None)? {
+        return Ok((Device::Motor(motor(s)?), &SHAFT));
+    }
+    s.accept(&[
+        "kind",
+        "mass",
+        "damping",
+        "coulomb",
+        "initial_position",
+        "initial_speed",
+    ])?;
+    let mass = Mass {
+        mass_kg: s.quantity("mass", &q::MASS, Positive, None)?,
+        damping_n_s_per_m: s.quantity("damping", &q::DAMPING, NotNegative, None)?,
+        coulomb_n: s.quantity("coulomb", &q::FORCE, NotNegative, Some(0.0))?,
+        initial_position_m: s.quantity("initial_position", &q::LENGTH, Any, Some(0.0))?,
+        initial_speed_m_per_s: s.quantity("initial_speed", &q::SPEED, Any, Some(0.0))?,
+    };
+    Ok((Device::Mass(mass), &RAIL))
+}
+
+/// The defaults are assumed values of a 22 W motor whose stall torque at 24 V is the published 265 mN·m
+/// (Vasudevan et al. 2007); no data sheet of that winding was at hand.
+fn motor(s: &Section) -> Result<Motor, SceneError> {
+    s.accept(&[
+        "kind",
+        "resistance",
+        "inductance",
+        "torque_constant",
+        "rotor_inertia",
+        "viscous_friction",
+        "coulomb_friction",
+        "wheel_ratio",
+        "wheel_inertia",
+        "initial_angle",
+        "initial_speed",
+        "initial_current",
+    ])?;
+    let resistance_ohm = 25.9e-3 * 24.0 / 0.265;
+    Ok(Motor {
+        resistance_ohm: s.quantity("resistance", &q::RESISTANCE, Positive, Some(resistance_ohm))?,
+        inductance_h: s.quantity("inductance", &q::INDUCTANCE, Positive, Some(0.226e-3))?,
+        torque_constant_nm_per_a: s.quantity(
+            "torque_constant",
+            &q::TORQUE_CONSTANT,
+            Positive,
+            Some(25.9e-3),
+        )?,
+        rotor_inertia_kg_m2: s.quantity("rotor_inertia", &q::INERTIA, Positive, Some(1.37e-6))?,
+        viscous_friction_nm_s_per_rad: s.quantity(
+            "viscous_friction",
+            &q::TORSIONAL_DAMPING,
+            NotNegative,
+            Some(1.3e-6),
+        )?,
+        coulomb_friction_nm: s.quantity("coulomb_friction", &q::TORQUE, NotNegative, Some(0.0))?,
+        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Positive, Some(7.0))?,
+        wheel_inertia_kg_m2: s.quantity("wheel_inertia", &q::INERTIA, NotNegative, Some(0.0))?,
+        initial_angle_rad: s.quantity("initial_angle", &q::ANGLE, Any, Some(0.0))?,
+        initial_speed_rad_per_s: s.quantity("initial_speed", &q::ANGULAR_SPEED, Any, Some(0.0))?,
+        initial_current_a: s.quantity("initial_current", &q::CURRENT, Any, Some(0.0))?,
+    })
+}
+
+pub(super) fn encoder(s: &Section) -> Result<Encoder, SceneError> {
+    s.accept(&["lines"])?;
+    let lines = s.integer("lines", 1, 1 << 24, Some(1024))?;
+    Ok(Encoder {
+        lines: lines as u32,
+    })
+}
+
+pub(super) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
+    s.accept(&["supply", "on_resistance", "diode_drop"])?;
+    Ok(Bridge {
+        supply_v: s.quantity("supply", &q::VOLTAGE, Positive, Some(24.0))?,
+        on_resistance_ohm: s.quantity("on_resistance", &q::RESISTANCE, NotNegative, Some(0.0))?,
+        diode_drop_v: s.quantity("diode_drop", &q::VOLTAGE, NotNegative, Some(0.7))?,
+    })
+}

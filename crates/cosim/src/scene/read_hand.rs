@@ -1,0 +1,125 @@
+//! Reading `[hand]`: what moves the device, and the recordings it may name.
+
+use std::io;
+
+use super::parts::{Hand, PathPoint};
+use super::quantity as q;
+use super::read_device::Axis;
+use super::section::Section;
+use super::section::Sign::{Any, NotNegative};
+use super::source::SceneError;
+use crate::replay;
+
+/// Reads a file that the scene names.
+pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
+
+pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneError> {
+    let kinds = [
+        "none",
+        "constant_torque",
+        "spring_damper",
+        "prescribed",
+        "capture",
+    ]
+    .map(|kind| (kind, kind));
+    let accept = |keys: &[&str]| s.accept(&[&["kind"], keys].concat());
+    match s.choice("kind", &kinds, None)? {
+        "none" => {
+            accept(&[])?;
+            Ok(Hand::None)
+        }
+        "constant_torque" => {
+            accept(&["torque"])?;
+            Ok(Hand::ConstantTorque {
+                torque_nm: s.quantity("torque", axis.effort, Any, None)?,
+            })
+        }
+        "spring_damper" => {
+            accept(&["stiffness", "damping", "path", "file"])?;
+            Ok(Hand::SpringDamper {
+                stiffness_nm_per_rad: s.quantity("stiffness", axis.stiffness, NotNegative, None)?,
+                damping_nm_s_per_rad: s.quantity("damping", axis.damping, NotNegative, None)?,
+                path: motion(s, axis, load)?,
+            })
+        }
+        "prescribed" => {
+            accept(&["path", "file"])?;
+            Ok(Hand::Prescribed {
+                path: motion(s, axis, load)?,
+            })
+        }
+        _ => {
+            accept(&["file", "channel_a", "channel_b"])?;
+            let file = s.text("file", "the name of a VCD file beside the scene")?;
+            let channel_a = s.text("channel_a", "the name of encoder line A in the file")?;
+            let channel_b = s.text("channel_b", "the name of encoder line B in the file")?;
+            let edges = replay::read_capture(&read(s, file, load)?, channel_a, channel_b)
+                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            Ok(Hand::Capture { edges })
+        }
+    }
+}
+
+fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
+    let accepted = "write the name of a file beside the scene";
+    load(file).map_err(|error| {
+        s.error(
+            "file",
+            format!("cannot read `{file}` ({error}); {accepted}"),
+        )
+    })
+}
+
+/// The points of `path`, or those of `file`.
+fn motion(s: &Section, axis: &Axis, load: Load) -> Result<Vec<PathPoint>, SceneError> {
+    match (s.has("path"), s.has("file")) {
+        (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
+        (false, false) => Err(s.error(
+            "path",
+            "missing; write path = [[time, angle], ...], or file = \"motion.csv\"",
+        )),
+        (true, false) => path(s, axis),
+        (false, true) => {
+            let file = s.text("file", "the name of a CSV file beside the scene")?;
+            let bytes = read(s, file, load)?;
+            let text = std::str::from_utf8(&bytes)
+                .map_err(|_| s.error("file", format!("{file}: not UTF-8 text")))?;
+            let motion = replay::read_motion_csv(text)
+                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            Ok(motion
+                .into_iter()
+                .map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad })
+                .collect())
+        }
+    }
+}
+
+fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
+    let accepted = "write [[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
+    let points = s
+        .get("path")
+        .and_then(|item| item.as_array())
+        .filter(|points| !points.is_empty());
+    let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;
+    let mut path: Vec<PathPoint> = Vec::new();
+    for (index, point) in points.iter().enumerate() {
+        let key = format!("path[{index}]");
+        let pair = point.as_array().filter(|pair| pair.len() == 2);
+        let pair = pair.ok_or_else(|| s.error(&key, format!("not a pair; {accepted}")))?;
+        let number = |at: usize, dimension, sign| {
+            let item = toml_edit::Item::Value(pair.get(at).expect("one of two").clone());
+            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sign)
+        };
+        let time_s = number(0, &q::TIME, NotNegative)?;
+        let angle_rad = number(1, axis.position, Any)?;
+        if let Some(before) = path.last().filter(|before| time_s <= before.time_s) {
+            let reason = format!(
+                "times must increase: {time_s} s follows {} s",
+                before.time_s
+            );
+            return Err(s.error(&format!("{key}[0]"), reason));
+        }
+        path.push(PathPoint { time_s, angle_rad });
+    }
+    Ok(path)
+}

@@ -1,0 +1,248 @@
+//! Reading one section of a scene: every reader knows its key's default, range and unit, and says them when it refuses.
+
+use hpu_signal::{Format, FormatError};
+use toml_edit::{Item, TableLike, Value};
+
+use super::quantity::Dimension;
+use super::source::{Places, SceneError, join};
+
+/// Which values of a quantity make sense.
+#[derive(Clone, Copy)]
+pub(super) enum Sign {
+    Any,
+    NotNegative,
+    Positive,
+}
+
+/// One table of the scene. A table that is not there reads as an empty one.
+pub(super) struct Section<'a> {
+    places: &'a Places,
+    path: String,
+    table: Option<&'a dyn TableLike>,
+}
+
+impl<'a> Section<'a> {
+    pub fn root(places: &'a Places, table: &'a dyn TableLike) -> Self {
+        Self {
+            places,
+            path: String::new(),
+            table: Some(table),
+        }
+    }
+
+    pub fn key(&self, key: &str) -> String {
+        join(&self.path, key)
+    }
+
+    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.places.error(&self.key(key), reason)
+    }
+
+    pub fn section(&self, key: &str) -> Result<Section<'a>, SceneError> {
+        let table = match self.get(key) {
+            None => None,
+            Some(item) => match item.as_table_like() {
+                Some(table) => Some(table),
+                None => {
+                    return Err(self.error(
+                        key,
+                        format!("a section is expected; write [{}]", self.key(key)),
+                    ));
+                }
+            },
+        };
+        Ok(Section {
+            places: self.places,
+            path: self.key(key),
+            table,
+        })
+    }
+
+    pub fn get(&self, key: &str) -> Option<&'a Item> {
+        self.table.and_then(|table| table.get(key))
+    }
+
+    pub fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
+    /// Refuses every key but these.
+    pub fn accept(&self, keys: &[&str]) -> Result<(), SceneError> {
+        let unknown = self
+            .table
+            .into_iter()
+            .flat_map(|table| table.iter())
+            .find(|(key, _)| !keys.contains(key));
+        match unknown {
+            None => Ok(()),
+            Some((key, _)) => Err(self.places.key_error(
+                &self.key(key),
+                format!("unknown key; accepted here: {}", keys.join(", ")),
+            )),
+        }
+    }
+
+    pub fn choice<T: Copy>(
+        &self,
+        key: &str,
+        options: &[(&str, T)],
+        default: Option<T>,
+    ) -> Result<T, SceneError> {
+        let accepted = || {
+            options
+                .iter()
+                .map(|(name, _)| format!("\"{name}\""))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        match (self.get(key), default) {
+            (None, Some(default)) => Ok(default),
+            (None, None) => Err(self.error(key, format!("missing; write one of {}", accepted()))),
+            (Some(item), _) => {
+                let chosen = options
+                    .iter()
+                    .find(|(name, _)| item.as_str() == Some(name))
+                    .map(|(_, option)| *option);
+                chosen.ok_or_else(|| {
+                    self.error(key, format!("{} is none of {}", shown(item), accepted()))
+                })
+            }
+        }
+    }
+
+    pub fn quantity(
+        &self,
+        key: &str,
+        dimension: &Dimension,
+        sign: Sign,
+        default: Option<f64>,
+    ) -> Result<f64, SceneError> {
+        match (self.get(key), default) {
+            (None, Some(default)) => Ok(default),
+            (None, None) => Err(self.error(
+                key,
+                format!(
+                    "missing; write {} as {}",
+                    dimension.name,
+                    dimension.accepted()
+                ),
+            )),
+            (Some(item), _) => self.quantity_of(key, item, dimension, sign),
+        }
+    }
+
+    pub fn quantity_of(
+        &self,
+        key: &str,
+        item: &Item,
+        dimension: &Dimension,
+        sign: Sign,
+    ) -> Result<f64, SceneError> {
+        let value = match item {
+            Item::Value(Value::Integer(number)) => Some(*number.value() as f64),
+            Item::Value(Value::Float(number)) => {
+                Some(*number.value()).filter(|number| number.is_finite())
+            }
+            Item::Value(Value::String(text)) => dimension.parse(text.value()),
+            _ => None,
+        };
+        let value = value.ok_or_else(|| {
+            self.error(
+                key,
+                format!(
+                    "{} is not {}: write {}",
+                    shown(item),
+                    dimension.name,
+                    dimension.accepted()
+                ),
+            )
+        })?;
+        let refused = match sign {
+            Sign::Any => None,
+            Sign::NotNegative => (value < 0.0).then_some("must not be negative"),
+            Sign::Positive => (value <= 0.0).then_some("must be above zero"),
+        };
+        match refused {
+            None => Ok(value),
+            Some(rule) => Err(self.error(key, format!("{} {rule}", shown(item)))),
+        }
+    }
+
+    pub fn integer(
+        &self,
+        key: &str,
+        least: u64,
+        most: u64,
+        default: Option<u64>,
+    ) -> Result<u64, SceneError> {
+        let accepted = format!("a whole number from {least} to {most}");
+        match (self.get(key), default) {
+            (None, Some(default)) => Ok(default),
+            (None, None) => Err(self.error(key, format!("missing; write {accepted}"))),
+            (Some(item), _) => item
+                .as_integer()
+                .and_then(|number| u64::try_from(number).ok())
+                .filter(|number| (least..=most).contains(number))
+                .ok_or_else(|| self.error(key, format!("{} is not {accepted}", shown(item)))),
+        }
+    }
+
+    /// A width in bits.
+    pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
+        let bits = self.integer(key, 1, u64::from(most), Some(u64::from(default)))?;
+        Ok(bits as u32)
+    }
+
+    pub fn flag(&self, key: &str, default: bool) -> Result<bool, SceneError> {
+        match self.get(key) {
+            None => Ok(default),
+            Some(item) => item
+                .as_bool()
+                .ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item)))),
+        }
+    }
+
+    pub fn text(&self, key: &str, what: &str) -> Result<&'a str, SceneError> {
+        match self.get(key) {
+            None => Err(self.error(key, format!("missing; write {what}"))),
+            Some(item) => item
+                .as_str()
+                .filter(|text| !text.trim().is_empty())
+                .ok_or_else(|| self.error(key, format!("{} is not {what}", shown(item)))),
+        }
+    }
+
+    /// The format of a gain: unsigned, no bit worth less than the fraction bits say.
+    pub fn gain_format(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
+        let Some(item) = self.get(key) else {
+            return Format::new(false, default.0, default.1)
+                .map_err(|error| self.error(key, error.to_string()));
+        };
+        let text = item.as_str().ok_or_else(|| {
+            self.error(
+                key,
+                format!(
+                    "{} is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"",
+                    shown(item)
+                ),
+            )
+        })?;
+        let format: Format = text
+            .parse()
+            .map_err(|error: FormatError| self.error(key, error.to_string()))?;
+        if format.is_signed() || format.frac() < 0 || format.width() > 32 {
+            let rule = "a gain is unsigned, has no negative fraction bits and at most 32 bits, as in \"(0,12,0)\"";
+            return Err(self.error(key, format!("{format}: {rule}")));
+        }
+        Ok(format)
+    }
+}
+
+/// A value as it was written, between backticks.
+fn shown(item: &Item) -> String {
+    match item {
+        Item::Value(Value::String(text)) => format!("`{}`", text.value()),
+        Item::Value(value) => format!("`{}`", value.to_string().trim()),
+        _ => "a section".to_string(),
+    }
+}

@@ -1,0 +1,78 @@
+//! The scenes that come with the program, by name.
+
+use std::io;
+
+use super::{Scene, SceneError};
+
+/// A shipped scene.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shipped {
+    /// Its name, which is also the file's in `testbench/scenes`.
+    pub name: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+impl Shipped {
+    /// Parses the scene, with its own data files, under the overrides.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when an override is refused, or names a file that is not shipped.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Scene, SceneError> {
+        Scene::parse(
+            &format!("testbench/scenes/{}.toml", self.name),
+            self.text,
+            overrides,
+            &mut shipped_file,
+        )
+    }
+}
+
+macro_rules! text {
+    ($file:expr) => {
+        include_str!(concat!("../../../../testbench/scenes/", $file))
+    };
+}
+
+macro_rules! scenes {
+    ($($name:literal),* $(,)?) => { &[$(Shipped { name: $name, text: text!(concat!($name, ".toml")) }),*] };
+}
+
+static SCENES: &[Shipped] = scenes![
+    "hybrid-wall",
+    "hybrid-wall-25mhz",
+    "conventional-wall-100hz",
+    "conventional-wall-1khz",
+    "conventional-wall-10khz",
+    "stiff-hybrid",
+    "stiff-conventional-1khz",
+    "wrap-product",
+    "wrap-saturated",
+    "free-motion",
+    "prescribed-sweep",
+    "replay-capture",
+    "replay-motion",
+];
+
+static FILES: &[(&str, &str)] = &[
+    ("replay-capture.vcd", text!("replay-capture.vcd")),
+    ("replay-motion.csv", text!("replay-motion.csv")),
+];
+
+/// The shipped scenes.
+#[must_use]
+pub fn shipped() -> &'static [Shipped] {
+    SCENES
+}
+
+/// A data file that a shipped scene names.
+///
+/// # Errors
+///
+/// [`io::ErrorKind::NotFound`] for any other name.
+pub fn shipped_file(name: &str) -> io::Result<Vec<u8>> {
+    let file = FILES.iter().find(|(file, _)| *file == name);
+    file.map(|(_, text)| text.as_bytes().to_vec())
+        .ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
+}

@@ -1,0 +1,189 @@
+//! The scene's text as a tree that remembers where every key and value stands, with the `--set` overrides laid over it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
+
+use super::section::Section;
+
+/// Why a scene was refused: where, which key, and what is accepted instead.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SceneError {
+    place: String,
+    key: String,
+    reason: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if self.key.is_empty() {
+            write!(f, "{}: {}", self.place, self.reason)
+        } else {
+            write!(f, "{}: {}: {}", self.place, self.key, self.reason)
+        }
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// Where every key of a scene was given: `file:line:column`, or the `--set` that gave it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Places {
+    file: String,
+    keys: BTreeMap<String, String>,
+    values: BTreeMap<String, String>,
+}
+
+impl Places {
+    /// An error about a key's value.
+    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.error_in(&self.values, key, reason.into())
+    }
+
+    /// An error about the key itself.
+    pub fn key_error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.error_in(&self.keys, key, reason.into())
+    }
+
+    /// A key that was not given is missing from the innermost section that was.
+    fn error_in(&self, places: &BTreeMap<String, String>, key: &str, reason: String) -> SceneError {
+        let mut path = key;
+        let place = loop {
+            match (places.get(path), path.rfind(['.', '['])) {
+                (Some(place), _) => break place.clone(),
+                (None, Some(end)) => path = &path[..end],
+                (None, None) => break format!("{}:1:1", self.file),
+            }
+        };
+        SceneError {
+            place,
+            key: key.to_string(),
+            reason,
+        }
+    }
+
+    fn note(&mut self, text: &str, path: &str, key: Option<&Key>, item: &Item) {
+        let at = |byte: usize| place(&self.file, text, byte);
+        let value = item.span().map(|span| at(span.start));
+        let key = key
+            .and_then(Key::span)
+            .map(|span| at(span.start))
+            .or_else(|| value.clone());
+        self.keys.extend(key.map(|place| (path.to_string(), place)));
+        self.values
+            .extend(value.map(|place| (path.to_string(), place)));
+        if let Some(table) = item.as_table_like() {
+            for (name, item) in table.iter() {
+                self.note(text, &join(path, name), table.key(name), item);
+            }
+        } else if let Some(array) = item.as_array() {
+            for (index, value) in array.iter().enumerate() {
+                self.note(
+                    text,
+                    &format!("{path}[{index}]"),
+                    None,
+                    &Item::Value(value.clone()),
+                );
+            }
+        }
+    }
+
+    /// From here on, `path` and everything below it was given by `place`.
+    fn replace(&mut self, path: &str, place: &str) {
+        for places in [&mut self.keys, &mut self.values] {
+            places.retain(|key, _| {
+                !key.strip_prefix(path)
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+            });
+            places.insert(path.to_string(), place.to_string());
+        }
+    }
+}
+
+/// The tree and its places.
+pub(super) struct Source {
+    document: DocumentMut,
+    pub places: Places,
+}
+
+impl Source {
+    pub fn parse(
+        file: &str,
+        text: &str,
+        overrides: &[(String, String)],
+    ) -> Result<Self, SceneError> {
+        let document = Document::parse(text.to_string()).map_err(|error| SceneError {
+            place: place(file, text, error.span().map_or(0, |span| span.start)),
+            key: String::new(),
+            reason: format!("not TOML: {}", error.message().replace('\n', "; ")),
+        })?;
+        let mut places = Places {
+            file: file.to_string(),
+            keys: BTreeMap::new(),
+            values: BTreeMap::new(),
+        };
+        places.note(text, "", None, document.as_item());
+        let mut source = Self {
+            document: document.into_mut(),
+            places,
+        };
+        for (key, value) in overrides {
+            source.set(key, value)?;
+        }
+        Ok(source)
+    }
+
+    fn set(&mut self, key: &str, text: &str) -> Result<(), SceneError> {
+        let place = format!("--set {key}={text}");
+        let refuse = |reason: &str| SceneError {
+            place: place.clone(),
+            key: key.to_string(),
+            reason: reason.to_string(),
+        };
+        let keys = Key::parse(key)
+            .map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;
+        let (last, sections) = keys
+            .split_last()
+            .ok_or_else(|| refuse("no key before the `=`"))?;
+        let mut table: &mut dyn TableLike = self.document.as_table_mut();
+        let mut path = String::new();
+        for section in sections {
+            path = join(&path, section.get());
+            if table.get(section.get()).is_none() {
+                table.insert(
+                    section.get(),
+                    Item::Value(Value::InlineTable(InlineTable::new())),
+                );
+                self.places.replace(&path, &place);
+            }
+            let below = table
+                .get_mut(section.get())
+                .and_then(Item::as_table_like_mut);
+            table = below.ok_or_else(|| refuse(&format!("{path} is a value, not a section")))?;
+        }
+        let value = text.parse::<Value>().unwrap_or_else(|_| Value::from(text));
+        table.insert(last.get(), Item::Value(value));
+        self.places.replace(&join(&path, last.get()), &place);
+        Ok(())
+    }
+
+    pub fn root(&self) -> Section<'_> {
+        Section::root(&self.places, self.document.as_table())
+    }
+}
+
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.to_string()
+    } else {
+        format!("{path}.{key}")
+    }
+}
+
+fn place(file: &str, text: &str, byte: usize) -> String {
+    let before = &text[..byte.min(text.len())];
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    format!("{file}:{line}:{column}")
+}

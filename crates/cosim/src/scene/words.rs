@@ -1,0 +1,225 @@
+//! From a scene's SI values to the words that go into its datapath.
+
+use hpu_datapath::{LoopConfig, PwmConfig};
+use hpu_signal::Format;
+
+use super::source::SceneError;
+use super::{Device, Scene};
+
+/// The words of a loop, and what they stand for.
+#[derive(Clone, Debug)]
+pub struct LoopWords {
+    /// Widths and options of the wiring.
+    pub config: LoopConfig,
+    /// The wall's position in counts from the start, modulo the counter's range.
+    pub reference: i64,
+    /// PWM counts per position count, in its format.
+    pub stiffness: i64,
+    /// PWM counts per velocity count, in its format.
+    pub damping: i64,
+    /// Sample period in clocks.
+    pub period: i64,
+    /// Counts per reference sample for one count per sample, in its format; 0 when velocities are not rescaled.
+    pub scale: i64,
+    /// What the words make of the scene's values.
+    pub realised: Realised,
+}
+
+/// The SI values that a loop's words realise.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Realised {
+    /// Stall torque of one PWM count.
+    pub torque_quantum_nm: f64,
+    /// Shaft angle of one count.
+    pub count_rad: f64,
+    /// The wall's position: a whole number of counts.
+    pub wall_position_rad: f64,
+    /// The wall's stiffness.
+    pub stiffness_nm_per_rad: f64,
+    /// Relative rounding error of the stiffness; 0 for no stiffness.
+    pub stiffness_error: f64,
+    /// The wall's damping.
+    pub damping_nm_s_per_rad: f64,
+    /// Relative rounding error of the damping, by the gain's and the scale's words together; 0 for no damping.
+    pub damping_error: f64,
+    /// Sample rate.
+    pub sample_rate_hz: f64,
+}
+
+impl Scene {
+    /// The words of the scene's loop.
+    ///
+    /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)`, the
+    /// stiffness is `k c / q` and the damping `b c / (q T)`, `T` being the sample period, or the reference period when
+    /// velocities are rescaled by `f_sample / f_reference`. Every word is the nearest one.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when a word does not fit its format, when a gain above zero rounds to zero, and for a device without
+    /// a datapath.
+    pub fn words(&self) -> Result<LoopWords, SceneError> {
+        let Device::Motor(motor) = &self.device else {
+            return Err(self
+                .places
+                .error("device.kind", "\"mass\" has no datapath; write \"motor\""));
+        };
+        let method = &self.method;
+        let resistance_ohm = motor.resistance_ohm + 2.0 * self.bridge.on_resistance_ohm;
+        let stall_nm = motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm;
+        let torque_quantum_nm =
+            stall_nm * Format::new(false, 1, method.pwm.bits as i32).map_or(0.0, Format::lsb);
+        let count_rad = self.encoder.count_rad();
+        let period = self.check_period()?;
+        let period_s = self.sample_period_s();
+
+        let stiffness_unit = torque_quantum_nm / count_rad;
+        let stiffness = self.gain(
+            "wall.stiffness",
+            self.wall.stiffness_nm_per_rad,
+            stiffness_unit,
+            "N.m/rad",
+            method.stiffness_format,
+        )?;
+
+        let reference_period_s = method.reference_rate_hz.map_or(period_s, f64::recip);
+        let damping_unit = stiffness_unit * reference_period_s;
+        let damping = self.gain(
+            "wall.damping",
+            self.wall.damping_nm_s_per_rad,
+            damping_unit,
+            "N.m.s/rad",
+            method.damping_format,
+        )?;
+        let scale = match method.reference_rate_hz {
+            None => 0,
+            Some(_) => self.gain(
+                "method.reference_rate",
+                reference_period_s / period_s,
+                1.0,
+                "samples a reference period",
+                method.scale_format,
+            )?,
+        };
+        // A count per sample of T reads as `scale` counts per reference period: its error is the damping's.
+        let scale_share = match method.reference_rate_hz {
+            None => 1.0,
+            Some(_) => method.scale_format.to_f64(scale) * period_s / reference_period_s,
+        };
+
+        let wall_counts = (self.wall.position_rad / count_rad).round();
+        let start_counts = (motor.initial_angle_rad / count_rad).floor();
+        let position = Format::unsigned(method.position_bits);
+        let stiffness_nm_per_rad = method.stiffness_format.to_f64(stiffness) * stiffness_unit;
+        let damping_nm_s_per_rad =
+            method.damping_format.to_f64(damping) * damping_unit * scale_share;
+        Ok(LoopWords {
+            config: self.loop_config()?,
+            reference: position.wrap((wall_counts - start_counts) as i128),
+            stiffness,
+            damping,
+            period,
+            scale,
+            realised: Realised {
+                torque_quantum_nm,
+                count_rad,
+                wall_position_rad: wall_counts * count_rad,
+                stiffness_nm_per_rad,
+                stiffness_error: relative_error(
+                    stiffness_nm_per_rad,
+                    self.wall.stiffness_nm_per_rad,
+                ),
+                damping_nm_s_per_rad,
+                damping_error: relative_error(damping_nm_s_per_rad, self.wall.damping_nm_s_per_rad),
+                sample_rate_hz: 1.0 / period_s,
+            },
+        })
+    }
+
+    fn loop_config(&self) -> Result<LoopConfig, SceneError> {
+        let method = &self.method;
+        let dead_time = u32::try_from(self.clock.edges(method.pwm.dead_time_s));
+        let most = 1u32 << (method.pwm.bits - 1);
+        let dead_time = dead_time
+            .ok()
+            .filter(|clocks| *clocks <= most)
+            .ok_or_else(|| {
+                let most_s = f64::from(most) * self.clock.period_s();
+                self.places.error(
+                    "method.pwm.dead_time",
+                    format!("longer than half a PWM period; write at most {most_s:e} s"),
+                )
+            })?;
+        Ok(LoopConfig {
+            position_width: method.position_bits,
+            stiffness: method.stiffness_format,
+            damping: method.damping_format,
+            period_width: method.period_bits,
+            velocity_width: method.velocity_bits,
+            rescaled: method.reference_rate_hz.is_some(),
+            scale: method.scale_format,
+            saturate: method.saturate,
+            pwm: PwmConfig {
+                width: method.pwm.bits,
+                antiphase: method.pwm.antiphase,
+                latched: method.pwm.latched,
+                floating: method.pwm.floating,
+                dead_time,
+            },
+        })
+    }
+
+    /// The period word: the sample period in whole clocks, from 1 to what its width holds.
+    pub(super) fn check_period(&self) -> Result<i64, SceneError> {
+        let word = Format::unsigned(self.method.period_bits);
+        let period = i128::from(self.period_clocks());
+        if period >= 1 && word.holds(period) {
+            return Ok(word.wrap(period));
+        }
+        let clock_hz = self.clock.frequency_hz() as f64;
+        let reason = format!(
+            "{} Hz takes {period} clocks a sample; period_bits = {} at this clock accepts {:.6} Hz to {clock_hz} Hz",
+            self.method.sample_rate_hz,
+            self.method.period_bits,
+            clock_hz / word.max() as f64,
+        );
+        Err(self.places.error("method.sample_rate", reason))
+    }
+
+    /// The word nearest to `value / unit`; the value is in `si`.
+    fn gain(
+        &self,
+        key: &str,
+        value: f64,
+        unit: f64,
+        si: &str,
+        format: Format,
+    ) -> Result<i64, SceneError> {
+        let exact = value / unit / format.lsb();
+        let nearest = exact.round();
+        let (least, most) = (
+            format.lsb() * unit,
+            format.max() as f64 * format.lsb() * unit,
+        );
+        if nearest > format.max() as f64 {
+            let reason = format!(
+                "{value} {si} does not fit {format}; write at most {most:.6} {si}, or more integer bits"
+            );
+            return Err(self.places.error(key, reason));
+        }
+        if nearest == 0.0 && value > 0.0 {
+            let reason = format!(
+                "{value} {si} rounds to zero in {format}; write 0, at least {least:e} {si}, or more fraction bits"
+            );
+            return Err(self.places.error(key, reason));
+        }
+        Ok(nearest as i64)
+    }
+}
+
+fn relative_error(realised: f64, asked: f64) -> f64 {
+    if asked == 0.0 {
+        0.0
+    } else {
+        realised / asked - 1.0
+    }
+}
