@@ -1,1 +1,21 @@
-//! rtl
+//! The bridge to VHDL: golden vectors, packages, testbenches, GHDL runs, and the loop closed around the VHDL itself.
+//!
+//! Everything flows outward from the port lists of `hpu_datapath`: the VHDL blocks are written by hand from their data
+//! sheets, and this crate holds them to the emulator's bits.
+
+pub mod check;
+pub mod generated;
+pub mod ghdl;
+pub mod junit;
+pub mod package;
+pub mod random;
+pub mod stimuli;
+pub mod testbench;
+pub mod vector;
+pub mod wave;
+
+pub use check::{CheckOptions, CheckReport, CheckRow, Mismatch, check};
+pub use generated::{generated, stale, write_committed};
+pub use ghdl::GhdlError;
+pub use random::SplitMix64;
+pub use vector::{Header, Stimulus, VectorError, Vectors};

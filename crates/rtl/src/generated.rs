@@ -1,0 +1,60 @@
+//! The committed files that are made from the blocks: packages, testbenches, small golden sets.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use hpu_datapath::{registry, variants};
+
+use crate::package::package;
+use crate::stimuli;
+use crate::testbench::testbench;
+use crate::vector::Vectors;
+
+/// Rows of a committed set: what a person can read.
+const COMMITTED_ROWS: usize = 96;
+
+/// Path (relative to the project) and text of every generated file.
+#[must_use]
+pub fn generated() -> Vec<(PathBuf, String)> {
+    let mut files = Vec::new();
+    for block in registry() {
+        let name = block.name();
+        files.push((format!("hdl/generated/{name}_pkg.vhd"), package(&*block)));
+        files.push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block)));
+    }
+    for (label, mut block) in variants() {
+        let directed: Vec<_> = stimuli::directed(&*block).into_iter().take(COMMITTED_ROWS).collect();
+        let random = stimuli::random(&*block, 1, COMMITTED_ROWS);
+        for (set, stimuli) in [("directed", directed), ("random", random)] {
+            block.reset();
+            let text = Vectors::record(&mut *block, stimuli).to_text();
+            files.push((format!("vectors/{}/{label}-{set}.txt", block.name()), text));
+        }
+    }
+    files.into_iter().map(|(path, text)| (path.into(), text)).collect()
+}
+
+/// The generated files that are absent below `root`, or not what the blocks say now.
+#[must_use]
+pub fn stale(root: &Path) -> Vec<PathBuf> {
+    let differs = |(path, text): &(PathBuf, String)| fs::read_to_string(root.join(path)).ok().as_ref() != Some(text);
+    generated().into_iter().filter(differs).map(|(path, _)| path).collect()
+}
+
+/// Writes the stale ones of the generated files below `root` (`hpu vectors --update`) and tells which; each beside its
+/// place and renamed, so that none is ever half written.
+///
+/// # Errors
+///
+/// The first I/O error.
+pub fn write_committed(root: &Path) -> io::Result<Vec<PathBuf>> {
+    let stale = stale(root);
+    for (path, text) in generated().into_iter().filter(|(path, _)| stale.contains(path)) {
+        let place = root.join(path);
+        fs::create_dir_all(place.parent().expect("a generated file is in a folder"))?;
+        let beside = place.with_extension("new");
+        fs::write(&beside, text)?;
+        fs::rename(beside, place)?;
+    }
+    Ok(stale)
+}

@@ -1,0 +1,241 @@
+//! Stimuli for any block: corner cases, random words from a seed, and products in strata.
+
+use hpu_datapath::{AnyBlock, Generic};
+use hpu_signal::{Format, Signal};
+
+use crate::{SplitMix64, Stimulus};
+
+/// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
+const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];
+
+fn edge(words: Vec<i64>) -> Stimulus {
+    Stimulus { rst: false, words }
+}
+
+fn reset(words: Vec<i64>) -> Stimulus {
+    Stimulus { rst: true, words }
+}
+
+/// An integer generic of the block.
+fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
+    block.generics().iter().find_map(|&(found, value)| match value {
+        Generic::Integer(value) if found == name => Some(value),
+        _ => None,
+    })
+}
+
+/// The words where formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without repetition.
+#[must_use]
+pub fn corners(format: Format) -> Vec<i64> {
+    let wanted = [0, 1, -1, format.max(), format.min(), format.max() - 1, format.max() / 2 + 1];
+    let mut words = Vec::new();
+    for word in wanted.map(|value| format.wrap(value)) {
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    words
+}
+
+/// Every combination of one word from each list, the last list fastest.
+fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
+    lists.iter().fold(vec![vec![]], |rows, list| {
+        rows.iter().flat_map(|row| list.iter().map(move |&word| [&row[..], &[word]].concat())).collect()
+    })
+}
+
+/// The corner cases of a block. The first hundred rows stand for themselves; the rest takes its time (whole periods of
+/// a PWM).
+#[must_use]
+pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
+    let inputs = block.inputs();
+    match block.name() {
+        "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2)),
+        "pwm" => modulation(inputs[0].format),
+        _ if !block.clocked() => combinations(&inputs),
+        _ if inputs[0].name == "a_pin" => {
+            let period = 1 << generic(block, "PWM_WIDTH").expect("a loop has a PWM");
+            [strolls(&inputs), retreat(&inputs, period)].concat()
+        }
+        _ => samples(&inputs),
+    }
+}
+
+/// Combinational: corners against corners, then each bit alone against all zeros and all ones elsewhere.
+fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
+    let mut rows = product(&inputs.iter().map(|signal| corners(signal.format)).collect::<Vec<_>>());
+    for (index, signal) in inputs.iter().enumerate() {
+        for bit in 0..signal.format.width() {
+            for others in [0, -1] {
+                let mut row: Vec<_> = inputs.iter().map(|signal| signal.format.wrap(others)).collect();
+                row[index] = signal.format.wrap(1 << bit);
+                rows.push(row);
+            }
+        }
+    }
+    rows.into_iter().map(edge).collect()
+}
+
+/// All 16 transitions of two lines, each after a reset and as many settling edges as the decoder wants.
+fn transitions(settle: i64) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for from in FORWARD {
+        for to in FORWARD {
+            rows.push(reset(to.to_vec()));
+            rows.extend((0..=settle).map(|_| edge(from.to_vec())));
+            rows.extend([edge(to.to_vec()), edge(to.to_vec())]);
+        }
+    }
+    // Two turns forward and two back, without a reset.
+    let turns = (0..9).chain((0..9).rev());
+    rows.push(reset(vec![0, 0]));
+    rows.extend(turns.flat_map(|phase| vec![edge(FORWARD[phase % 4].to_vec()); 2]));
+    rows
+}
+
+/// Every corner of the command from reset, a few edges each; then whole periods, the command changing within them.
+fn modulation(command: Format) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for &word in &corners(command) {
+        rows.push(reset(vec![word]));
+        rows.extend(vec![edge(vec![word]); 11]);
+    }
+    let period = command.max() as usize + 1;
+    rows.push(reset(vec![0]));
+    for &word in &corners(command) {
+        rows.extend(vec![edge(vec![word]); period + period / 3]);
+    }
+    rows
+}
+
+/// Sampling and counting blocks: every corner of the first input, at short periods and at the longest.
+fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
+    let rest = &inputs[1..];
+    let mut rows = Vec::new();
+    for &period in &[1, 0, 2, 3, -1] {
+        rows.push(reset(inputs.iter().map(|signal| signal.format.wrap(-1)).collect()));
+        for (turn, &word) in corners(inputs[0].format).iter().enumerate() {
+            let other = |signal: &Signal| match signal.name {
+                "period" => signal.format.wrap(period),
+                _ => corners(signal.format)[turn % corners(signal.format).len()],
+            };
+            let row: Vec<_> = [word].into_iter().chain(rest.iter().map(other)).collect();
+            rows.extend(vec![edge(row); 2]);
+        }
+    }
+    rows
+}
+
+/// Whole loops: from reset, into the wall and back out, for the corners of the constant words.
+fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for steps in [6, 400] {
+        for (turn, reference) in [-3, 0, 3, 2, -1].into_iter().enumerate() {
+            let constant = |signal: &Signal| match signal.name {
+                "reference" => signal.format.wrap(reference),
+                "period" => [3, 1, 7, 0, 2][turn],
+                _ => corners(signal.format)[(turn + 3) % corners(signal.format).len()],
+            };
+            let constants: Vec<_> = inputs[2..].iter().map(constant).collect();
+            let row = |phase: usize| [&FORWARD[phase % 4][..], &constants].concat();
+            rows.push(reset(row(0)));
+            rows.extend((0..steps).chain((0..steps).rev()).flat_map(|phase| vec![edge(row(phase)); 2]));
+        }
+    }
+    rows
+}
+
+/// Deep into a soft wall and out again, for more than two periods of the PWM: the damping turns the torque round.
+fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
+    let constant = |signal: &Signal| match signal.name {
+        "damping" => signal.format.wrap(-1),
+        "period" => 7,
+        "scale" => 1 << signal.format.frac(),
+        _ => signal.format.wrap(if signal.name == "reference" { -1 } else { 1 }),
+    };
+    let constants: Vec<_> = inputs[2..].iter().map(constant).collect();
+    let row = |count: i64| [&FORWARD[count.rem_euclid(4) as usize][..], &constants].concat();
+    let deepest = period * 5 / 8;
+    let walk = (0..deepest).chain((-deepest..deepest).rev());
+    [reset(row(0))].into_iter().chain(walk.map(|count| edge(row(count)))).collect()
+}
+
+/// Random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short sample
+/// periods; and now and then a reset. Depends on nothing but the ports and the seed.
+#[must_use]
+pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
+    let random = &mut SplitMix64::new(seed);
+    let inputs = block.inputs();
+    let with_lines = inputs[0].name.starts_with("a") && inputs[0].format == Format::BIT;
+    let is_loop = inputs[0].name == "a_pin" && inputs.len() > 2;
+    let mut words: Vec<_> = inputs.iter().map(|signal| draw(random, signal, 0)).collect();
+    let (mut phase, mut direction) = (0, 1);
+    // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
+    let resets = if is_loop { 6000 } else { 700 };
+    let mut next = |row: usize| {
+        for (index, signal) in inputs.iter().enumerate().skip(if with_lines { 2 } else { 0 }) {
+            let odds = match signal.name {
+                _ if !block.clocked() => 1,
+                _ if is_loop => 500,
+                "command" | "period" => 40,
+                _ => 3,
+            };
+            if random.one_in(odds) {
+                words[index] = draw(random, signal, words[index]);
+            }
+        }
+        if with_lines {
+            direction = if random.one_in(200) { 4 - direction } else { direction };
+            let moves = if random.one_in(500) { 2 } else { direction * u64::from(random.one_in(3)) };
+            phase = (phase + moves) % 4;
+            words[..2].copy_from_slice(&FORWARD[phase as usize]);
+        }
+        Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() }
+    };
+    (0..rows).map(&mut next).collect()
+}
+
+/// A word of the signal: a corner, a neighbour of the last one, or any.
+fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
+    let format = signal.format;
+    let near = |random: &mut SplitMix64, word: i64| format.wrap(i128::from(word) + i128::from(random.below(9)) - 4);
+    match (signal.name, random.below(4)) {
+        // A long period holds a sampling block still; one in eight is plenty.
+        ("period", _) if !random.one_in(8) => format.from_bits(random.below(12)),
+        // Close enough to the counter's start for the walk to touch the wall.
+        ("reference", 0 | 1) => near(random, 0),
+        // Soft enough for the damping to turn the torque round.
+        ("stiffness", 0 | 1) => format.from_bits(random.below(4)),
+        (_, 0) => corners(format)[random.below(corners(format).len() as u64) as usize],
+        (_, 1) => near(random, last),
+        _ => format.from_bits(random.next_u64()),
+    }
+}
+
+/// Words of two inputs, one random pair from each of `256 x 256` equal cells of the plane: 65 536 rows that leave no
+/// part of it unseen. `None` unless both inputs have at least 8 bits and there are no others.
+#[must_use]
+pub fn stratified(block: &dyn AnyBlock, seed: u64) -> Option<Vec<Stimulus>> {
+    let inputs = block.inputs();
+    let formats: Vec<_> = inputs.iter().map(|signal| signal.format).collect();
+    let [a, b] = formats[..] else { return None };
+    if a.width() < 8 || b.width() < 8 || block.clocked() {
+        return None;
+    }
+    let mut random = SplitMix64::new(seed);
+    let mut pick = |format: Format, cell: u64| {
+        let low = format.width() - 8;
+        format.from_bits(cell << low | random.below(1 << low))
+    };
+    let cells = (0..256).flat_map(|x| (0..256).map(move |y| (x, y)));
+    Some(cells.map(|(x, y)| edge(vec![pick(a, x), pick(b, y)])).collect())
+}
+
+/// All pairs of words whose first factor has these upper eight bits: 256 such chunks hold every pair there is.
+#[must_use]
+pub fn chunk(a: Format, b: Format, upper: u64) -> Vec<Stimulus> {
+    let low = a.width() - 8;
+    let first = upper << low;
+    let pairs = (first..first + (1 << low)).flat_map(|x| (0..1 << b.width()).map(move |y: u64| (x, y)));
+    pairs.map(|(x, y)| edge(vec![a.from_bits(x), b.from_bits(y)])).collect()
+}

@@ -1,0 +1,100 @@
+//! Testbenches: plain VHDL-2008, made from a block's port list, that hold its entity against a vector file.
+
+use hpu_datapath::AnyBlock;
+use hpu_signal::Signal;
+
+use crate::package::{GENERATED, vhdl_type};
+
+/// The hand-written package that every testbench reads its vectors with.
+pub const VECTOR_READER: &str = include_str!("../../../testbench/vhdl/vector_reader.vhd");
+
+/// Generics of the entity, with the package's values as defaults, one a line.
+pub(crate) fn generic_clause(block: &dyn AnyBlock) -> String {
+    let clause = |(name, value)| format!("    {name} : {} := work.{}_pkg.{name};\n", vhdl_type(value), block.name());
+    block.generics().into_iter().map(clause).collect()
+}
+
+/// The device under test, its generics and ports connected to signals of the same names.
+pub(crate) fn instance(block: &dyn AnyBlock) -> String {
+    let clock = if block.clocked() { &["clk", "rst"][..] } else { &[] };
+    let (inputs, outputs) = (block.inputs(), block.outputs());
+    let ports = clock.iter().copied().chain(inputs.iter().chain(&outputs).map(|signal| signal.name));
+    let map = |kind: &str, names: Vec<&str>| {
+        let all: Vec<_> = names.iter().map(|name| format!("{name} => {name}")).collect();
+        if all.is_empty() { String::new() } else { format!("\n    {kind} map ({})", all.join(", ")) }
+    };
+    let generics = block.generics().iter().map(|(name, _)| *name).collect();
+    format!(
+        "  dut : entity work.{}{}{};\n",
+        block.name(),
+        map("generic", generics),
+        map("port", ports.collect())
+    )
+}
+
+/// VHDL type of a port whose width the format line tells. A port of one bit is a scalar.
+pub(crate) fn port_type(signal: &Signal) -> String {
+    match signal.format.width() {
+        1 => "std_logic".to_string(),
+        _ => format!("std_logic_vector(bits(FORMAT, \"{}\") - 1 downto 0)", signal.name),
+    }
+}
+
+/// The text of `testbench/vhdl/generated/tb_<block>.vhd`. The block must be in its default configuration.
+#[must_use]
+pub fn testbench(block: &dyn AnyBlock) -> String {
+    let name = block.name();
+    let (inputs, outputs) = (block.inputs(), block.outputs());
+    let clock = if block.clocked() { "  signal clk : std_logic := '0';\n  signal rst : std_logic := '0';\n" } else { "" };
+    let signals: String = inputs
+        .iter()
+        .chain(&outputs)
+        .map(|signal| format!("  signal {} : {};\n", signal.name, port_type(signal)))
+        .collect();
+    let take = |name: &str, width: u32| match width {
+        1 => format!("      {name} <= rows.word;\n"),
+        _ => format!("      {name} <= rows.word({name}'length);\n"),
+    };
+    let rst = if block.clocked() { take("rst", 1) } else { String::new() };
+    let drive: String = inputs.iter().map(|signal| take(signal.name, signal.format.width())).collect();
+    let rise = if block.clocked() { "      clk <= '1';\n      wait for 5 ns;\n" } else { "" };
+    let fall = if block.clocked() { "      clk <= '0';\n" } else { "" };
+    let check: String =
+        outputs.iter().map(|Signal { name, .. }| format!("      rows.check(\"{name}\", {name});\n")).collect();
+    format!(
+        "{GENERATED}--
+-- Holds {name} against a vector file, one row an edge. Ends with the line
+--   RESULT rows=<n> mismatches=<n>
+
+library ieee;
+use ieee.std_logic_1164.all;
+use work.vector_reader.all;
+
+entity tb_{name} is
+  generic (
+{generics}    FORMAT : string := work.{name}_pkg.FORMAT;
+    VECTORS : string := \"vectors/{name}/default-directed.txt\"
+  );
+end entity;
+
+architecture test of tb_{name} is
+{clock}{signals}begin
+
+{instance}
+  process
+    variable rows : vector_file;
+  begin
+    rows.open_set(VECTORS, FORMAT);
+    while rows.next_row loop
+{rst}{drive}      wait for 5 ns;
+{rise}{check}{fall}    end loop;
+    rows.finish;
+    wait;
+  end process;
+
+end architecture;
+",
+        generics = generic_clause(block),
+        instance = instance(block),
+    )
+}
