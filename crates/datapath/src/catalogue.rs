@@ -199,8 +199,8 @@ fn multipliers() -> Result<Variants, ConfigError> {
         (
             "wide",
             Box::new(TruncatingMultiplier::drop_lower(
-                Format::signed(48),
-                Format::signed(40),
+                format(true, 35, 12),
+                format(true, 27, 12),
                 64,
             )?),
         ),
