@@ -1,4 +1,18 @@
-//! Joins datapath and plant: scenes, engine, energy audit, verdict.
+//! Joins datapath and plant: scenes, worlds, the engine, the energy audit and the verdict.
 
 pub mod replay;
 pub mod scene;
+
+mod engine;
+mod linear;
+mod session;
+mod trace;
+mod verdict;
+mod world;
+
+pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
+pub use linear::LinearLoop;
+pub use session::{EnergyAudit, NetUse, Session, SessionError, Summary, TheLoop, metric};
+pub use trace::Trace;
+pub use verdict::{Verdict, judge};
+pub use world::{Pins, Plant, PlantError, World};

@@ -63,6 +63,7 @@ enum Drive {
 }
 
 /// An axis in motion.
+#[derive(Clone)]
 pub struct Device<'a> {
     axis: &'a Axis,
     anchor: u64,

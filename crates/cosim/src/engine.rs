@@ -1,0 +1,276 @@
+//! The engine: cycle-accurate, not cycle-driven.
+//!
+//! `events` asks the wiring for how long it is quiet and the world when it next changes, leaps to the earlier of the two,
+//! and ticks there. `clock` ticks every edge. Both flow the plant from the same anchors by the same function, so their
+//! registers, pins and plant states are identical to the bit at every edge. The third driver, the VHDL itself, lives in the
+//! `rtl` crate and meets the same [`World`].
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use hpu_datapath::{LoopIn, LoopOut, Wiring};
+use hpu_signal::{Cycle, Observe};
+
+use crate::world::{Plant, World};
+
+/// How a run advances.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Driver {
+    /// From event to event.
+    Events,
+    /// Edge by edge.
+    Clock,
+}
+
+/// What others may do with a run while it lasts.
+#[derive(Debug, Default)]
+pub struct Control {
+    /// Set by anybody to end the run at the next opportunity.
+    pub stop: AtomicBool,
+    /// Edges done so far, for a progress display.
+    pub progress: AtomicU64,
+}
+
+/// A datapath closed around a world.
+pub struct ClosedLoop<'p, W> {
+    /// The datapath.
+    pub wiring: W,
+    /// All else.
+    pub world: World<'p>,
+    input: LoopIn<i64>,
+    out: LoopOut<i64>,
+    command: usize,
+    edge: u64,
+    ticks: u64,
+    gate_changes: u64,
+    stride: u64,
+    next_log: u64,
+}
+
+impl<'p, W: Wiring> ClosedLoop<'p, W> {
+    /// The loop after reset, at edge 0. `input` holds the constant words; its pins are the world's business. The plant's
+    /// outputs are shown to the observer every `stride` edges.
+    pub fn new(mut wiring: W, plant: &'p Plant, input: LoopIn<i64>, stride: u64) -> Self {
+        let world = World::new(plant);
+        let out = wiring.reset();
+        let command = wiring
+            .nets()
+            .iter()
+            .position(|net| net.name == "command")
+            .expect("a loop has a command");
+        let pins = world.pins();
+        let input = LoopIn {
+            a_pin: pins.a,
+            b_pin: pins.b,
+            ..input
+        };
+        Self {
+            wiring,
+            world,
+            input,
+            out,
+            command,
+            edge: 0,
+            ticks: 0,
+            gate_changes: 0,
+            stride: stride.max(1),
+            next_log: 0,
+        }
+    }
+
+    /// Edges done.
+    pub fn edge(&self) -> u64 {
+        self.edge
+    }
+
+    /// Edges that were ticked, one by one.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Edges at which a gate changed.
+    pub fn gate_changes(&self) -> u64 {
+        self.gate_changes
+    }
+
+    /// Runs to `end`, or until stopped; says whether it got there.
+    pub fn run<O: Observe>(
+        &mut self,
+        driver: Driver,
+        end: u64,
+        observer: &mut O,
+        control: &Control,
+    ) -> bool {
+        if self.edge == 0 {
+            observer.nets(Cycle(0), self.wiring.words());
+        }
+        let mut since = 0u32;
+        while self.edge < end {
+            match driver {
+                Driver::Events => self.leap(end, observer),
+                Driver::Clock => self.step(observer),
+            }
+            since += 1;
+            if since == 4096 {
+                since = 0;
+                control.progress.store(self.edge, Ordering::Relaxed);
+                if control.stop.load(Ordering::Relaxed) {
+                    return false;
+                }
+            }
+        }
+        self.log(end, observer);
+        control.progress.store(self.edge, Ordering::Relaxed);
+        true
+    }
+
+    /// One edge.
+    #[inline]
+    pub fn step<O: Observe>(&mut self, observer: &mut O) {
+        let edge = self.edge + 1;
+        // Until this edge the plant flows as it was driven after the last one.
+        self.log(self.edge, observer);
+        let pins = self.world.sense();
+        self.input.a_pin = pins.a;
+        self.input.b_pin = pins.b;
+        self.edge = edge;
+        self.tick(observer);
+    }
+
+    /// To the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the world that
+    /// no pin shows leaves the datapath where it is.
+    #[inline]
+    pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
+        // Until a pin changes, the first edge that must be ticked is the one after the quiet ones.
+        let quiet = self.wiring.quiet(&self.input);
+        let due = self.edge.saturating_add(quiet).saturating_add(1);
+        let limit = due.min(end);
+        let change = self.world.next_change(limit);
+        let edge = change.unwrap_or(limit);
+        self.log(edge - 1, observer);
+        self.world.advance(edge, change.is_some());
+        let pins = self.world.pins();
+        if pins.a != self.input.a_pin || pins.b != self.input.b_pin || edge == due {
+            self.wiring.skip(edge - 1 - self.edge, &self.input);
+            self.input.a_pin = pins.a;
+            self.input.b_pin = pins.b;
+            self.edge = edge;
+            self.tick(observer);
+        } else if edge == end {
+            self.wiring.skip(end - self.edge, &self.input);
+            self.edge = end;
+        }
+    }
+
+    #[inline]
+    fn tick<O: Observe>(&mut self, observer: &mut O) {
+        let out = self.wiring.tick(self.input);
+        let words = self.wiring.words();
+        self.ticks += 1;
+        self.gate_changes += u64::from(out != self.out);
+        self.out = out;
+        self.world.drive(out, words[self.command]);
+        observer.nets(Cycle(self.edge), words);
+    }
+
+    /// Shows the plant's outputs up to `edge`, which the world must not have left yet.
+    #[inline]
+    fn log<O: Observe>(&mut self, edge: u64, observer: &mut O) {
+        while self.next_log <= edge {
+            observer.reals(Cycle(self.next_log), &self.world.reals(self.next_log));
+            self.next_log += self.stride;
+        }
+    }
+}
+
+/// Where two drivers first differed.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Difference {
+    /// The edge.
+    pub edge: u64,
+    /// The net or plant state.
+    pub name: &'static str,
+    /// What `events` has there.
+    pub events: f64,
+    /// What `clock` has there.
+    pub clock: f64,
+}
+
+/// What a comparison of drivers found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Comparison {
+    /// Edges compared.
+    pub edges: u64,
+    /// Words and plant states that differed, over all edges.
+    pub mismatches: u64,
+    /// The first of them.
+    pub first: Option<Difference>,
+}
+
+/// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every edge.
+pub fn compare<W: Wiring + Clone>(
+    wiring: W,
+    plant: &Plant,
+    input: LoopIn<i64>,
+    edges: u64,
+) -> Comparison {
+    let nets = wiring.nets();
+    let mut events = ClosedLoop::new(wiring.clone(), plant, input, u64::MAX);
+    let mut clock = ClosedLoop::new(wiring, plant, input, u64::MAX);
+    let mut found = Comparison {
+        edges,
+        mismatches: 0,
+        first: None,
+    };
+    let mut note = |edge, name, events: f64, clock: f64| {
+        found.mismatches += 1;
+        found.first.get_or_insert(Difference {
+            edge,
+            name,
+            events,
+            clock,
+        });
+    };
+    let mut before = (events.world.clone(), events.wiring.words().to_vec());
+    for edge in 1..=edges {
+        clock.step(&mut ());
+        while events.world.edge() < edge {
+            before.0.clone_from(&events.world);
+            before.1.copy_from_slice(events.wiring.words());
+            events.leap(edges, &mut ());
+        }
+        // Between its events the leaping loop is where it was before the leap, flowed on.
+        let words = if events.edge() <= edge {
+            events.wiring.words()
+        } else {
+            &before.1
+        };
+        for ((net, &leapt), &stepped) in nets.iter().zip(words).zip(clock.wiring.words()) {
+            if leapt != stepped {
+                note(edge, net.name, leapt as f64, stepped as f64);
+            }
+        }
+        let leapt = if events.world.edge() == edge {
+            events.world.reals(edge)
+        } else {
+            before.0.reals(edge)
+        };
+        for (real, (x, y)) in hpu_plant::REALS
+            .iter()
+            .zip(leapt.into_iter().zip(clock.world.reals(edge)))
+        {
+            if x.to_bits() != y.to_bits() {
+                note(edge, real.name, x, y);
+            }
+        }
+    }
+    if events.world.energy() != clock.world.energy() {
+        let (leapt, stepped) = (events.world.energy().0, clock.world.energy().0);
+        note(
+            edges,
+            "energy_j",
+            leapt.exchanged_j(),
+            stepped.exchanged_j(),
+        );
+    }
+    found
+}

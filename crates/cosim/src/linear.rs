@@ -1,0 +1,134 @@
+//! The reference law in floats: linear, unquantised, unsaturated, pulling as well as pushing.
+//!
+//! `u = -(k (θ - θ_w) + b v)`, as a torque at stall (voltage `u R / K`) for a motor and as a force for a mass. The hybrid
+//! loop's spring is continuous, part of the plant's matrix; everything sampled is held for a period `T` after a delay. The
+//! velocity is the backward difference. What is left is exactly the loop of which the published limits speak.
+//!
+//! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of the
+//! mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of swings.
+
+use hpu_plant::{Linear, Mass, Matrix, Motor, State, Trajectory};
+
+use crate::scene::{Device, Loop, Scene};
+
+/// A linear loop, ready to run.
+pub struct LinearLoop {
+    system: Linear,
+    /// Change of speed or current's derivative for a unit of effort.
+    input: State,
+    period: u64,
+    delay: u64,
+    spring: f64,
+    damper: f64,
+}
+
+impl LinearLoop {
+    /// The loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
+    #[must_use]
+    pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
+        let (mut a, input): (Matrix, State) = match &scene.device {
+            Device::Motor(motor) => {
+                let resistance_ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
+                let shaft = Motor {
+                    resistance_ohm,
+                    inductance_h: motor.inductance_h,
+                    torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+                    inertia_kg_m2: motor.inertia_kg_m2(),
+                    viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+                    coulomb_nm: 0.0,
+                };
+                let volts_per_nm = resistance_ohm / shaft.torque_constant_nm_per_a;
+                (
+                    shaft.matrix(resistance_ohm),
+                    [volts_per_nm / shaft.inductance_h, 0.0, 0.0, 0.0],
+                )
+            }
+            Device::Mass(mass) => {
+                let body = Mass {
+                    mass_kg: mass.mass_kg,
+                    damping_n_s_per_m: mass.damping_n_s_per_m,
+                };
+                (body.matrix(), [0.0, 1.0 / body.mass_kg, 0.0, 0.0])
+            }
+        };
+        let mut spring = stiffness;
+        if scene.method.kind == Loop::Hybrid {
+            for (row, effect) in a.iter_mut().zip(input) {
+                row[2] -= effect * stiffness;
+            }
+            spring = 0.0;
+        }
+        let period = scene.period_clocks();
+        let system = Linear::new(a, scene.clock.period_s(), period);
+        let damper = damping / scene.sample_period_s();
+        Self {
+            system,
+            input,
+            period,
+            delay: scene.clock.edges(scene.model.delay_s),
+            spring,
+            damper,
+        }
+    }
+
+    /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow: `visit`
+    /// gets each position and the logarithm of its scale.
+    pub fn samples(&self, count: usize, mut visit: impl FnMut(f64, f64)) {
+        let mut x: State = [0.0, 0.0, 1.0, 0.0];
+        let mut scale = 0.0;
+        let mut previous = x[2];
+        // Efforts on their way: the sample that takes effect `delay` edges later.
+        let whole = (self.delay / self.period) as usize;
+        let late = self.delay % self.period;
+        let mut waiting = std::collections::VecDeque::from(vec![0.0; whole]);
+        let mut held = 0.0;
+        for _ in 0..count {
+            visit(x[2], scale);
+            let effort = -(self.spring * x[2] + self.damper * (x[2] - previous));
+            previous = x[2];
+            waiting.push_back(effort);
+            x = self.flow(x, held, late);
+            held = waiting.pop_front().expect("just pushed");
+            x = self.flow(x, held, self.period - late);
+            let size = x
+                .iter()
+                .fold(previous.abs(), |most, value| most.max(value.abs()));
+            if !(1e-100..1e100).contains(&size) && size > 0.0 {
+                for value in x
+                    .iter_mut()
+                    .chain([&mut previous, &mut held])
+                    .chain(&mut waiting)
+                {
+                    *value /= size;
+                }
+                scale += size.ln();
+            }
+        }
+    }
+
+    fn flow(&self, x: State, effort: f64, edges: u64) -> State {
+        Trajectory::new(&self.system, x, self.input.map(|effect| effect * effort)).at(edges)
+    }
+
+    /// Growth rate of the motion in 1/s, over `samples` samples: negative settles, positive diverges.
+    #[must_use]
+    pub fn growth_per_s(&self, samples: usize) -> f64 {
+        let window = samples / 2;
+        let mut logs = [f64::NEG_INFINITY; 2];
+        let mut index = 0;
+        let mut sum = (0.0, 0.0);
+        self.samples(2 * window, |position, scale| {
+            if index % window == 0 {
+                sum = (0.0, scale);
+            }
+            // A window in which the scale moved is summed in its latest scale.
+            sum = (sum.0 * (2.0 * (sum.1 - scale)).exp(), scale);
+            let phase = std::f64::consts::TAU * (index % window) as f64 / window as f64;
+            sum.0 += (1.0 - phase.cos()) * position * position;
+            logs[index / window] = sum.0.ln() + 2.0 * sum.1;
+            index += 1;
+        });
+        let window_s = (window as u64 * self.period) as f64 * self.system.edge_s();
+        0.5 * (logs[1] - logs[0]) / window_s
+    }
+}

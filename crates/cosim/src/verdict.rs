@@ -1,0 +1,97 @@
+//! The verdict: what became of the motion. A result, never an error, because stability maps are made of verdicts.
+//!
+//! The rule, on the angle as recorded over the last 30 % of the run (the published drop test judges the last 3 s of 10 s):
+//!
+//! 1. **settled** when its rms about its own mean is below one encoder count;
+//! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or when
+//!    it is not finite;
+//! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean, each
+//!    after a passage below by a quarter of the amplitude.
+
+use crate::Trace;
+
+/// What became of a motion, with the numbers it was decided on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Verdict {
+    /// At rest within one encoder count.
+    Settled {
+        /// rms about the mean.
+        rms_rad: f64,
+    },
+    /// Swings without end.
+    LimitCycle {
+        /// rms about the mean.
+        rms_rad: f64,
+        /// Half of the range.
+        amplitude_rad: f64,
+        /// Passages of the mean a second.
+        frequency_hz: f64,
+    },
+    /// Swings ever wider.
+    Diverged {
+        /// Since when it was watched doing so.
+        at_s: f64,
+        /// Half of the range in the later half of the window.
+        amplitude_rad: f64,
+    },
+}
+
+fn half_range(angles: &[f64]) -> f64 {
+    let (low, high) = angles
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+            (l.min(x), h.max(x))
+        });
+    0.5 * (high - low)
+}
+
+/// Judges a recorded motion; `count_rad` is the angle of one encoder count.
+#[must_use]
+pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
+    let angles = trace.angles_rad();
+    let window = &angles[angles.len() - (angles.len() * 3 / 10).max(2).min(angles.len())..];
+    let at_s = trace.times_s()[angles.len() - window.len()];
+    if window.iter().any(|x| !x.is_finite()) {
+        return Verdict::Diverged {
+            at_s,
+            amplitude_rad: f64::INFINITY,
+        };
+    }
+    let mean = window.iter().sum::<f64>() / window.len() as f64;
+    let rms_rad =
+        (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
+    if rms_rad < count_rad {
+        return Verdict::Settled { rms_rad };
+    }
+    let (early, late) = window.split_at(window.len() / 2);
+    let (before, after) = (half_range(early), half_range(late));
+    if after > 1.5 * before {
+        return Verdict::Diverged {
+            at_s,
+            amplitude_rad: after,
+        };
+    }
+    let amplitude_rad = half_range(window);
+    let (mut armed, mut first, mut last, mut passages) = (false, 0, 0, 0u32);
+    for (index, x) in window.iter().enumerate() {
+        if *x < mean - 0.25 * amplitude_rad {
+            armed = true;
+        } else if armed && *x >= mean {
+            armed = false;
+            if passages == 0 {
+                first = index;
+            }
+            (last, passages) = (index, passages + 1);
+        }
+    }
+    let frequency_hz = if passages > 1 {
+        f64::from(passages - 1) / ((last - first) as f64 * trace.interval_s())
+    } else {
+        0.0
+    };
+    Verdict::LimitCycle {
+        rms_rad,
+        amplitude_rad,
+        frequency_hz,
+    }
+}

@@ -1,0 +1,397 @@
+//! Everything outside the FPGA: the device with its encoder, bridge and hand, or a recording in their place.
+//!
+//! [`Plant`] holds the immutable laws of a scene, [`World`] their state. Datapath and plant meet here through two small
+//! things: the encoder's pins that an edge samples, and the gates that hold from that edge to the next.
+
+use std::fmt;
+
+use hpu_datapath::LoopOut;
+use hpu_plant::{Axis, Bridge, Device, Energy, Gates, Hand, Motor, Push, REALS};
+use hpu_signal::Clock;
+
+use crate::scene::{self, BridgeModel, PathPoint, Scene};
+
+/// The levels of the two encoder lines.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Pins {
+    /// Line A, 0 or 1.
+    pub a: i64,
+    /// Line B, 0 or 1.
+    pub b: i64,
+}
+
+impl Pins {
+    /// The lines at a count: forward runs 00, 01, 11, 10.
+    #[must_use]
+    pub fn at(count: i64) -> Self {
+        let phase = count & 3;
+        Self {
+            a: phase >> 1,
+            b: (phase >> 1) ^ (phase & 1),
+        }
+    }
+}
+
+/// Why a scene has no plant of this kind.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PlantError(String);
+
+impl fmt::Display for PlantError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for PlantError {}
+
+/// The hand means to be at an angle, and to move on with a speed, from an edge on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Knot {
+    edge: u64,
+    angle_rad: f64,
+    speed_rad_per_s: f64,
+}
+
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+enum Kind {
+    Axis {
+        axis: Axis,
+        current_a: f64,
+        speed_rad_per_s: f64,
+        angle_rad: f64,
+        knots: Vec<Knot>,
+    },
+    Capture {
+        pins: Vec<(u64, Pins)>,
+    },
+}
+
+/// The immutable laws of a scene's world.
+pub struct Plant {
+    kind: Kind,
+    count_rad: f64,
+    /// PWM counts of full scale when the bridge is averaged.
+    averaged: Option<f64>,
+}
+
+impl Plant {
+    /// The world of a scene.
+    ///
+    /// # Errors
+    ///
+    /// When the device is a mass (it has no datapath), or a parameter is impossible.
+    pub fn new(scene: &Scene) -> Result<Self, PlantError> {
+        let count_rad = scene.encoder.count_rad();
+        let averaged = (scene.model.bridge == BridgeModel::Averaged)
+            .then(|| 2f64.powi(scene.method.pwm.bits as i32));
+        if let scene::Hand::Capture { edges } = &scene.hand {
+            let pins = edges
+                .iter()
+                .map(|edge| {
+                    let pins = Pins {
+                        a: i64::from(edge.a),
+                        b: i64::from(edge.b),
+                    };
+                    (scene.clock.first_edge_at(edge.picoseconds).0, pins)
+                })
+                .collect();
+            return Ok(Self {
+                kind: Kind::Capture { pins },
+                count_rad,
+                averaged,
+            });
+        }
+        let scene::Device::Motor(motor) = &scene.device else {
+            return Err(PlantError(
+                "a mass has no encoder and no bridge; run it with model.datapath = \"linear\""
+                    .into(),
+            ));
+        };
+        let (hand, path) = match &scene.hand {
+            scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
+            scene::Hand::SpringDamper {
+                stiffness_nm_per_rad,
+                damping_nm_s_per_rad,
+                path,
+            } => (
+                Hand::Spring(Push {
+                    stiffness_nm_per_rad: *stiffness_nm_per_rad,
+                    damping_nm_s_per_rad: *damping_nm_s_per_rad,
+                }),
+                &path[..],
+            ),
+            scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
+            scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
+        };
+        let shaft = Motor {
+            resistance_ohm: motor.resistance_ohm,
+            inductance_h: motor.inductance_h,
+            torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+            inertia_kg_m2: motor.inertia_kg_m2(),
+            viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+            coulomb_nm: motor.coulomb_friction_nm,
+        };
+        let bridge = Bridge {
+            supply_v: scene.bridge.supply_v,
+            on_resistance_ohm: scene.bridge.on_resistance_ohm,
+            diode_drop_v: scene.bridge.diode_drop_v,
+        };
+        let axis = Axis::new(shaft, bridge, hand, scene.clock.period_s(), scene.edges())
+            .map_err(|error| PlantError(error.to_string()))?;
+        let knots = knots(path, scene.clock);
+        let (mut angle_rad, mut speed_rad_per_s) =
+            (motor.initial_angle_rad, motor.initial_speed_rad_per_s);
+        if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
+            (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
+        }
+        let kind = Kind::Axis {
+            axis,
+            current_a: motor.initial_current_a,
+            speed_rad_per_s,
+            angle_rad,
+            knots,
+        };
+        Ok(Self {
+            kind,
+            count_rad,
+            averaged,
+        })
+    }
+}
+
+/// The path as knots on clock edges: where it starts, and where its speed changes.
+fn knots(path: &[PathPoint], clock: Clock) -> Vec<Knot> {
+    let mut knots: Vec<Knot> = Vec::with_capacity(path.len() + 1);
+    let points: Vec<(u64, f64)> = path
+        .iter()
+        .map(|p| (clock.edges(p.time_s), p.angle_rad))
+        .collect();
+    if let Some(&(edge, angle_rad)) = points.first()
+        && edge > 0
+    {
+        knots.push(Knot {
+            edge: 0,
+            angle_rad,
+            speed_rad_per_s: 0.0,
+        });
+    }
+    for (index, &(edge, angle_rad)) in points.iter().enumerate() {
+        let speed_rad_per_s = match points.get(index + 1) {
+            Some(&(next, there)) if next > edge => {
+                (there - angle_rad) / ((next - edge) as f64 * clock.period_s())
+            }
+            _ => 0.0,
+        };
+        knots.push(Knot {
+            edge,
+            angle_rad,
+            speed_rad_per_s,
+        });
+    }
+    knots
+}
+
+/// The state of a world, at one clock edge.
+#[derive(Clone)]
+pub struct World<'p> {
+    plant: &'p Plant,
+    device: Option<Device<'p>>,
+    edge: u64,
+    count: i64,
+    band: (f64, f64),
+    pins: Pins,
+    /// Index of the next knot or recorded change.
+    next: usize,
+    encoder_edges: u64,
+}
+
+impl<'p> World<'p> {
+    /// The world at edge 0, all gates off.
+    #[must_use]
+    pub fn new(plant: &'p Plant) -> Self {
+        let mut world = Self {
+            plant,
+            device: None,
+            edge: 0,
+            count: 0,
+            band: (0.0, 0.0),
+            pins: Pins::default(),
+            next: 0,
+            encoder_edges: 0,
+        };
+        match &plant.kind {
+            Kind::Axis {
+                axis,
+                current_a,
+                speed_rad_per_s,
+                angle_rad,
+                ..
+            } => {
+                world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
+                world.recount(*angle_rad);
+            }
+            Kind::Capture { .. } => {}
+        }
+        world.due();
+        world.encoder_edges = 0;
+        world
+    }
+
+    /// The edge the world stands at.
+    #[must_use]
+    pub fn edge(&self) -> u64 {
+        self.edge
+    }
+
+    /// The pins as they stand.
+    #[inline]
+    #[must_use]
+    pub fn pins(&self) -> Pins {
+        self.pins
+    }
+
+    /// The device, unless a recording stands in for it.
+    #[must_use]
+    pub fn device(&self) -> Option<&Device<'p>> {
+        self.device.as_ref()
+    }
+
+    /// Changes of the encoder's count so far (edges of its lines).
+    #[must_use]
+    pub fn encoder_edges(&self) -> u64 {
+        self.encoder_edges
+    }
+
+    /// The continuous outputs at an edge at or after the device's anchor and before its next event; zeros for a recording.
+    #[must_use]
+    pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
+        self.device
+            .as_ref()
+            .map_or([0.0; REALS.len()], |device| device.reals(edge))
+    }
+
+    /// The energy exchanged so far, and the energy stored over the start's.
+    #[must_use]
+    pub fn energy(&self) -> (Energy, f64) {
+        self.device
+            .as_ref()
+            .map_or_else(Default::default, |device| {
+                (device.energy(self.edge), device.stored_j(self.edge))
+            })
+    }
+
+    /// Flows by one clock edge: the pins that this edge samples.
+    #[inline]
+    pub fn sense(&mut self) -> Pins {
+        self.edge += 1;
+        self.settle();
+        self.pins
+    }
+
+    /// The first edge after the present one, up to `limit`, at which anything here changes by itself: a pin, a mode, the
+    /// hand's intention.
+    #[must_use]
+    pub fn next_change(&self, limit: u64) -> Option<u64> {
+        let due = match &self.plant.kind {
+            Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
+            Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
+        };
+        // Whatever has no edge of its own comes with the next one.
+        let due = due
+            .map(|edge| edge.max(self.edge + 1))
+            .filter(|&edge| edge <= limit);
+        let Some(device) = &self.device else {
+            return due;
+        };
+        device
+            .next_event(self.edge, due.unwrap_or(limit), self.band)
+            .or(due)
+    }
+
+    /// Goes to an edge up to which [`next_change`](Self::next_change) found nothing, or the one it found.
+    #[inline]
+    pub fn advance(&mut self, edge: u64, changes: bool) {
+        self.edge = edge;
+        if changes {
+            self.settle();
+        }
+    }
+
+    /// The gates and the command from the present edge on.
+    #[inline]
+    pub fn drive(&mut self, out: LoopOut<i64>, command: i64) {
+        let edge = self.edge;
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        match self.plant.averaged {
+            None => {
+                let [a_high, a_low, b_high, b_low] =
+                    [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
+                device.drive(
+                    edge,
+                    Gates {
+                        a_high,
+                        a_low,
+                        b_high,
+                        b_low,
+                    },
+                );
+            }
+            Some(full_scale) => device.drive_average(edge, command as f64 / full_scale),
+        }
+    }
+
+    #[inline]
+    fn settle(&mut self) {
+        if let Some(device) = &mut self.device {
+            let x = device.arrive(self.edge);
+            if !(x[2] >= self.band.0 && x[2] < self.band.1) {
+                self.recount(x[2]);
+            }
+        }
+        self.due();
+    }
+
+    /// Takes in what is due at the present edge: the hand's knot, a recorded change.
+    #[inline]
+    fn due(&mut self) {
+        match &self.plant.kind {
+            Kind::Axis { knots, .. } => {
+                while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
+                    self.next += 1;
+                    let device = self.device.as_mut().expect("an axis has a device");
+                    device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
+                    let angle_rad = device.state(self.edge)[2];
+                    self.recount(angle_rad);
+                }
+            }
+            Kind::Capture { pins } => {
+                while let Some(&(_, now)) =
+                    pins.get(self.next).filter(|change| change.0 <= self.edge)
+                {
+                    self.next += 1;
+                    self.encoder_edges += u64::from(now != self.pins);
+                    self.pins = now;
+                }
+            }
+        }
+    }
+
+    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it does
+    /// not depend on how the angle was reached.
+    fn recount(&mut self, angle_rad: f64) {
+        let step = self.plant.count_rad;
+        let mut count = (angle_rad / step).floor() as i64;
+        while angle_rad < count as f64 * step {
+            count -= 1;
+        }
+        while angle_rad >= (count + 1) as f64 * step {
+            count += 1;
+        }
+        self.encoder_edges += count.abs_diff(self.count);
+        self.count = count;
+        self.band = (count as f64 * step, (count + 1) as f64 * step);
+        self.pins = Pins::at(count);
+    }
+}
