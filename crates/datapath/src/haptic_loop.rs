@@ -261,7 +261,12 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         } = gates;
         let registers = [a_high, a_low, b_high, b_low, a, b, step, error, position];
         let moved = held != self.words[net.held] || velocity != before;
-        if fresh || moved || registers != self.words[net.gates..=net.position] {
+        let standing = &self.words[net.gates..=net.position];
+        let changed = registers
+            .iter()
+            .zip(standing)
+            .fold(0, |bits, (next, now)| bits | (next ^ now));
+        if fresh || moved || changed != 0 {
             self.words[net.gates..=net.position].copy_from_slice(&registers);
             if moved {
                 self.words[net.held] = held;

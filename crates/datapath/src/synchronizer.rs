@@ -1,6 +1,6 @@
 //! Two flip-flops in series on each encoder line.
 //!
-//! - **Equation**: `a(n) = a_pin(n-2)`, `b(n) = b_pin(n-2)`.
+//! - **Equation**: after edge `n`, `a` and `b` are the pins as sampled at edge `n-1`.
 //! - **Ports**: `a_pin`, `b_pin` (0,1,0) in; `a`, `b` (0,1,0) out.
 //! - **Latency**: 2 edges.
 //! - **Edge**: the old first stage goes out, the pin enters the first stage.

@@ -131,12 +131,10 @@ impl TruncatingMultiplier {
             Format::unsigned(width)
         };
         let frac = a.frac() + b.frac() - i32::try_from(drop).expect("at most 126");
-        let out = Format::new(signed, integer.int() - frac, frac).map_err(|error| {
-            ConfigError::new(
-                Self::NAME,
-                error,
-                "a product whose binary point is near its bits",
-            )
+        let int = integer.int() - frac;
+        let out = Format::new(signed, int, frac).map_err(|_| {
+            let found = format!("the kept bits are ({},{int},{frac})", u8::from(signed));
+            ConfigError::new(Self::NAME, found, "-63 to 64 integer and fraction bits")
         })?;
         Self::new(a, b, out, Overflow::Wrap)
     }

@@ -1,0 +1,419 @@
+//! The two loops against a straight-line model of their data sheet, and watched while they leap.
+
+use hpu_datapath::{
+    Block, ConventionalLoop, HapticLoop, HybridLoop, LoopConfig, LoopIn, PwmConfig, Wiring, flatten,
+};
+use hpu_signal::Format;
+use proptest::prelude::*;
+
+/// The default design in plain integers: every register is assigned from the nets before the edge.
+#[derive(Default)]
+struct Model {
+    held_position: bool,
+    edge: i64,
+    pins: (i64, i64),
+    lines: (i64, i64),
+    before: (i64, i64),
+    step: i64,
+    error: i64,
+    position: i64,
+    held: i64,
+    sampled: i64,
+    velocity: i64,
+    next_sample: i64,
+    taken: i64,
+}
+
+impl Model {
+    /// `delta`, `contact`, `penetration`, `spring`, `drag`, `torque`, `command`.
+    fn combinational(&self, input: &LoopIn<i64>) -> [i64; 7] {
+        let seen = if self.held_position {
+            self.held
+        } else {
+            self.position
+        };
+        let delta = (seen - input.reference + 6144) % 4096 - 2048;
+        let contact = i64::from(delta >= 0);
+        let penetration = contact * delta;
+        let spring = (penetration * input.stiffness).min(4095);
+        let drag = (self.velocity * input.damping).clamp(-4096, 4095);
+        let torque = contact * (spring + drag);
+        [
+            delta,
+            contact,
+            penetration,
+            spring,
+            drag,
+            torque,
+            torque.clamp(-4095, 4095),
+        ]
+    }
+
+    /// All nets after one edge.
+    fn tick(&mut self, input: &LoopIn<i64>) -> Vec<i64> {
+        let command = self.combinational(input)[6];
+        let phase = self.edge % 4096;
+        if phase == 0 {
+            self.taken = command;
+        }
+        let gates = match self.taken {
+            taken if phase >= taken.abs() => [0, 1, 0, 1],
+            1.. => [1, 0, 0, 1],
+            _ => [0, 1, 1, 0],
+        };
+        if self.edge == self.next_sample {
+            self.velocity = (self.position - self.sampled + 6144) % 4096 - 2048;
+            self.sampled = self.position;
+            self.held = self.position;
+            self.next_sample += input.period.max(1);
+        }
+        self.position = (self.position + self.step + 4096) % 4096;
+        let place = |lines| {
+            [(0, 0), (0, 1), (1, 1), (1, 0)]
+                .iter()
+                .position(|at| *at == lines)
+                .unwrap()
+        };
+        self.step = 0;
+        if self.edge >= 3 {
+            match (4 + place(self.lines) - place(self.before)) % 4 {
+                0 => {}
+                1 => self.step = 1,
+                3 => self.step = -1,
+                _ => self.error = 1,
+            }
+        }
+        self.before = self.lines;
+        self.lines = self.pins;
+        self.pins = (input.a_pin, input.b_pin);
+        self.edge += 1;
+
+        let [delta, contact, penetration, spring, drag, torque, command] =
+            self.combinational(input);
+        let mut nets = flatten(input);
+        nets.extend(gates);
+        nets.extend([
+            self.lines.0,
+            self.lines.1,
+            self.step,
+            self.error,
+            self.position,
+        ]);
+        if self.held_position {
+            nets.push(self.held);
+        }
+        nets.extend([
+            delta,
+            contact,
+            penetration,
+            spring,
+            self.velocity,
+            drag,
+            torque,
+            command,
+        ]);
+        nets
+    }
+}
+
+const QUIET: LoopIn<i64> = LoopIn {
+    a_pin: 0,
+    b_pin: 0,
+    reference: 4080,
+    stiffness: 70,
+    damping: 9,
+    period: 500,
+    scale: 256,
+};
+
+/// A motion of the encoder: for each entry, go forward or back (or an impossible leap) and stay for a while.
+fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
+    let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
+    let stay = prop_oneof![1u64..9, 1u64..2000];
+    prop::collection::vec((step, stay), 1..40)
+}
+
+/// The pins at a place of the encoder.
+fn at(place: i64, constants: LoopIn<i64>) -> LoopIn<i64> {
+    let (a_pin, b_pin) = [(0, 0), (0, 1), (1, 1), (1, 0)][place.rem_euclid(4) as usize];
+    LoopIn {
+        a_pin,
+        b_pin,
+        ..constants
+    }
+}
+
+fn equals_the_model<const HELD: bool>(constants: LoopIn<i64>, motion: &[(i64, u64)]) {
+    let mut wiring = HapticLoop::<HELD>::default();
+    let mut model = Model {
+        held_position: HELD,
+        ..Model::default()
+    };
+    let mut place = 0;
+    for (step, stay) in motion {
+        place += step;
+        let input = at(place, constants);
+        for _ in 0..*stay {
+            let gates = wiring.tick(input);
+            assert_eq!(wiring.words(), model.tick(&input), "edge {}", model.edge);
+            assert_eq!(flatten(&gates), wiring.words()[7..11]);
+        }
+    }
+}
+
+/// Small widths, so that everything wraps, saturates and rounds within a few edges.
+fn small() -> LoopConfig {
+    LoopConfig {
+        position_width: 6,
+        stiffness: Format::new(false, 4, 2).unwrap(),
+        damping: Format::new(false, 3, 2).unwrap(),
+        period_width: 10,
+        velocity_width: 4,
+        rescaled: true,
+        scale: Format::new(false, 2, 2).unwrap(),
+        pwm: PwmConfig {
+            width: 5,
+            dead_time: 2,
+            ..PwmConfig::default()
+        },
+        ..LoopConfig::default()
+    }
+}
+
+/// Runs the same motion leaping and ticking: nets, uses and state must agree.
+fn leaping_equals_ticking<const HELD: bool>(
+    config: LoopConfig,
+    constants: LoopIn<i64>,
+    motion: &[(i64, u64)],
+) {
+    let mut leaping = HapticLoop::<HELD>::new(config).unwrap();
+    let mut ticking = leaping.clone();
+    let mut place = 0;
+    for (step, stay) in motion {
+        place += step;
+        let input = at(place, constants);
+        let mut left = *stay;
+        while left > 0 {
+            let quiet = leaping.quiet(&input).min(left);
+            leaping.skip(quiet, &input);
+            for _ in 0..quiet {
+                ticking.tick(input);
+                assert_eq!(ticking.words(), leaping.words());
+            }
+            left -= quiet;
+            if left > 0 {
+                leaping.tick(input);
+                ticking.tick(input);
+                left -= 1;
+            }
+            assert_eq!(ticking.words(), leaping.words());
+        }
+    }
+    assert_eq!(leaping.uses(), ticking.uses());
+    assert!(leaping == ticking, "states differ");
+}
+
+proptest! {
+    #[test]
+    fn the_hybrid_loop_is_its_data_sheet(
+        motion in motion(), reference in 0i64..4096, stiffness in 0i64..4096, damping in 0i64..4096, period in 0i64..900
+    ) {
+        equals_the_model::<false>(LoopIn { reference, stiffness, damping, period, ..QUIET }, &motion);
+        equals_the_model::<false>(QUIET, &motion);
+    }
+
+    #[test]
+    fn the_conventional_loop_is_its_data_sheet(
+        motion in motion(), reference in 0i64..4096, stiffness in 0i64..4096, damping in 0i64..4096, period in 0i64..900
+    ) {
+        equals_the_model::<true>(LoopIn { reference, stiffness, damping, period, ..QUIET }, &motion);
+        equals_the_model::<true>(QUIET, &motion);
+    }
+
+    #[test]
+    fn a_leaping_loop_equals_a_ticking_one_to_the_last_lost_bit(
+        motion in motion(),
+        reference in 0i64..64,
+        stiffness in 0i64..64,
+        damping in 0i64..32,
+        period in 0i64..300,
+        scale in 0i64..16,
+        saturate in any::<bool>(),
+    ) {
+        let constants = LoopIn { reference, stiffness, damping, period, scale, ..QUIET };
+        let config = LoopConfig { saturate, ..small() };
+        leaping_equals_ticking::<false>(config, constants, &motion);
+        leaping_equals_ticking::<true>(config, constants, &motion);
+        leaping_equals_ticking::<false>(LoopConfig::default(), QUIET, &motion);
+        leaping_equals_ticking::<true>(LoopConfig::default(), QUIET, &motion);
+    }
+
+    #[test]
+    fn ranges_are_those_of_the_nets_seen(motion in motion()) {
+        let mut wiring = HybridLoop::new(small()).unwrap();
+        let constants = LoopIn { reference: 60, stiffness: 33, damping: 5, period: 7, ..QUIET };
+        let mut seen = vec![(i64::MAX, i64::MIN); wiring.nets().len()];
+        let mut place = 0;
+        for (step, stay) in &motion {
+            place += step;
+            for _ in 0..*stay {
+                wiring.tick(at(place, constants));
+                for (range, &word) in seen.iter_mut().zip(wiring.words()) {
+                    *range = (range.0.min(word), range.1.max(word));
+                }
+            }
+        }
+        let measured: Vec<_> = wiring.uses().iter().map(|used| (used.min, used.max)).collect();
+        prop_assert_eq!(measured, seen);
+    }
+}
+
+#[test]
+fn the_first_edge_latches_the_command_of_its_own_inputs() {
+    // 16 counts behind the surface from the start, at 70 PWM counts each.
+    let mut wiring = HybridLoop::default();
+    let on = (0..4096).filter(|_| wiring.tick(QUIET).a_high == 1).count();
+    assert_eq!(on, 16 * 70);
+}
+
+#[test]
+fn lost_bits_are_counted_for_every_edge_they_stand() {
+    // Depth 16 at full stiffness: the spring saturates from the first edge on, the sum is 4095 and not limited further.
+    let mut wiring = HybridLoop::default();
+    let input = LoopIn {
+        stiffness: 4095,
+        ..QUIET
+    };
+    for _ in 0..100 {
+        wiring.tick(input);
+    }
+    let nets = wiring.nets();
+    for (net, used) in nets.iter().zip(wiring.uses()) {
+        let expected = if net.name == "spring" { 100 } else { 0 };
+        assert_eq!(
+            (used.rounded, used.overflowed),
+            (0, expected),
+            "{}",
+            net.name
+        );
+    }
+}
+
+#[test]
+fn pins_reach_the_position_in_four_edges_and_the_command_with_it() {
+    let mut wiring = HybridLoop::default();
+    for _ in 0..10 {
+        wiring.tick(QUIET);
+    }
+    let command = |wiring: &HybridLoop| *wiring.words().last().unwrap();
+    let rest = command(&wiring);
+    for edge in 1..=4 {
+        wiring.tick(at(1, QUIET));
+        assert_eq!(command(&wiring), if edge < 4 { rest } else { rest + 70 });
+    }
+}
+
+/// Instance labels with their ports and nets, as the data sheet lists them.
+fn connections(wiring: &impl Wiring) -> Vec<String> {
+    let nets = wiring.nets();
+    let instance = |instance: hpu_datapath::Instance| {
+        let ports = instance.connections.iter().map(|connection| {
+            let net = &nets[connection.net];
+            assert_eq!(
+                net.format, connection.port.format,
+                "{} of {}",
+                net.name, instance.label
+            );
+            format!("{}={}", connection.port.name, net.name)
+        });
+        let ports: Vec<String> = ports.collect();
+        format!(
+            "{}: {}({})",
+            instance.label,
+            instance.block,
+            ports.join(" ")
+        )
+    };
+    wiring.instances().into_iter().map(instance).collect()
+}
+
+const PERIPHERY: [&str; 3] = [
+    "sync: synchronizer(a_pin=a_pin b_pin=b_pin a=a b=b)",
+    "decoder: quadrature_decoder(a=a b=b step=step error=error)",
+    "counter: position_counter(step=step position=position)",
+];
+
+const PATH: [&str; 7] = [
+    "wall: unilateral(delta=delta contact=contact penetration=penetration)",
+    "spring_mult: truncating_multiplier(a=penetration b=stiffness product=spring)",
+    "velocity_reg: velocity_register(position=position period=period scale=scale velocity=velocity)",
+    "damping_mult: truncating_multiplier(a=velocity b=damping product=drag)",
+    "sum: torque_sum(spring=spring damping=drag contact=contact torque=torque)",
+    "limiter: saturator(value=torque limited=command)",
+    "modulator: pwm(command=command a_high=a_high a_low=a_low b_high=b_high b_low=b_low)",
+];
+
+#[test]
+fn the_hybrid_loop_is_connected_as_its_data_sheet_says() {
+    let offset = ["offset: displacement(position=position reference=reference delta=delta)"];
+    let expected = [&PERIPHERY[..], &offset, &PATH].concat();
+    assert_eq!(connections(&HybridLoop::default()), expected);
+    assert_eq!(connections(&HybridLoop::new(small()).unwrap()), expected);
+}
+
+#[test]
+fn the_conventional_loop_is_connected_as_its_data_sheet_says() {
+    let held = [
+        "hold: zero_order_hold(d=position period=period q=held)",
+        "offset: displacement(position=held reference=reference delta=delta)",
+    ];
+    let expected = [&PERIPHERY[..], &held, &PATH].concat();
+    assert_eq!(connections(&ConventionalLoop::default()), expected);
+    assert_eq!(
+        connections(&ConventionalLoop::new(small()).unwrap()),
+        expected
+    );
+}
+
+#[test]
+fn the_nets_are_inputs_outputs_and_architecture_signals_in_the_order_of_the_data_sheet() {
+    let names = |wiring: &dyn Fn() -> Vec<hpu_signal::Signal>| -> Vec<&'static str> {
+        wiring().iter().map(|net| net.name).collect()
+    };
+    let ports = "a_pin b_pin reference stiffness damping period scale a_high a_low b_high b_low";
+    let hybrid = HybridLoop::default();
+    assert_eq!(
+        names(&|| hybrid.nets()).join(" "),
+        format!(
+            "{ports} a b step error position delta contact penetration spring velocity drag torque command"
+        )
+    );
+    assert_eq!(hybrid.ports(), 11);
+    let conventional = ConventionalLoop::default();
+    assert_eq!(
+        names(&|| conventional.nets()).join(" "),
+        format!(
+            "{ports} a b step error position held delta contact penetration spring velocity drag torque command"
+        )
+    );
+}
+
+#[test]
+fn a_loop_refuses_words_that_its_multipliers_cannot_take() {
+    let signed = LoopConfig {
+        damping: Format::signed(12),
+        ..LoopConfig::default()
+    };
+    assert_eq!(
+        HybridLoop::new(signed).unwrap_err().to_string(),
+        "hybrid_loop: damping is (1,11,0); accepted: unsigned with 0 or more fraction bits, as (0,12,0)"
+    );
+    let wide = LoopConfig {
+        period_width: 31,
+        ..LoopConfig::default()
+    };
+    assert_eq!(
+        ConventionalLoop::new(wide).unwrap_err().to_string(),
+        "velocity_register: PERIOD_WIDTH is 31; accepted: 2 to 30"
+    );
+}

@@ -1,0 +1,152 @@
+//! Narrowing against exact rational arithmetic: every small value, every rounding, both overflows.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding};
+use proptest::prelude::*;
+
+/// The integer that a rounding chooses for `value / unit`, from its definition in words.
+fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
+    let below = value.div_euclid(unit);
+    if below * unit == value {
+        return below;
+    }
+    let above = below + 1;
+    // Twice the distance to the neighbour below, against one unit: which neighbour is nearer.
+    let nearer = (2 * (value - below * unit)).cmp(&unit);
+    let nearest = |tie: i128| match nearer {
+        std::cmp::Ordering::Less => below,
+        std::cmp::Ordering::Equal => tie,
+        std::cmp::Ordering::Greater => above,
+    };
+    match rounding {
+        Rounding::Truncate => below,
+        Rounding::TowardZero => {
+            if value < 0 {
+                above
+            } else {
+                below
+            }
+        }
+        Rounding::NearestUp => nearest(above),
+        Rounding::NearestAway => nearest(if value < 0 { below } else { above }),
+        Rounding::NearestEven => nearest(if below % 2 == 0 { below } else { above }),
+    }
+}
+
+/// The word and what was lost, by search among the values of the word.
+fn narrowed(
+    value: i128,
+    from_frac: i32,
+    to: Format,
+    rounding: Rounding,
+    overflow: Overflow,
+) -> Narrowed {
+    let (width, drop) = (to.width(), from_frac - to.frac());
+    let (least, most) = if to.is_signed() {
+        (-(1i128 << (width - 1)), (1i128 << (width - 1)) - 1)
+    } else {
+        (0, (1i128 << width) - 1)
+    };
+    let (scaled, inexact) = if drop >= 0 {
+        let unit = 1i128 << drop;
+        (rounded(value, unit, rounding), value % unit != 0)
+    } else {
+        (value * (1i128 << -drop), false)
+    };
+    let word = match overflow {
+        Overflow::Saturate => scaled.clamp(least, most),
+        Overflow::Wrap => least + (scaled - least).rem_euclid(1i128 << width),
+    };
+    Narrowed {
+        word: i64::try_from(word).unwrap(),
+        rounded: inexact,
+        overflowed: !(least..=most).contains(&scaled),
+    }
+}
+
+#[test]
+fn every_small_value_is_narrowed_as_rational_arithmetic_says() {
+    for signed in [false, true] {
+        for width in 1..=5 {
+            for frac in -3..=4 {
+                let to = Format::new(signed, width - i32::from(signed) - frac, frac).unwrap();
+                for rounding in Rounding::ALL {
+                    for overflow in Overflow::ALL {
+                        let rule = Narrowing {
+                            from_frac: 2,
+                            to,
+                            rounding,
+                            overflow,
+                        };
+                        for value in -600..600 {
+                            assert_eq!(
+                                rule.apply(value),
+                                narrowed(value, 2, to, rounding, overflow),
+                                "{value}/4 into {to}, {rounding:?}, {overflow:?}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn wide_values_are_narrowed_as_rational_arithmetic_says(
+        value in -(1i128 << 100)..1i128 << 100,
+        shift in 0u32..100,
+        from_frac in 0i32..60,
+        frac in 0i32..60,
+        width in 1i32..64,
+        rounding in prop::sample::select(&Rounding::ALL[..]),
+        overflow in prop::sample::select(&Overflow::ALL[..]),
+    ) {
+        let value = value / (1i128 << shift);
+        prop_assume!(from_frac >= frac || value.abs() < 1 << 60);
+        let to = Format::new(true, width - 1 - frac, frac).unwrap();
+        let got = Narrowing { from_frac, to, rounding, overflow }.apply(value);
+        prop_assert_eq!(got, narrowed(value, from_frac, to, rounding, overflow));
+    }
+}
+
+#[test]
+fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
+    for drop in [126, 127, 150, 191] {
+        for value in [1, -1, (1i128 << 125) - 1, -(1i128 << 125) + 1] {
+            for rounding in Rounding::ALL {
+                let floor = if rounding == Rounding::Truncate && value < 0 {
+                    -1
+                } else {
+                    0
+                };
+                assert_eq!(
+                    rounding.shift(value, drop),
+                    floor,
+                    "{value} / 2^{drop}, {rounding:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_widest_words_saturate_at_their_ends_and_wrap_round_them() {
+    let apply = |to, overflow, value| {
+        Narrowing {
+            from_frac: 0,
+            to,
+            rounding: Rounding::Truncate,
+            overflow,
+        }
+        .apply(value)
+        .word
+    };
+    let (signed, unsigned) = (Format::signed(64), Format::unsigned(64));
+    assert_eq!(apply(signed, Overflow::Saturate, 1 << 63), i64::MAX);
+    assert_eq!(apply(signed, Overflow::Wrap, 1 << 63), i64::MIN);
+    // The bit pattern of 2^64 - 1, and of 2^64 + 5 modulo 2^64.
+    assert_eq!(apply(unsigned, Overflow::Saturate, 1 << 64), -1);
+    assert_eq!(apply(unsigned, Overflow::Wrap, (1 << 64) + 5), 5);
+    assert_eq!(apply(unsigned, Overflow::Saturate, -1), 0);
+}
