@@ -67,6 +67,12 @@ pub fn read_capture(
     let (count, unit) = header
         .timescale
         .ok_or_else(|| ReplayError::new(line, "no $timescale, as in `1 us`"))?;
+    if ![1, 10, 100].contains(&count) {
+        return Err(ReplayError::new(
+            line,
+            format!("a timescale of {count}; VCD knows 1, 10 and 100"),
+        ));
+    }
     let femtoseconds = 1_000_000_000_000_000 / u128::from(unit.divisor()) * u128::from(count);
 
     let mut channels = Vec::new();

@@ -45,7 +45,7 @@ pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
         stiffness_format: s.gain_format("stiffness_format", (12, 0))?,
         damping_format: s.gain_format("damping_format", (12, 0))?,
         velocity_bits: s.bits("velocity_bits", 32, 12)?,
-        period_bits: s.bits("period_bits", 31, 24)?,
+        period_bits: s.bits("period_bits", 30, 24)?,
         saturate: s.choice(
             "product",
             &[("saturate", true), ("drop_upper", false)],

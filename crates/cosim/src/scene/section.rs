@@ -187,9 +187,9 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A width in bits.
+    /// A width of 2 bits or more: a one-bit port is no vector.
     pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
-        let bits = self.integer(key, 1, u64::from(most), Some(u64::from(default)))?;
+        let bits = self.integer(key, 2, u64::from(most), Some(u64::from(default)))?;
         Ok(bits as u32)
     }
 
@@ -230,8 +230,8 @@ impl<'a> Section<'a> {
         let format: Format = text
             .parse()
             .map_err(|error: FormatError| self.error(key, error.to_string()))?;
-        if format.is_signed() || format.frac() < 0 || format.width() > 32 {
-            let rule = "a gain is unsigned, has no negative fraction bits and at most 32 bits, as in \"(0,12,0)\"";
+        if format.is_signed() || format.frac() < 0 || !(2..=32).contains(&format.width()) {
+            let rule = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
             return Err(self.error(key, format!("{format}: {rule}")));
         }
         Ok(format)
