@@ -1,0 +1,181 @@
+//! The GTKWave save file: which traces, in which groups, drawn how.
+
+use std::fmt::Write;
+use std::ops::Range;
+
+use hpu_signal::{Clock, Cycle, Format, Signal};
+
+use super::{Layout, Scope, Source, Var};
+
+/// The groups of a haptic loop and their nets; nets named nowhere go into a last group.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
+    (
+        "Position",
+        &[
+            "position",
+            "held",
+            "reference",
+            "delta",
+            "contact",
+            "penetration",
+            "period",
+            "velocity",
+        ],
+    ),
+    (
+        "Torque path",
+        &[
+            "stiffness",
+            "spring",
+            "scale",
+            "damping",
+            "drag",
+            "torque",
+            "command",
+        ],
+    ),
+    ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
+];
+/// Nets drawn as curves, and read as signed: a counter that passes below zero goes on smoothly.
+const CURVES: [&str; 6] = ["position", "held", "delta", "velocity", "torque", "command"];
+
+// Trace flags of GTKWave (TR_*_B in its analyzer.h); the save file has them in hexadecimal.
+const DECIMAL: u32 = 1 << 2;
+const BINARY: u32 = 1 << 3;
+const RIGHT: u32 = 1 << 5;
+const BLANK: u32 = 1 << 9;
+const SIGNED: u32 = 1 << 10;
+const STEP: u32 = 1 << 15;
+const INTERPOLATED: u32 = 1 << 16;
+const STRETCH: u32 = 1 << 17;
+const FULL_SCALE: u32 = 1 << 19;
+const GROUP_BEGIN: u32 = 1 << 23;
+const GROUP_END: u32 = 1 << 24;
+const FIXED_POINT: u32 = 1 << 30;
+
+/// Empty rows under a curve, which is drawn over them too.
+const STRETCH_ROWS: usize = 2;
+// The window, its panes, and what the waves have of its width, in pixels.
+const SIZE: (u32, u32) = (1500, 1000);
+const TREE_WIDTH: u32 = 280;
+const NAMES_WIDTH: u32 = 340;
+const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
+
+/// A save file that opens a waveform ready to read: groups from the encoder to the plant, bits as bits, words as decimal
+/// numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
+/// `span` filling the window.
+///
+/// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
+#[must_use]
+pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+    let mut file = header(layout, dump, clock, span);
+    for (group, names) in GROUPS {
+        let nets = names
+            .iter()
+            .filter_map(|name| layout.nets.iter().position(|net| net.name == *name));
+        write_group(
+            &mut file,
+            group,
+            nets.filter_map(|net| net_trace(layout, net)),
+        );
+    }
+    let named = |net: &Signal| GROUPS.iter().any(|(_, names)| names.contains(&net.name));
+    let others = layout
+        .nets
+        .iter()
+        .enumerate()
+        .filter(|(_, net)| !named(net));
+    write_group(
+        &mut file,
+        "Other",
+        others.filter_map(|(net, _)| net_trace(layout, net)),
+    );
+    let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
+    let reals = (0..layout.reals.len())
+        .filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
+    write_group(&mut file, "Plant", reals);
+    file
+}
+
+fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+    let (start_ps, end_ps) = (clock.picoseconds(span.start), clock.picoseconds(span.end));
+    // GTKWave shows 2^-zoom units of time in 200 pixels.
+    let zoom =
+        -(end_ps.saturating_sub(start_ps).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let mut text = String::from("[*] Save file of a waveform written by hpu\n");
+    // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
+    let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
+    let _ = writeln!(
+        text,
+        "[timestart] {start_ps}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1",
+        SIZE.0, SIZE.1
+    );
+    for scope in layout.scopes() {
+        let _ = writeln!(text, "[treeopen] {}.", scope.name);
+    }
+    let _ = writeln!(
+        text,
+        "[sst_width] {TREE_WIDTH}\n[signals_width] {NAMES_WIDTH}\n[sst_expanded] 1"
+    );
+    text
+}
+
+fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = String>) {
+    let traces: String = traces.collect();
+    if !traces.is_empty() {
+        let (begin, end) = (GROUP_BEGIN | BLANK, GROUP_END | BLANK);
+        let _ = write!(file, "@{begin:x}\n-{name}\n{traces}@{end:x}\n-{name}\n");
+    }
+}
+
+fn net_trace(layout: &Layout, index: usize) -> Option<String> {
+    let Signal {
+        name, format, unit, ..
+    } = &layout.nets[index];
+    let flags = match *format {
+        Format::BIT => BINARY | RIGHT,
+        _ if CURVES.contains(name) => SIGNED | RIGHT | STEP | FULL_SCALE,
+        _ if format.is_signed() => SIGNED | RIGHT,
+        _ => DECIMAL | RIGHT,
+    };
+    let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
+    trace(layout, Source::Net(index), flags, format.frac(), alias)
+}
+
+/// A trace, or nothing when the layout does not show the source.
+fn trace(
+    layout: &Layout,
+    source: Source,
+    flags: u32,
+    frac: i32,
+    alias: Option<String>,
+) -> Option<String> {
+    let (path, name) = layout
+        .scopes()
+        .iter()
+        .find_map(|scope| find(scope, source))?;
+    let mut text = if frac > 0 {
+        format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
+    } else {
+        format!("@{flags:x}\n")
+    };
+    if let Some(alias) = alias {
+        let _ = write!(text, "+{{{alias}}} ");
+    }
+    let _ = writeln!(text, "{path}.{name}");
+    if flags & (STEP | INTERPOLATED) != 0 {
+        let _ = writeln!(text, "@{STRETCH:x}");
+        text.push_str(&"-\n".repeat(STRETCH_ROWS));
+    }
+    Some(text)
+}
+
+/// The first variable that shows a source, with the path of its scope.
+fn find(scope: &Scope, source: Source) -> Option<(String, &str)> {
+    if let Some(Var { name, .. }) = scope.vars.iter().find(|var| var.source == source) {
+        return Some((scope.name.clone(), name));
+    }
+    let (path, name) = scope.scopes.iter().find_map(|inner| find(inner, source))?;
+    Some((format!("{}.{path}", scope.name), name))
+}

@@ -1,0 +1,242 @@
+//! Which variables a waveform has, and where in the hierarchy they stand.
+
+use std::fmt;
+
+use hpu_datapath::Wiring;
+use hpu_signal::{Format, Real, Signal};
+
+/// Where the value of a variable comes from. Variables with the same source are one signal under several names.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Source {
+    /// The clock: 1 from each edge until half a period later.
+    Clock,
+    /// The reset: 0 after the recording has begun.
+    Reset,
+    /// A net, by its index in [`Wiring::nets`].
+    Net(usize),
+    /// An output of the plant, by its index in the list given to [`Layout::new`].
+    Real(usize),
+}
+
+/// A variable of a scope.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Var {
+    /// Name as GHDL writes it: `clk`, `position[11:0]`.
+    pub name: String,
+    /// Width in bits; 64 for a real.
+    pub width: u32,
+    /// Where its value comes from.
+    pub source: Source,
+}
+
+/// A level of the hierarchy.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Scope {
+    /// Name: the wiring's, an instance's label, or `plant`.
+    pub name: String,
+    /// Its variables, in order.
+    pub vars: Vec<Var>,
+    /// The scopes inside.
+    pub scopes: Vec<Scope>,
+}
+
+/// The variables of a waveform.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Layout {
+    pub(super) scopes: Vec<Scope>,
+    pub(super) nets: Vec<Signal>,
+    pub(super) reals: Vec<Real>,
+    /// How many channels a logic analyser has; `None` for a design.
+    pub(super) channels: Option<usize>,
+}
+
+/// A net was asked for that the wiring does not have.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct UnknownNet {
+    /// The name.
+    pub name: String,
+    /// The names there are.
+    pub known: Vec<&'static str>,
+}
+
+impl fmt::Display for UnknownNet {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "there is no net `{}`; there are {}",
+            self.name,
+            self.known.join(", ")
+        )
+    }
+}
+
+impl std::error::Error for UnknownNet {}
+
+impl Var {
+    fn new(name: &str, format: Format, source: Source) -> Self {
+        let width = format.width();
+        let name = if width == 1 {
+            name.to_string()
+        } else {
+            format!("{name}[{}:0]", width - 1)
+        };
+        Self {
+            name,
+            width,
+            source,
+        }
+    }
+
+    fn real((index, real): (usize, &Real)) -> Self {
+        Self {
+            name: real.name.to_string(),
+            width: 64,
+            source: Source::Real(index),
+        }
+    }
+}
+
+impl Scope {
+    fn new(name: &str, clocked: bool, vars: impl Iterator<Item = Var>) -> Self {
+        let reset = clocked.then(|| Var::new("rst", Format::BIT, Source::Reset));
+        Self {
+            name: name.to_string(),
+            vars: reset.into_iter().chain(vars).collect(),
+            scopes: Vec::new(),
+        }
+    }
+
+    fn add_clock(&mut self) {
+        if self
+            .vars
+            .first()
+            .is_some_and(|first| first.source == Source::Reset)
+        {
+            self.vars
+                .insert(0, Var::new("clk", Format::BIT, Source::Clock));
+        }
+        self.scopes.iter_mut().for_each(Self::add_clock);
+    }
+
+    fn names(&self, path: &str, names: &mut Vec<String>) {
+        let path = format!("{path}{}.", self.name);
+        names.extend(self.vars.iter().map(|var| format!("{path}{}", var.name)));
+        self.scopes
+            .iter()
+            .for_each(|scope| scope.names(&path, names));
+    }
+}
+
+impl Layout {
+    /// The hierarchy of a wiring as GHDL shows it, without `clk`, and the plant's outputs in a scope `plant` beside it.
+    #[must_use]
+    pub fn new<W: Wiring>(wiring: &W, reals: &[Real]) -> Self {
+        let nets = wiring.nets();
+        let net = |(index, signal): (usize, &Signal)| {
+            Var::new(signal.name, signal.format, Source::Net(index))
+        };
+        let mut top = Scope::new(W::NAME, W::CLOCKED, nets.iter().enumerate().map(net));
+        for instance in wiring.instances() {
+            let ports = instance
+                .connections
+                .iter()
+                .map(|connection| net((connection.net, &connection.port)));
+            top.scopes
+                .push(Scope::new(instance.label, instance.clocked, ports));
+        }
+        let mut scopes = vec![top];
+        if !reals.is_empty() {
+            scopes.push(Scope::new(
+                "plant",
+                false,
+                reals.iter().enumerate().map(Var::real),
+            ));
+        }
+        Self {
+            scopes,
+            nets,
+            reals: reals.to_vec(),
+            channels: None,
+        }
+    }
+
+    /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two
+    /// entries an edge in the file, but no step of the engine.
+    #[must_use]
+    pub fn with_clock(mut self) -> Self {
+        self.scopes.iter_mut().for_each(Scope::add_clock);
+        self
+    }
+
+    /// A few nets as a logic analyser would export them: one scope `libsigrok`, each net under the name of its channel,
+    /// as in `[("a_pin", "A"), ("b_pin", "B")]`.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownNet`] when the wiring has no net of that name.
+    pub fn analyser<W: Wiring>(wiring: &W, channels: &[(&str, &str)]) -> Result<Self, UnknownNet> {
+        let nets = wiring.nets();
+        let vars = channels.iter().map(|&(name, channel)| {
+            let index = nets
+                .iter()
+                .position(|net| net.name == name)
+                .ok_or_else(|| UnknownNet {
+                    name: name.to_string(),
+                    known: nets.iter().map(|net| net.name).collect(),
+                })?;
+            Ok(Var::new(channel, nets[index].format, Source::Net(index)))
+        });
+        let scope = Scope::new(
+            "libsigrok",
+            false,
+            vars.collect::<Result<Vec<_>, _>>()?.into_iter(),
+        );
+        Ok(Self {
+            scopes: vec![scope],
+            nets,
+            reals: Vec::new(),
+            channels: Some(channels.len()),
+        })
+    }
+
+    /// The topmost scopes.
+    #[must_use]
+    pub fn scopes(&self) -> &[Scope] {
+        &self.scopes
+    }
+
+    /// Full names of all variables in the order of the file, as in `hybrid_loop.counter.position[11:0]`.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        self.scopes
+            .iter()
+            .for_each(|scope| scope.names("", &mut names));
+        names
+    }
+
+    /// Whether some variable shows this source.
+    #[must_use]
+    pub fn shows(&self, source: Source) -> bool {
+        fn has(scope: &Scope, source: Source) -> bool {
+            scope.vars.iter().any(|var| var.source == source)
+                || scope.scopes.iter().any(|inner| has(inner, source))
+        }
+        self.scopes.iter().any(|scope| has(scope, source))
+    }
+
+    /// A dense number for each source, below [`slots`](Self::slots).
+    pub(super) fn slot(&self, source: Source) -> usize {
+        match source {
+            Source::Net(index) => index,
+            Source::Real(index) => self.nets.len() + index,
+            Source::Clock => self.nets.len() + self.reals.len(),
+            Source::Reset => self.nets.len() + self.reals.len() + 1,
+        }
+    }
+
+    /// How many slots there are.
+    pub(super) fn slots(&self) -> usize {
+        self.nets.len() + self.reals.len() + 2
+    }
+}

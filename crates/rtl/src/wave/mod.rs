@@ -1,0 +1,24 @@
+//! Waveforms: VCD and FST files of a run, and the GTKWave save file that opens them ready to read.
+//!
+//! A [`Layout`] says which variables a file has; it is the hierarchy that GHDL shows for the same design, with the
+//! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats; [`gtkw`] arranges
+//! it on the screen.
+//!
+//! The edge of cycle `n` stands at [`Clock::picoseconds`](hpu_signal::Clock::picoseconds) of `n`, in a timescale of 1 ps; the
+//! words after that edge change at the same instant. `rst` is 0 throughout: the reset edge is before the recording.
+
+mod fst;
+mod gtkw;
+mod layout;
+mod recording;
+mod vcd;
+
+pub use self::fst::{Fst, FstFile};
+pub use self::gtkw::gtkw;
+
+pub use self::layout::{Layout, Scope, Source, UnknownNet, Var};
+pub use self::recording::{Recording, Sink};
+pub use self::vcd::{Vcd, VcdFile};
+
+/// The producer that the files name.
+const VERSION: &str = concat!("hpu ", env!("CARGO_PKG_VERSION"));

@@ -1,0 +1,219 @@
+//! What both formats share: which values changed, when the clock toggles, and the first error.
+
+use std::io;
+
+use hpu_signal::{Clock, Cycle, Format, Observe};
+
+use super::{Layout, Source};
+
+/// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset.
+pub trait Sink {
+    /// What the file was written to, handed back at the end.
+    type Out;
+
+    /// Begins an instant, later than all before.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn time(&mut self, time_ps: u64) -> io::Result<()>;
+    /// A new word, as the characters `0` and `1`, the most significant bit first.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn word(&mut self, slot: usize, digits: &[u8]) -> io::Result<()>;
+    /// A new real.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn real(&mut self, slot: usize, value: f64) -> io::Result<()>;
+    /// Completes the file.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn finish(self) -> io::Result<Self::Out>;
+}
+
+/// A waveform being written. Only changes are, and no call allocates.
+///
+/// An [`Observe`]r cannot fail, so the first error is kept, nothing more is written, and [`finish`](Self::finish) returns
+/// it.
+#[must_use = "a recording is complete only after `finish`"]
+pub struct Recording<S> {
+    sink: S,
+    clock: Clock,
+    nets: Vec<Net>,
+    reals: Vec<Option<f64>>,
+    first_real: usize,
+    clk: Option<usize>,
+    now: Cycle,
+    time_ps: u64,
+    error: Option<io::Error>,
+}
+
+/// A net that the file shows, and its latest word.
+struct Net {
+    index: usize,
+    format: Format,
+    word: Option<i64>,
+}
+
+impl<S: Sink> Recording<S> {
+    /// Begins the recording at time 0.
+    pub(super) fn begin(mut sink: S, layout: &Layout, clock: Clock) -> io::Result<Self> {
+        sink.time(0)?;
+        if layout.shows(Source::Reset) {
+            sink.word(layout.slot(Source::Reset), b"0")?;
+        }
+        let clk = layout
+            .shows(Source::Clock)
+            .then(|| layout.slot(Source::Clock));
+        if let Some(clk) = clk {
+            sink.word(clk, b"1")?;
+        }
+        let shown = layout
+            .nets
+            .iter()
+            .enumerate()
+            .filter(|&(index, _)| layout.shows(Source::Net(index)));
+        let nets = shown
+            .map(|(index, net)| Net {
+                index,
+                format: net.format,
+                word: None,
+            })
+            .collect();
+        let reals = vec![None; layout.reals.len()];
+        let first_real = layout.slot(Source::Real(0));
+        Ok(Self {
+            sink,
+            clock,
+            nets,
+            reals,
+            first_real,
+            clk,
+            now: Cycle(0),
+            time_ps: 0,
+            error: None,
+        })
+    }
+
+    /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would show
+    /// no values), and hands back what it was written to.
+    ///
+    /// # Errors
+    ///
+    /// The first error since the recording began: of the device (a full disk), or
+    /// [`InvalidInput`](io::ErrorKind::InvalidInput) when a call went back in time.
+    pub fn finish(mut self, end: Cycle) -> io::Result<S::Out> {
+        self.attempt(|recording| recording.reach(end.max(Cycle(1))));
+        match self.error {
+            Some(error) => Err(error),
+            None => self.sink.finish(),
+        }
+    }
+
+    /// Goes on with the file unless it has failed already.
+    fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
+        if self.error.is_none() {
+            self.error = write(self).err();
+        }
+    }
+
+    /// Brings the file to an edge, toggling the clock on the way.
+    fn reach(&mut self, cycle: Cycle) -> io::Result<()> {
+        if cycle < self.now {
+            let text = format!(
+                "a waveform at edge {} cannot go back to edge {}",
+                self.now.0, cycle.0
+            );
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+        }
+        if let Some(clk) = self.clk {
+            for next in self.now.0..cycle.0 {
+                let rise_ps = self.clock.picoseconds(Cycle(next + 1));
+                self.time(self.time_ps.midpoint(rise_ps))?;
+                self.sink.word(clk, b"0")?;
+                self.time(rise_ps)?;
+                self.sink.word(clk, b"1")?;
+            }
+        }
+        self.now = cycle;
+        self.time(self.clock.picoseconds(cycle))
+    }
+
+    fn time(&mut self, time_ps: u64) -> io::Result<()> {
+        if time_ps > self.time_ps {
+            self.sink.time(time_ps)?;
+            self.time_ps = time_ps;
+        }
+        Ok(())
+    }
+
+    fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
+        if self
+            .nets
+            .iter()
+            .all(|net| net.word == Some(words[net.index]))
+        {
+            return Ok(());
+        }
+        self.reach(cycle)?;
+        for net in &mut self.nets {
+            let word = words[net.index];
+            if net.word != Some(word) {
+                net.word = Some(word);
+                self.sink
+                    .word(net.index, digits(net.format, word, &mut [0; 64]))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_reals(&mut self, cycle: Cycle, values: &[f64]) -> io::Result<()> {
+        let same = |known: &Option<f64>, value: f64| {
+            known.is_some_and(|known| known.to_bits() == value.to_bits())
+        };
+        if self
+            .reals
+            .iter()
+            .zip(values)
+            .all(|(known, &value)| same(known, value))
+        {
+            return Ok(());
+        }
+        self.reach(cycle)?;
+        for (index, (known, &value)) in self.reals.iter_mut().zip(values).enumerate() {
+            if !same(known, value) {
+                *known = Some(value);
+                self.sink.real(self.first_real + index, value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<S: Sink> Observe for Recording<S> {
+    #[inline]
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.attempt(|recording| recording.write_nets(cycle, words));
+    }
+
+    #[inline]
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.attempt(|recording| recording.write_reals(cycle, values));
+    }
+}
+
+/// The word's bits as characters, the most significant first.
+fn digits(format: Format, word: i64, text: &mut [u8; 64]) -> &[u8] {
+    let bits = format.bits(word);
+    let text = &mut text[..format.width() as usize];
+    for (place, digit) in text.iter_mut().rev().enumerate() {
+        *digit = b'0' + u8::from(bits & (1 << place) != 0);
+    }
+    text
+}

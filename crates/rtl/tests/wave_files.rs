@@ -1,0 +1,251 @@
+//! Waveform files: where they end, how they fail, what a logic analyser's looks like.
+
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
+
+use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
+use hpu_rtl::wave::{Fst, Layout, Recording, Sink, Source, Vcd};
+use hpu_signal::{Clock, Cycle, Observe, Real};
+
+const REALS: [Real; 2] = [
+    Real {
+        name: "angle_rad",
+        doc: "angle",
+    },
+    Real {
+        name: "current_a",
+        doc: "current",
+    },
+];
+
+fn wiring() -> HybridLoop {
+    HybridLoop::new(LoopConfig::default()).expect("the default is valid")
+}
+
+fn clock() -> Clock {
+    Clock::new(50_000_000).expect("valid")
+}
+
+/// Words of all nets, every bit equal to bit `edge` modulo 2: each net changes at each edge.
+fn alternating(edge: u64) -> Vec<i64> {
+    let word = if edge.is_multiple_of(2) { 0 } else { u64::MAX };
+    wiring()
+        .nets()
+        .iter()
+        .map(|net| net.format.from_bits(word))
+        .collect()
+}
+
+/// A disk with room for so many bytes.
+#[derive(Default)]
+struct Disk {
+    room: usize,
+    refusals: usize,
+    position: u64,
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if bytes.len() > self.room {
+            self.refusals += 1;
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.room -= bytes.len();
+        self.position += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Disk {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.position = match to {
+            SeekFrom::Start(position) => position,
+            SeekFrom::Current(offset) => self
+                .position
+                .checked_add_signed(offset)
+                .ok_or(io::ErrorKind::InvalidInput)?,
+            SeekFrom::End(_) => return Err(io::ErrorKind::Unsupported.into()),
+        };
+        Ok(self.position)
+    }
+}
+
+/// Records two thousand edges, at each of which every net changes.
+fn record<S: Sink>(mut recording: Recording<S>) -> io::Result<S::Out> {
+    let words = [alternating(0), alternating(1)];
+    (0..2_000).for_each(|edge| recording.nets(Cycle(edge), &words[(edge % 2) as usize]));
+    recording.finish(Cycle(2_000))
+}
+
+/// Tries many sizes of disk; a write that the disk refused is an error, and is not tried again for ever.
+fn tells_that_the_disk_is_full(record: impl Fn(&mut Disk) -> io::Result<()>) {
+    let results = (0..1_000_000).step_by(9_973).map(|room| {
+        let mut disk = Disk {
+            room,
+            ..Disk::default()
+        };
+        let result = record(&mut disk);
+        // A buffer tries once more when it is dropped.
+        assert!(
+            disk.refusals <= 2,
+            "{} refusals with room for {room} bytes",
+            disk.refusals
+        );
+        assert_eq!(
+            result.as_ref().map_err(io::Error::kind),
+            match disk.refusals {
+                0 => Ok(&()),
+                _ => Err(io::ErrorKind::StorageFull),
+            }
+        );
+        result.is_ok()
+    });
+    let fitted: Vec<bool> = results.collect();
+    assert!(
+        fitted.is_sorted() && !fitted[0] && fitted[fitted.len() - 1],
+        "{fitted:?}"
+    );
+}
+
+#[test]
+fn a_full_disk_is_an_error_of_the_vcd() {
+    let layout = Layout::new(&wiring(), &REALS);
+    tells_that_the_disk_is_full(|disk| record(Vcd::new(disk, &layout, clock())?).map(drop));
+}
+
+#[test]
+fn a_full_disk_is_an_error_of_the_fst() {
+    let layout = Layout::new(&wiring(), &REALS);
+    tells_that_the_disk_is_full(|disk| record(Fst::new(disk, &layout, clock())?).map(drop));
+}
+
+#[test]
+fn going_back_in_time_is_an_error_and_nothing_more_is_written() {
+    let layout = Layout::new(&wiring(), &[]);
+    let mut vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
+    vcd.nets(Cycle(7), &alternating(0));
+    vcd.nets(Cycle(6), &alternating(1));
+    vcd.nets(Cycle(8), &alternating(0));
+    let error = vcd.finish(Cycle(9)).expect_err("edge 6 is before edge 7");
+    assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+    assert_eq!(
+        error.to_string(),
+        "a waveform at edge 7 cannot go back to edge 6"
+    );
+}
+
+#[test]
+fn a_file_lasts_until_the_end_of_the_run_though_nothing_changes() {
+    let layout = Layout::new(&wiring(), &[]);
+    for (end, times) in [(0, vec![0, 20_000]), (50, vec![0, 1_000_000])] {
+        let mut vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
+        let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock()).expect("memory");
+        vcd.nets(Cycle(0), &alternating(0));
+        fst.nets(Cycle(0), &alternating(0));
+        let vcd = vcd.finish(Cycle(end)).expect("memory");
+        let fst = fst.finish(Cycle(end)).expect("memory").into_inner();
+        for file in [vcd, fst] {
+            let read =
+                wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+            assert_eq!(read.time_table(), times, "end {end}");
+        }
+    }
+}
+
+#[test]
+fn an_fst_of_several_sections_is_read_back_whole() {
+    // 24 nets at 6 bytes or more in memory: 500 000 edges are well over two sections.
+    let edges = 500_000;
+    let layout = Layout::new(&wiring(), &[]);
+    let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock()).expect("memory");
+    let words = [alternating(0), alternating(1)];
+    (0..edges).for_each(|edge| fst.nets(Cycle(edge), &words[(edge % 2) as usize]));
+    let file = fst.finish(Cycle(edges)).expect("memory").into_inner();
+    let mut read =
+        wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+    let position = read
+        .hierarchy()
+        .lookup_var(&["hybrid_loop"], "position")
+        .expect("a net");
+    let position = read.hierarchy()[position].signal_ref();
+    read.load_signals(&[position]);
+    let changes = read
+        .get_signal(position)
+        .expect("just loaded")
+        .iter_changes();
+    let changes: Vec<_> = changes
+        .map(|(time, word)| (read.time_table()[time as usize], word.to_bit_string()))
+        .collect();
+    let put = (0..edges).map(|edge| {
+        (
+            edge * 20_000,
+            Some(["0", "1"][(edge % 2) as usize].repeat(12)),
+        )
+    });
+    assert!(changes.iter().cloned().eq(put));
+}
+
+#[test]
+fn the_words_of_a_run_are_not_changed_by_a_net_that_the_file_does_not_show() {
+    let layout = Layout::analyser(&wiring(), &[("b_pin", "B")]).expect("a net");
+    let mut vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
+    let mut words = alternating(0);
+    vcd.nets(Cycle(0), &words);
+    words[0] = 1;
+    vcd.nets(Cycle(1), &words);
+    words[1] = 1;
+    vcd.nets(Cycle(2), &words);
+    let text = String::from_utf8(vcd.finish(Cycle(3)).expect("memory")).expect("ASCII");
+    let (_, changes) = text.split_once("$enddefinitions $end\n").expect("a header");
+    assert_eq!(changes, "#0\n0\"\n#40000\n1\"\n#60000\n");
+}
+
+#[test]
+fn an_analyser_shows_its_channels_under_their_own_names() {
+    let layout = Layout::analyser(&wiring(), &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
+    let vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
+    let text = String::from_utf8(vcd.finish(Cycle(0)).expect("memory")).expect("ASCII");
+    let header = [
+        "$comment",
+        "    Acquisition with 2/2 channels at 50 MHz",
+        "$end",
+        "$timescale 1 ps $end",
+        "$scope module libsigrok $end",
+        "$var wire 1 ! A $end",
+        "$var wire 1 \" B $end",
+        "$upscope $end",
+        "$enddefinitions $end",
+        "#0",
+        "#20000",
+        "",
+    ];
+    assert!(text.ends_with(&header.join("\n")), "{text}");
+}
+
+#[test]
+fn an_unknown_net_is_refused_with_those_there_are() {
+    let error = Layout::analyser(&wiring(), &[("a_pim", "A")]).expect_err("no such net");
+    assert!(
+        error
+            .to_string()
+            .starts_with("there is no net `a_pim`; there are a_pin, b_pin, reference, "),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_layout_without_the_clock_differs_in_nothing_but_the_clock() {
+    let without = Layout::new(&wiring(), &REALS);
+    let with = without.clone().with_clock();
+    let names: Vec<String> = with
+        .names()
+        .into_iter()
+        .filter(|name| !name.ends_with(".clk"))
+        .collect();
+    assert_eq!(names, without.names());
+    assert!(
+        with.shows(Source::Clock) && !without.shows(Source::Clock) && without.shows(Source::Reset)
+    );
+}
