@@ -7,8 +7,8 @@ use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
     Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, displacement,
-    flatten, position_counter, pwm, quadrature_decoder, saturator, synchronizer, torque_sum,
-    truncating_multiplier, unilateral, velocity_register, zero_order_hold,
+    flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register,
+    zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
@@ -105,44 +105,22 @@ impl<const HELD: bool> HapticLoop<HELD> {
         let mut port = words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);
 
-        let position = words[net.held];
-        let displacement::Out { delta } = blocks.offset.eval(displacement::In {
-            position,
-            reference: input.reference,
-        });
-        let unilateral::Out {
-            contact,
-            penetration,
-        } = blocks.wall.eval(unilateral::In { delta });
-        let spring = blocks.spring_mult.eval(truncating_multiplier::In {
-            a: penetration,
-            b: input.stiffness,
-        });
-        let drag = blocks.damping_mult.eval(truncating_multiplier::In {
-            a: words[net.velocity],
-            b: input.damping,
-        });
-        let torque_sum::Out { torque } = blocks.sum.eval(torque_sum::In {
-            spring: spring.word,
-            damping: drag.word,
-            contact,
-        });
-        let saturator::Out { limited: command } =
-            blocks.limiter.eval(saturator::In { value: torque });
-
-        words[net.delta] = delta;
-        words[net.contact] = contact;
-        words[net.penetration] = penetration;
-        words[net.spring] = spring.word;
-        words[net.drag] = drag.word;
-        words[net.torque] = torque;
-        words[net.command] = command;
+        let torque = blocks
+            .path
+            .eval(words[net.held], words[net.velocity], input);
+        words[net.delta] = torque.delta;
+        words[net.contact] = torque.contact;
+        words[net.penetration] = torque.penetration;
+        words[net.spring] = torque.spring.word;
+        words[net.drag] = torque.drag.word;
+        words[net.torque] = torque.torque;
+        words[net.command] = torque.command;
         let velocity = blocks.velocity_reg.latest();
         let lost = [
-            (spring.rounded, spring.overflowed),
+            (torque.spring.rounded, torque.spring.overflowed),
             (velocity.rounded, velocity.overflowed),
-            (drag.rounded, drag.overflowed),
-            (false, command != torque),
+            (torque.drag.rounded, torque.drag.overflowed),
+            (false, torque.command != torque.torque),
         ];
         if lost != self.lost {
             self.count_lost();
@@ -177,7 +155,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
 
     fn inputs(&self) -> LoopIn<Signal> {
         let synchronizer::In { a_pin, b_pin } = self.blocks.sync.inputs();
-        let displacement::In { reference, .. } = self.blocks.offset.inputs();
+        let displacement::In { reference, .. } = self.blocks.path.offset.inputs();
         let velocity_register::In { period, scale, .. } = self.blocks.velocity_reg.inputs();
         let stiffness = Signal::new(
             "stiffness",

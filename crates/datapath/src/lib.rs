@@ -7,6 +7,8 @@ mod countdown;
 mod haptic_loop;
 mod loop_config;
 mod loop_nets;
+mod torque_path;
+mod variants;
 mod wiring;
 
 pub mod conventional_loop;
@@ -24,7 +26,7 @@ pub mod velocity_register;
 pub mod zero_order_hold;
 
 pub use block::{AnyBlock, Block, Generic, bundle, flatten};
-pub use catalogue::{block_by_name, registry, variants};
+pub use catalogue::{block_by_name, registry};
 pub use config::ConfigError;
 pub use conventional_loop::ConventionalLoop;
 pub use displacement::Displacement;
@@ -39,6 +41,7 @@ pub use synchronizer::Synchronizer;
 pub use torque_sum::TorqueSum;
 pub use truncating_multiplier::TruncatingMultiplier;
 pub use unilateral::Unilateral;
+pub use variants::variants;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
 pub use wiring::{Connection, Instance, LoopIn, LoopOut, Wiring};
 pub use zero_order_hold::ZeroOrderHold;

@@ -2,12 +2,12 @@
 
 use hpu_signal::Format;
 
+use crate::config::{COUNTER, within};
+use crate::torque_path::TorquePath;
 use crate::{
-    Block, ConfigError, Displacement, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder,
-    Saturator, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig,
-    VelocityRegister, ZeroOrderHold,
+    Block, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer,
+    VelocityConfig, VelocityRegister, ZeroOrderHold,
 };
-use hpu_signal::Overflow;
 
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -91,38 +91,22 @@ impl LoopConfig {
                 ));
             }
         }
-        let modulator = Pwm::new(self.pwm)?;
-        let width = self.pwm.width;
-        crate::config::within(name, "PWM_WIDTH", width, crate::config::COUNTER)?;
-        let depth = Unilateral::new(self.position_width)?;
-        let overflow = if self.saturate {
-            Overflow::Saturate
-        } else {
-            Overflow::Wrap
-        };
-        let velocity_reg = VelocityRegister::new(VelocityConfig {
+        within(name, "PWM_WIDTH", self.pwm.width, COUNTER)?;
+        let velocity = VelocityConfig {
             width: self.position_width,
             period_width: self.period_width,
             rescaled: self.rescaled,
             scale: self.scale,
             out_width: self.velocity_width,
-        })?;
-        let position = Format::unsigned(self.position_width);
-        let velocity = Format::signed(self.velocity_width);
-        let (spring, drag) = (Format::unsigned(width), Format::signed(width + 1));
+        };
         Ok(Blocks {
+            velocity_reg: VelocityRegister::new(velocity)?,
             sync: Synchronizer::new(),
             decoder: QuadratureDecoder::default(),
             counter: PositionCounter::new(self.position_width)?,
             hold: ZeroOrderHold::new(self.position_width, self.period_width)?,
-            offset: Displacement::new(self.position_width)?,
-            wall: depth,
-            spring_mult: TruncatingMultiplier::new(position, self.stiffness, spring, overflow)?,
-            velocity_reg,
-            damping_mult: TruncatingMultiplier::new(velocity, self.damping, drag, overflow)?,
-            sum: TorqueSum::new(width, width + 1, width + 2)?,
-            limiter: Saturator::new(width + 2, width + 1, (1 << width) - 1)?,
-            modulator,
+            path: TorquePath::new(self)?,
+            modulator: Pwm::new(self.pwm)?,
         })
     }
 }
@@ -134,13 +118,8 @@ pub(crate) struct Blocks {
     pub(crate) decoder: QuadratureDecoder,
     pub(crate) counter: PositionCounter,
     pub(crate) hold: ZeroOrderHold,
-    pub(crate) offset: Displacement,
-    pub(crate) wall: Unilateral,
-    pub(crate) spring_mult: TruncatingMultiplier,
     pub(crate) velocity_reg: VelocityRegister,
-    pub(crate) damping_mult: TruncatingMultiplier,
-    pub(crate) sum: TorqueSum,
-    pub(crate) limiter: Saturator,
+    pub(crate) path: TorquePath,
     pub(crate) modulator: Pwm,
 }
 

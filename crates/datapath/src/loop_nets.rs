@@ -84,19 +84,19 @@ pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
             ..blocks.hold.outputs().q
         });
     }
-    all.extend(flatten(&blocks.offset.outputs()));
-    all.extend(flatten(&blocks.wall.outputs()));
-    let torque = blocks.sum.inputs();
+    all.extend(flatten(&blocks.path.offset.outputs()));
+    all.extend(flatten(&blocks.path.wall.outputs()));
+    let torque = blocks.path.sum.inputs();
     all.push(torque.spring);
     all.push(blocks.velocity_reg.outputs().velocity);
     all.push(Signal {
         name: "drag",
         ..torque.damping
     });
-    all.push(blocks.sum.outputs().torque);
+    all.push(blocks.path.sum.outputs().torque);
     all.push(Signal {
         name: "command",
-        ..blocks.limiter.outputs().limited
+        ..blocks.path.limiter.outputs().limited
     });
     all
 }
@@ -122,17 +122,17 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
     all.extend([
         instance(
             "offset",
-            &blocks.offset,
+            &blocks.path.offset,
             &[net.held, net.reference, net.delta],
         ),
         instance(
             "wall",
-            &blocks.wall,
+            &blocks.path.wall,
             &[net.delta, net.contact, net.penetration],
         ),
         instance(
             "spring_mult",
-            &blocks.spring_mult,
+            &blocks.path.spring_mult,
             &[net.penetration, net.stiffness, net.spring],
         ),
         instance(
@@ -142,15 +142,15 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
         ),
         instance(
             "damping_mult",
-            &blocks.damping_mult,
+            &blocks.path.damping_mult,
             &[net.velocity, net.damping, net.drag],
         ),
         instance(
             "sum",
-            &blocks.sum,
+            &blocks.path.sum,
             &[net.spring, net.drag, net.contact, net.torque],
         ),
-        instance("limiter", &blocks.limiter, &[net.torque, net.command]),
+        instance("limiter", &blocks.path.limiter, &[net.torque, net.command]),
         instance(
             "modulator",
             &blocks.modulator,

@@ -90,16 +90,15 @@ fn a_torque_sum_too_narrow_wraps() {
 #[test]
 fn every_value_is_limited_to_full_scale_on_both_sides() {
     let block = Saturator::default();
-    for value in -8192..8192 {
-        let expected = if value > 4095 {
-            4095
-        } else if value < -4095 {
-            -4095
-        } else {
-            value
-        };
-        assert_eq!(block.eval(saturator::In { value }).limited, expected);
+    let limited = |value| block.eval(saturator::In { value }).limited;
+    for value in -4095..=4095 {
+        assert_eq!(limited(value), value);
     }
+    for beyond in 4096..8192 {
+        assert_eq!(limited(beyond), 4095);
+        assert_eq!(limited(-beyond), -4095);
+    }
+    assert_eq!(limited(-8192), -4095);
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn add(sum: &mut Bits, term: &Bits, shift: usize) {
     for place in shift..sum.len() {
         let (x, y) = (sum[place], term[place - shift]);
         sum.set(place, x ^ y ^ carry);
-        carry = (x && y) || (x && carry) || (y && carry);
+        carry = if carry { x || y } else { x && y };
     }
 }
 
