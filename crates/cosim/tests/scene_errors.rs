@@ -484,6 +484,16 @@ fn parts_that_do_not_agree_are_refused() {
 }
 
 #[test]
+fn a_start_that_the_hand_overrules_is_refused() {
+    let text = GOOD.replace("kind = \"none\"", "kind = \"prescribed\"\npath = [[0, 1]]");
+    let text = text.replace("kind = \"motor\"", "kind = \"motor\"\ninitial_angle = 1");
+    says(
+        parse(&text, &[]).unwrap_err(),
+        "4:17: device.initial_angle: a prescribed hand imposes the motion from its first point on; leave this out",
+    );
+}
+
+#[test]
 fn an_override_replaces_a_key_and_creates_its_section() {
     let scene = parse(
         GOOD,

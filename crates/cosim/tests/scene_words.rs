@@ -170,6 +170,12 @@ fn the_reference_is_counted_from_where_the_encoder_starts() {
         words(&[("device.initial_angle", "0.1 rad")]).reference,
         978 - 65
     );
+    // A hand that imposes the angle begins at its own first point: 1.4 rad are 912.6 counts.
+    let prescribed = words(&[(
+        "hand",
+        "{ kind = \"prescribed\", path = [[0, 1.4], [1, 2]] }",
+    )]);
+    assert_eq!(prescribed.reference, 978 - 912);
     // A wall behind the start, modulo the counter's range.
     assert_eq!(
         words(&[("wall.position", "-1.5 rad")]).reference,

@@ -92,6 +92,16 @@ impl Scene {
         self.clock.edges(self.run.duration_s)
     }
 
+    /// Shaft angle at the start: the device's, or where a hand that imposes the angle begins.
+    #[must_use]
+    pub fn initial_angle_rad(&self) -> f64 {
+        match (&self.hand, &self.device) {
+            (Hand::Prescribed { path }, _) => path.first().map_or(0.0, |point| point.angle_rad),
+            (_, Device::Motor(motor)) => motor.initial_angle_rad,
+            (_, Device::Mass(mass)) => mass.initial_position_m,
+        }
+    }
+
     /// The sample period in whole clocks.
     #[must_use]
     pub fn period_clocks(&self) -> u64 {

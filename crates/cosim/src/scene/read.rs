@@ -26,6 +26,8 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         .trim()
         .to_string();
     let (device, axis) = device(&root.section("device")?)?;
+    let hand = hand(&root.section("hand")?, axis, load)?;
+    imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let parts = Scene {
         name: name(file),
@@ -36,7 +38,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         clock,
         method: method(&root.section("method")?)?,
         wall: wall(&root.section("wall")?, axis)?,
-        hand: hand(&root.section("hand")?, axis, load)?,
+        hand,
         model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?)?,
@@ -50,6 +52,18 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
 fn name(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.strip_suffix(".toml").unwrap_or(name).to_string()
+}
+
+/// A start that the hand overrules is refused, not ignored.
+fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
+    let starts = ["initial_angle", "initial_position", "initial_speed"];
+    match starts.into_iter().find(|key| device.has(key)) {
+        Some(key) if matches!(hand, Hand::Prescribed { .. }) => Err(device.error(
+            key,
+            "a prescribed hand imposes the motion from its first point on; leave this out",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// What the parts ask of each other.

@@ -107,7 +107,7 @@ impl Scene {
         };
 
         let wall_counts = (self.wall.position_rad / count_rad).round();
-        let start_counts = (motor.initial_angle_rad / count_rad).floor();
+        let start_counts = (self.initial_angle_rad() / count_rad).floor();
         let position = Format::unsigned(method.position_bits);
         let stiffness_nm_per_rad = method.stiffness_format.to_f64(stiffness) * stiffness_unit;
         let damping_nm_s_per_rad =
