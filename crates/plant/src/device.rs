@@ -7,8 +7,8 @@ use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
 use crate::energy::{Energy, Powers, stored_j};
-use crate::guard::{Guard, Sense};
-use crate::linear::{ANGLE, CURRENT, INTENT, Integrals, SPEED, State, Trajectory};
+use crate::guard::{Band, Guard, Point};
+use crate::linear::{ANGLE, CURRENT, Course, INTENT, Integrals, SPEED, State, Trajectory};
 use crate::{Axis, Bridge, Circuit, Gates};
 
 /// The continuous outputs, in the order of [`Device::reals`].
@@ -31,28 +31,27 @@ pub const REALS: [Real; 4] = [
     },
 ];
 
-/// Why a mode ends.
+/// What a mode depends on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Cause {
-    SpeedZero,
-    BreaksLoose,
-    CurrentZero,
-    /// The back-EMF makes a diode conduct: current starts in this direction.
-    Conducts(i8),
+    /// Slip: the speed keeps its sign. Stuck: the torque stays within friction.
+    Shaft,
+    /// The diodes' current keeps its sign, or the back-EMF stays within their range.
+    Circuit,
 }
 
+/// A mode lasts while a function of the state stays in a band.
 #[derive(Clone, Copy)]
 struct Check<'a> {
     guard: &'a Guard,
-    threshold: f64,
-    sense: Sense,
+    band: Band,
     cause: Cause,
 }
 
 impl Check<'_> {
     #[inline(always)]
     fn passed(&self, x: &State) -> bool {
-        self.guard.passed(x, self.threshold, self.sense)
+        self.band.left_by(self.guard.value(x))
     }
 }
 
@@ -73,7 +72,7 @@ pub struct Device<'a> {
     drive: Drive,
     circuit: Circuit,
     intent_rad_per_s: f64,
-    checks: [Option<Check<'a>>; 4],
+    checks: [Option<Check<'a>>; 2],
     powers: Powers,
     energy: Energy,
     initial_j: f64,
@@ -100,7 +99,7 @@ impl<'a> Device<'a> {
             drive,
             circuit,
             intent_rad_per_s: 0.0,
-            checks: [None; 4],
+            checks: [None; 2],
             powers: Powers::default(),
             energy: Energy::default(),
             initial_j: stored_j(motor.inductance_h, motor.inertia_kg_m2, &x),
@@ -156,17 +155,7 @@ impl<'a> Device<'a> {
     /// The energy exchanged until `edge`.
     #[must_use]
     pub fn energy(&self, edge: u64) -> Energy {
-        let mut energy = self.energy;
-        let edges = edge - self.anchor;
-        let length_s = edges as f64 * self.motion.system().edge_s();
-        energy.add(
-            &self.powers,
-            length_s,
-            self.motion.anchor(),
-            &self.motion.at(edges),
-            &self.motion.integrals(edges),
-        );
-        energy
+        self.tallied(edge).0
     }
 
     /// Energy stored at `edge` over that at the start.
@@ -222,40 +211,29 @@ impl<'a> Device<'a> {
     /// happened at `from`.
     #[must_use]
     pub fn next_event(&self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<u64> {
-        let (mut a, last) = (from - self.anchor, to - self.anchor);
-        let mut xa = self.motion.at(a);
-        while a < last {
+        let last = to - self.anchor;
+        let mut a = Point::of(&self.motion, from - self.anchor);
+        let encoder = Band { low: low_rad, high: high_rad, open: true };
+        while a.edge < last {
             // Look about as far as the next encoder edge is at this speed.
-            let gap_s = (high_rad - low_rad) / xa[SPEED].abs();
+            let gap_s = (high_rad - low_rad) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 8192.0) as u64;
-            let b = last.min(a + guess);
-            let xb = self.motion.at(b);
-            let mut found = b + 1;
-            let mut end = (b, xb);
-            let encoder = [(high_rad, Sense::AtLeast), (low_rad, Sense::Below)];
-            let watched = self
-                .checks
-                .iter()
-                .flatten()
-                .map(|check| (check.guard, check.threshold, check.sense));
-            for (guard, threshold, sense) in
-                watched.chain(encoder.map(|(t, s)| (&self.mode.angle, t, s)))
-            {
-                if let Some(edge) =
-                    guard.first(&self.motion, threshold, sense, (a, &xa), (end.0, &end.1))
-                {
-                    found = edge;
-                    if edge - a <= 1 {
-                        break;
-                    }
+            let b = Point::of(&self.motion, last.min(a.edge + guess));
+            let mut end = b;
+            let mut found = None;
+            let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, &encoder));
+            let checks = self.checks.iter().flatten().map(|check| (check.guard, &check.band));
+            for (guard, band) in checks.chain(angle) {
+                if let Some(edge) = guard.first(&self.motion, band, &a, &end) {
+                    found = Some(edge);
                     // Others matter only before this one.
-                    end = (edge, self.motion.at(edge));
+                    end = Point::of(&self.motion, edge);
                 }
             }
-            if found <= b {
-                return Some(self.anchor + found);
+            if let Some(edge) = found {
+                return Some(self.anchor + edge);
             }
-            (a, xa) = (b, xb);
+            a = b;
         }
         None
     }
@@ -265,7 +243,7 @@ impl<'a> Device<'a> {
     pub fn arrive(&mut self, edge: u64) -> State {
         let x = self.state_next(edge);
         if self.checks.iter().flatten().any(|check| check.passed(&x)) {
-            self.change(edge);
+            self.change(edge, x);
             return *self.motion.anchor();
         }
         x
@@ -273,80 +251,58 @@ impl<'a> Device<'a> {
 
     /// A mode ended between `edge - 1` and `edge`: finds the instant, changes there, and anchors at `edge`.
     #[cold]
-    fn change(&mut self, edge: u64) {
-        let system = self.motion.system();
-        let mut x = self.account(edge - 1);
-        let f = *self.motion.constant();
-        let full = system.short(&x, &f, system.edge_s());
-        let mut first: Option<(f64, Check)> = None;
-        for check in self.checks.into_iter().flatten() {
-            let (g0, g1) = (
-                check.guard.value(&x) - check.threshold,
-                check.guard.value(&full) - check.threshold,
-            );
-            if !check.passed(&full) && !check.passed(&self.motion.at(edge - self.anchor)) {
-                continue;
-            }
-            let tau_s = crossing_s(g0, g1, system.edge_s(), |t| {
-                check.guard.value(&system.short(&x, &f, t)) - check.threshold
+    fn change(&mut self, edge: u64, at_edge: State) {
+        let x = self.account(edge - 1);
+        let edge_s = self.motion.system().edge_s();
+        let course = Course::new(Trajectory::new(self.motion.system(), x, *self.motion.constant()));
+        let mut first = (edge_s, None);
+        for check in self.checks.into_iter().flatten().filter(|check| check.passed(&at_edge)) {
+            let above = check.guard.value(&at_edge) > check.band.low;
+            let limit = if above { check.band.high } else { check.band.low };
+            let (before, after) = (check.guard.value(&x) - limit, check.guard.value(&at_edge) - limit);
+            let tau_s = crossing_s(edge_s, before, after, |t| match &course.polynomial(check.guard.row()) {
+                Some(all) => all.iter().rev().fold(0.0, |sum, term| sum * t + term) - limit,
+                None => check.guard.value(&course.at(t)) - limit,
             });
-            if first.is_none_or(|(earliest, _)| tau_s < earliest) {
-                first = Some((tau_s, check));
+            if first.1.is_none() || tau_s < first.0 {
+                first = (tau_s, Some((check.cause, above)));
             }
         }
-        let (tau_s, check) = first.expect("a guard was passed");
-        let before = x;
-        x = system.short(&before, &f, tau_s);
-        self.tally(
-            tau_s,
-            &before,
-            &x,
-            &system.short_integrals(&before, &f, tau_s),
-        );
-        self.turn(check.cause, &mut x);
-        self.enter(edge - 1, x);
+        let (tau_s, ended) = first;
+        let (cause, above) = ended.expect("a mode ended");
+        let mut there = course.at(tau_s);
+        self.tally(tau_s, &x, &there, &course.integrals(tau_s));
+        self.turn(cause, above, &mut there);
+        self.enter(edge - 1, there);
         // The rest of the edge in the new mode, then whatever else is due by then.
-        let rest_s = system.edge_s() - tau_s;
-        let (system, f) = (self.motion.system(), *self.motion.constant());
-        let before = x;
-        x = system.short(&before, &f, rest_s);
-        self.tally(
-            rest_s,
-            &before,
-            &x,
-            &system.short_integrals(&before, &f, rest_s),
-        );
+        let rest_s = edge_s - tau_s;
+        let course = Course::new(self.motion);
+        let mut x = course.at(rest_s);
+        self.tally(rest_s, &there, &x, &course.integrals(rest_s));
         self.enter(edge, x);
         for _ in 0..self.checks.len() {
-            let Some(check) = self
-                .checks
-                .into_iter()
-                .flatten()
-                .find(|check| check.passed(&x))
-            else {
-                break;
-            };
-            self.turn(check.cause, &mut x);
+            let Some(check) = self.checks.into_iter().flatten().find(|check| check.passed(&x)) else { break };
+            self.turn(check.cause, check.guard.value(&x) > check.band.low, &mut x);
             self.enter(edge, x);
         }
     }
 
-    /// The new mode after a cause, at the state where it happened.
-    fn turn(&mut self, cause: Cause, x: &mut State) {
+    /// The new mode after one ended, at the state where it did, above or below its band.
+    fn turn(&mut self, cause: Cause, above: bool, x: &mut State) {
         self.mode_changes += 1;
-        match cause {
-            Cause::SpeedZero => {
+        match (cause, self.shaft, self.circuit) {
+            (Cause::Shaft, Shaft::Stuck, _) => self.shaft = Shaft::Slip(if above { 1 } else { -1 }),
+            (Cause::Shaft, ..) => {
                 x[SPEED] = 0.0;
                 self.shaft = self.shaft_at(x);
             }
-            Cause::BreaksLoose => {
-                self.shaft = Shaft::Slip(if self.net_nm(x) > 0.0 { 1 } else { -1 })
-            }
-            Cause::CurrentZero => {
+            (Cause::Circuit, _, Circuit::Closed { .. }) => {
                 x[CURRENT] = 0.0;
                 self.reroute(x, self.axis.motor.torque_constant_nm_per_a * x[SPEED]);
             }
-            Cause::Conducts(direction) => self.reroute(x, -f64::from(direction) * f64::INFINITY),
+            (Cause::Circuit, _, Circuit::Open { .. }) => {
+                self.reroute(x, if above { f64::INFINITY } else { f64::NEG_INFINITY });
+            }
         }
     }
 
@@ -391,10 +347,21 @@ impl<'a> Device<'a> {
         }
     }
 
+    /// The energy exchanged until `edge`, and the state there.
+    fn tallied(&self, edge: u64) -> (Energy, State) {
+        let mut energy = self.energy;
+        let edges = edge - self.anchor;
+        let (done, x) = self.motion.integrals(edges);
+        let length_s = edges as f64 * self.motion.system().edge_s();
+        energy.add(&self.powers, length_s, self.motion.anchor(), &x, &done);
+        (energy, x)
+    }
+
     /// Accounts for the energy until `edge` and returns the state there.
     fn account(&mut self, edge: u64) -> State {
-        self.energy = self.energy(edge);
-        self.state(edge)
+        let (energy, x) = self.tallied(edge);
+        self.energy = energy;
+        x
     }
 
     fn tally(&mut self, length_s: f64, before: &State, after: &State, done: &Integrals) {
@@ -464,76 +431,49 @@ impl<'a> Device<'a> {
         powers
     }
 
-    fn checks_now(&self) -> [Option<Check<'a>>; 4] {
+    fn checks_now(&self) -> [Option<Check<'a>>; 2] {
         let mode = self.mode;
         let motor = &self.axis.motor;
-        let check = |guard, threshold, sense, cause| {
-            Some(Check {
-                guard,
-                threshold,
-                sense,
-                cause,
-            })
-        };
-        let mut checks = [None; 4];
-        match self.shaft {
-            Shaft::Slip(1) => checks[0] = check(&mode.speed, 0.0, Sense::Below, Cause::SpeedZero),
-            Shaft::Slip(-1) => checks[0] = check(&mode.speed, 0.0, Sense::Above, Cause::SpeedZero),
+        let band = |low, high| Band { low, high, open: false };
+        let positive = band(0.0, f64::INFINITY);
+        let negative = band(f64::NEG_INFINITY, 0.0);
+        let shaft = match self.shaft {
+            Shaft::Slip(1) => Some((&mode.speed, positive)),
+            Shaft::Slip(-1) => Some((&mode.speed, negative)),
             Shaft::Stuck => {
-                let constant = self.torque_nm();
-                let limit = motor.coulomb_nm;
-                checks[0] = check(
-                    &mode.net,
-                    limit - constant,
-                    Sense::Above,
-                    Cause::BreaksLoose,
-                );
-                checks[1] = check(
-                    &mode.net,
-                    -limit - constant,
-                    Sense::Below,
-                    Cause::BreaksLoose,
-                );
+                let constant_nm = self.torque_nm();
+                Some((&mode.net, band(-motor.coulomb_nm - constant_nm, motor.coulomb_nm - constant_nm)))
             }
-            _ => {}
-        }
-        match self.circuit {
-            Circuit::Closed { direction: 1, .. } => {
-                checks[2] = check(&mode.current, 0.0, Sense::Below, Cause::CurrentZero);
-            }
-            Circuit::Closed { direction: -1, .. } => {
-                checks[2] = check(&mode.current, 0.0, Sense::Above, Cause::CurrentZero);
-            }
-            Circuit::Open {
-                emf_min_v,
-                emf_max_v,
-            } => {
+            _ => None,
+        };
+        let circuit = match self.circuit {
+            Circuit::Closed { direction: 1, .. } => Some((&mode.current, positive)),
+            Circuit::Closed { direction: -1, .. } => Some((&mode.current, negative)),
+            Circuit::Closed { .. } => None,
+            Circuit::Open { emf_min_v, emf_max_v } => {
                 let k = motor.torque_constant_nm_per_a;
-                checks[2] = check(&mode.speed, emf_min_v / k, Sense::Below, Cause::Conducts(1));
-                checks[3] = check(
-                    &mode.speed,
-                    emf_max_v / k,
-                    Sense::Above,
-                    Cause::Conducts(-1),
-                );
+                Some((&mode.speed, band(emf_min_v / k, emf_max_v / k)))
             }
-            Circuit::Closed { .. } => {}
-        }
-        checks
+        };
+        [
+            shaft.map(|(guard, band)| Check { guard, band, cause: Cause::Shaft }),
+            circuit.map(|(guard, band)| Check { guard, band, cause: Cause::Circuit }),
+        ]
     }
 }
 
-/// Where a function that passes zero within one edge does so: regula falsi, halving where it stalls.
-fn crossing_s(g0: f64, g1: f64, edge_s: f64, g: impl Fn(f64) -> f64) -> f64 {
-    if g0 == 0.0 || g0.signum() == g1.signum() {
+/// Where a function that passes zero within one edge does so: regula falsi, halving where it stalls. `ga` and `gb` are its
+/// values at the edge's start and end, as the run sees them.
+fn crossing_s(edge_s: f64, mut ga: f64, mut gb: f64, g: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (0.0, edge_s);
+    if ga == 0.0 || ga.signum() == gb.signum() {
         // Already there at the start, or only just there at the end.
-        return if g0.abs() <= g1.abs() { 0.0 } else { edge_s };
+        return if ga.abs() <= gb.abs() { 0.0 } else { edge_s };
     }
-    let (mut a, mut ga, mut b, mut gb) = (0.0, g0, edge_s, g1);
     for _ in 0..60 {
         let t = (a - ga * (b - a) / (gb - ga)).clamp(a, b);
         let gt = g(t);
-        if gt == 0.0 || t == a || t == b {
+        if gt == 0.0 || t == a || t == b || b - a < 1e-12 * edge_s {
             return t;
         }
         if gt.signum() == ga.signum() {

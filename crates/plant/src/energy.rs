@@ -2,40 +2,19 @@
 
 use crate::linear::{ANGLE, CURRENT, INTENT, Integrals, SPEED, State};
 
-/// A sum that keeps what rounding would drop (Neumaier).
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-struct Sum {
-    total: f64,
-    rest: f64,
-}
+const SOURCE: usize = 0;
+const HAND: usize = 1;
+const COPPER: usize = 2;
+const DIODES: usize = 3;
+const VISCOUS: usize = 4;
+const COULOMB: usize = 5;
 
-impl Sum {
-    #[inline]
-    fn add(&mut self, term: f64) {
-        let next = self.total + term;
-        self.rest += if self.total.abs() >= term.abs() {
-            (self.total - next) + term
-        } else {
-            (term - next) + self.total
-        };
-        self.total = next;
-    }
-
-    fn value(&self) -> f64 {
-        self.total + self.rest
-    }
-}
-
-/// Energy flows since the start, in J.
+/// Energy flows since the start, in J: six sums, each with the rest that rounding dropped (two-sum of Knuth).
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    source: Sum,
-    hand: Sum,
-    copper: Sum,
-    diodes: Sum,
-    viscous: Sum,
-    coulomb: Sum,
-    exchanged: Sum,
+    totals: [f64; 6],
+    rests: [f64; 6],
+    exchanged: f64,
 }
 
 /// The powers of one mode, as far as they are constant.
@@ -93,15 +72,18 @@ impl Energy {
             // Constant speed: the hand bears friction and the motor's torque.
             hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * done.current;
         }
-        self.source.add(source);
-        self.hand.add(hand);
-        self.copper.add(copper);
-        self.diodes.add(diodes);
-        self.viscous.add(viscous);
-        self.coulomb.add(coulomb);
-        for flow in [source, hand, copper, diodes, viscous, coulomb] {
-            self.exchanged.add(flow.abs());
+        self.take([source, hand, copper, diodes, viscous, coulomb]);
+    }
+
+    #[inline]
+    fn take(&mut self, flows: [f64; 6]) {
+        for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(flows) {
+            let sum = *total + flow;
+            let kept = sum - *total;
+            *rest += (*total - (sum - kept)) + (flow - kept);
+            *total = sum;
         }
+        self.exchanged += flows.iter().map(|flow| flow.abs()).sum::<f64>();
     }
 
     /// The hand's work in a jump of a prescribed speed: impulse times mean speed.
@@ -109,44 +91,49 @@ impl Energy {
         let work = inertia_kg_m2
             * (to_rad_per_s - from_rad_per_s)
             * (0.5 * (to_rad_per_s + from_rad_per_s));
-        self.hand.add(work);
-        self.exchanged.add(work.abs());
+        let mut flows = [0.0; 6];
+        flows[HAND] = work;
+        self.take(flows);
+    }
+
+    fn sum(&self, index: usize) -> f64 {
+        self.totals[index] + self.rests[index]
     }
 
     /// Work of the supply on the circuit (negative where current flows back into it).
     #[must_use]
     pub fn source_j(&self) -> f64 {
-        self.source.value()
+        self.sum(SOURCE)
     }
 
     /// Work of the hand on the shaft.
     #[must_use]
     pub fn hand_j(&self) -> f64 {
-        self.hand.value()
+        self.sum(HAND)
     }
 
     /// Heat in winding and switches.
     #[must_use]
     pub fn copper_j(&self) -> f64 {
-        self.copper.value()
+        self.sum(COPPER)
     }
 
     /// Heat in diodes.
     #[must_use]
     pub fn diodes_j(&self) -> f64 {
-        self.diodes.value()
+        self.sum(DIODES)
     }
 
     /// Heat of viscous friction.
     #[must_use]
     pub fn viscous_j(&self) -> f64 {
-        self.viscous.value()
+        self.sum(VISCOUS)
     }
 
     /// Heat of Coulomb friction.
     #[must_use]
     pub fn coulomb_j(&self) -> f64 {
-        self.coulomb.value()
+        self.sum(COULOMB)
     }
 
     /// Supplied by source and hand.
@@ -164,7 +151,7 @@ impl Energy {
     /// Sum of the sizes of all flows: what a residual is measured against.
     #[must_use]
     pub fn exchanged_j(&self) -> f64 {
-        self.exchanged.value()
+        self.exchanged
     }
 }
 

@@ -14,5 +14,5 @@ pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};
 pub use device::{Device, REALS};
 pub use energy::Energy;
-pub use guard::{Guard, Sense};
+pub use guard::{Band, Guard, Point};
 pub use linear::{Integrals, Linear, Matrix, State, Trajectory};

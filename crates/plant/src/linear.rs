@@ -67,9 +67,11 @@ struct Leap {
 /// A linear system, its leaps tabulated for one clock period.
 pub struct Linear {
     a: Matrix,
+    columns: Columns,
+    norm: f64,
     edge_s: f64,
     /// `P` for digit `d` (1 to 63) of level `k`, at `64 k + d`.
-    p: Vec<Matrix>,
+    p: Vec<Columns>,
     /// Quadratures, made when first asked for: many runs never audit.
     leaps: OnceLock<Vec<Leap>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
@@ -118,9 +120,25 @@ pub(crate) fn dot(u: &State, v: &State) -> f64 {
     (u[0] * v[0] + u[1] * v[1]) + (u[2] * v[2] + u[3] * v[3])
 }
 
+/// A matrix by columns, so that its product with a vector runs along registers.
+#[derive(Clone, Copy)]
+struct Columns(Matrix);
+
+impl Columns {
+    fn of(rows: &Matrix) -> Self {
+        Self(transposed(rows))
+    }
+
+    #[inline(always)]
+    fn times(&self, v: &State) -> State {
+        let [a, b, c, d] = &self.0;
+        std::array::from_fn(|r| (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]))
+    }
+}
+
 #[inline(always)]
-fn carry(x: &State, p: &Matrix, w: &State) -> State {
-    std::array::from_fn(|r| x[r] + dot(&p[r], w))
+fn plus(x: &State, y: &State) -> State {
+    std::array::from_fn(|r| x[r] + y[r])
 }
 
 fn norm(a: &Matrix) -> f64 {
@@ -218,7 +236,8 @@ impl Leap {
 
     fn integrals(&self, x: &State, w: &State) -> Integrals {
         let t = self.length_s;
-        let form = |g: &Matrix| dot(&row_times(w, g), w);
+        // The forms are symmetric: their rows are their columns.
+        let form = |g: &Matrix| dot(&Columns(*g).times(w), w);
         let charge = dot(&self.s[CURRENT], w);
         let path = dot(&self.s[SPEED], w);
         Integrals {
@@ -261,11 +280,13 @@ impl Linear {
                 let last = bounds[bounds.len() - 1];
                 bounds.push(map2(&last, &product(&last, &phi), f64::max));
             }
-            p.extend(level);
+            p.extend(level.iter().map(Columns::of));
             unit = next;
         }
         Self {
             a,
+            columns: Columns::of(&a),
+            norm: norm(&a),
             edge_s,
             p,
             leaps: OnceLock::new(),
@@ -294,7 +315,7 @@ impl Linear {
     /// `A x + f`.
     #[inline(always)]
     pub(crate) fn slope(&self, x: &State, f: &State) -> State {
-        std::array::from_fn(|r| dot(&self.a[r], x) + f[r])
+        plus(&self.columns.times(x), f)
     }
 
     /// A bound of |e^{At}|, element by element, for every `t` from 0 to `edges` edges.
@@ -306,51 +327,6 @@ impl Linear {
     /// How many dyadic bounds there are.
     pub(crate) fn dyadic(&self) -> usize {
         self.bounds.len()
-    }
-
-    /// The state a fraction of an edge later: `tau_s` at most one clock period.
-    pub(crate) fn short(&self, x: &State, f: &State, tau_s: f64) -> State {
-        let mut term = self.slope(x, f);
-        if norm(&self.a) * tau_s > 0.5 {
-            return carry(x, &Leap::of(&self.a, tau_s).p, &term);
-        }
-        let mut change = [0.0; 4];
-        let mut weight = tau_s;
-        for k in 2..20 {
-            change = std::array::from_fn(|r| change[r] + weight * term[r]);
-            let next = std::array::from_fn(|r| dot(&self.a[r], &term));
-            weight *= tau_s / f64::from(k);
-            if (0..4).all(|r| (weight * next[r]).abs() <= 1e-3 * f64::EPSILON * change[r].abs()) {
-                break;
-            }
-            term = next;
-        }
-        std::array::from_fn(|r| x[r] + change[r])
-    }
-
-    /// The integrals over a fraction of an edge.
-    pub(crate) fn short_integrals(&self, x: &State, f: &State, tau_s: f64) -> Integrals {
-        if norm(&self.a) * tau_s > 0.01 {
-            return Leap::of(&self.a, tau_s).integrals(x, &self.slope(x, f));
-        }
-        // Three Gauss points: error of order (‖A‖ τ)^6, below the rounding of a double.
-        let root = 0.6_f64.sqrt();
-        let mut total = Integrals::default();
-        for (place, weight) in [
-            (0.5 - 0.5 * root, 5.0 / 18.0),
-            (0.5, 8.0 / 18.0),
-            (0.5 + 0.5 * root, 5.0 / 18.0),
-        ] {
-            let at = self.short(x, f, place * tau_s);
-            let weight = weight * tau_s;
-            total.add(&Integrals {
-                current: weight * at[CURRENT],
-                current_squared: weight * at[CURRENT] * at[CURRENT],
-                speed_squared: weight * at[SPEED] * at[SPEED],
-                angle: weight * at[ANGLE],
-            });
-        }
-        total
     }
 
     fn leaps(&self) -> &[Leap] {
@@ -445,7 +421,7 @@ impl<'a> Trajectory<'a> {
             loop {
                 let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    x = carry(&x, &self.system.p[level as usize * RADIX + digit], &w);
+                    x = plus(&x, &self.system.p[level as usize * RADIX + digit].times(&w));
                     w = self.slope(&x);
                 }
                 level -= 1;
@@ -464,7 +440,7 @@ impl<'a> Trajectory<'a> {
         if digit == 0 {
             prefix.0
         } else {
-            carry(&prefix.0, &self.system.p[digit as usize], &prefix.1)
+            plus(&prefix.0, &self.system.p[digit as usize].times(&prefix.1))
         }
     }
 
@@ -475,23 +451,93 @@ impl<'a> Trajectory<'a> {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
     }
 
-    /// The exact integrals from the anchor to `edges` edges later.
+    /// The exact integrals from the anchor to `edges` edges later, and the state there, equal to [`at`](Self::at).
     #[must_use]
-    pub fn integrals(&self, edges: u64) -> Integrals {
+    pub fn integrals(&self, edges: u64) -> (Integrals, State) {
         let leaps = self.system.leaps();
         let mut total = Integrals::default();
         let (mut x, mut w) = (self.x, self.w);
         if edges == 0 {
-            return total;
+            return (total, x);
         }
         for level in (0..=edges.ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                let leap = &leaps[level as usize * RADIX + digit];
-                total.add(&leap.integrals(&x, &w));
-                x = carry(&x, &leap.p, &w);
-                w = self.slope(&x);
+                let index = level as usize * RADIX + digit;
+                total.add(&leaps[index].integrals(&x, &w));
+                x = plus(&x, &self.system.p[index].times(&w));
+                if level > 0 {
+                    w = self.slope(&x);
+                }
             }
+        }
+        (total, x)
+    }
+}
+
+/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
+pub(crate) struct Course<'a> {
+    motion: Trajectory<'a>,
+    /// `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …
+    terms: [State; 6],
+    short: bool,
+}
+
+impl<'a> Course<'a> {
+    /// The course from a motion's anchor.
+    pub(crate) fn new(motion: Trajectory<'a>) -> Self {
+        let a = &motion.system.a;
+        let mut terms = [motion.w; 6];
+        for k in 1..terms.len() {
+            let last = terms[k - 1];
+            terms[k] = std::array::from_fn(|r| dot(&a[r], &last) / (k + 1) as f64);
+        }
+        // Six terms leave (‖A‖ τ)^6 / 7! of the change.
+        Self { motion, terms, short: motion.system.norm * motion.system.edge_s < 1e-2 }
+    }
+
+    /// The state `tau_s` later, at most one clock period.
+    pub(crate) fn at(&self, tau_s: f64) -> State {
+        if !self.short {
+            let leap = Leap::of(&self.motion.system.a, tau_s);
+            return plus(&self.motion.x, &Columns::of(&leap.p).times(&self.motion.w));
+        }
+        let [first, .., last] = &self.terms;
+        let mut change = *last;
+        for term in self.terms[1..self.terms.len() - 1].iter().rev().chain([first]) {
+            change = std::array::from_fn(|r| change[r] * tau_s + term[r]);
+        }
+        std::array::from_fn(|r| self.motion.x[r] + change[r] * tau_s)
+    }
+
+    /// The polynomial of `row · x` (constant first), where the course is one.
+    pub(crate) fn polynomial(&self, row: &State) -> Option<[f64; 7]> {
+        self.short.then(|| {
+            let mut all = [dot(row, &self.motion.x); 7];
+            for (coefficient, term) in all[1..].iter_mut().zip(&self.terms) {
+                *coefficient = dot(row, term);
+            }
+            all
+        })
+    }
+
+    /// The integrals over `tau_s`.
+    pub(crate) fn integrals(&self, tau_s: f64) -> Integrals {
+        if !self.short {
+            return Leap::of(&self.motion.system.a, tau_s).integrals(&self.motion.x, &self.motion.w);
+        }
+        // Two Gauss points: error of order (‖A‖ τ)^4 of a stretch of less than one clock.
+        let offset = 0.5 / 3f64.sqrt();
+        let mut total = Integrals::default();
+        for place in [0.5 - offset, 0.5 + offset] {
+            let x = self.at(place * tau_s);
+            let weight = 0.5 * tau_s;
+            total.add(&Integrals {
+                current: weight * x[CURRENT],
+                current_squared: weight * x[CURRENT] * x[CURRENT],
+                speed_squared: weight * x[SPEED] * x[SPEED],
+                angle: weight * x[ANGLE],
+            });
         }
         total
     }

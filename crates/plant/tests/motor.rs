@@ -1,6 +1,6 @@
 //! The motor against the known answers of its data sheet set, closed forms and its own energy balance.
 
-use hpu_plant::{Axis, Bridge, Device, Gates, Guard, Hand, Linear, Motor, Push, Sense, Trajectory};
+use hpu_plant::{Axis, Band, Bridge, Device, Gates, Guard, Hand, Linear, Motor, Point, Push, Trajectory};
 
 const EDGE_S: f64 = 20e-9;
 /// A band of angles that no test leaves.
@@ -321,23 +321,21 @@ fn guards_find_the_first_of_many_close_crossings() {
     let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
     let motion = Trajectory::new(&system, [0.0, 1000.0, 0.0, 0.0], [0.0; 4]);
     for threshold in [0.1, 0.9, 0.999_999, 1.0 - 1e-9, -0.5] {
-        for sense in [Sense::AtLeast, Sense::Below] {
-            let passed = |n: u64| guard.passed(&motion.at(n), threshold, sense);
+        for band in [
+            Band { low: f64::NEG_INFINITY, high: threshold, open: true },
+            Band { low: threshold, high: f64::INFINITY, open: false },
+            Band { low: threshold - 0.1, high: threshold, open: true },
+        ] {
+            let left = |n: u64| band.left_by(guard.value(&motion.at(n)));
             let mut from = 0;
             for _ in 0..12 {
-                while passed(from) {
+                while left(from) {
                     from += 1;
                 }
                 let to = from + 150_000;
-                let scan = (from + 1..=to).find(|&n| passed(n));
-                let found = guard.first(
-                    &motion,
-                    threshold,
-                    sense,
-                    (from, &motion.at(from)),
-                    (to, &motion.at(to)),
-                );
-                assert_eq!(found, scan, "{threshold} {sense:?} from {from}");
+                let scan = (from + 1..=to).find(|&n| left(n));
+                let found = guard.first(&motion, &band, &Point::of(&motion, from), &Point::of(&motion, to));
+                assert_eq!(found, scan, "{band:?} from {from}");
                 from = found.unwrap_or(to);
             }
         }

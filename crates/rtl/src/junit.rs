@@ -2,21 +2,26 @@
 
 use std::fmt::Write as _;
 
-use crate::check::CheckReport;
+use crate::report::CheckReport;
 
-/// The report as one test suite, a test case each configuration.
+/// The report as one test suite, a test case each configuration and each closed loop.
 #[must_use]
 pub fn junit(report: &CheckReport) -> String {
-    let failures = report.rows.iter().filter(|row| !row.ok()).count();
-    let seconds: f64 = report.rows.iter().map(|row| row.seconds).sum();
+    let failures = report.all().filter(|row| !row.ok()).count();
+    let seconds: f64 = report.all().map(|row| row.seconds).sum();
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n\
          <testsuite name=\"hpu check\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" time=\"{seconds:.3}\">\n",
-        report.rows.len()
+        report.all().count()
     );
-    for row in &report.rows {
+    for row in report.all() {
         let (block, variant) = (escape(&row.block), escape(&row.variant));
-        write!(xml, "<testcase classname=\"{block}\" name=\"{variant}\" time=\"{:.3}\"", row.seconds).expect("a string grows");
+        write!(
+            xml,
+            "<testcase classname=\"{block}\" name=\"{variant}\" time=\"{:.3}\"",
+            row.seconds
+        )
+        .expect("a string grows");
         if row.ok() {
             xml += "/>\n";
             continue;
@@ -27,7 +32,12 @@ pub fn junit(report: &CheckReport) -> String {
             (None, None) => "nothing was compared".to_string(),
         };
         let brief = escape(detail.trim().lines().next().unwrap_or(""));
-        writeln!(xml, "><failure message=\"{brief}\">{}</failure></testcase>", escape(&detail)).expect("a string grows");
+        writeln!(
+            xml,
+            "><failure message=\"{brief}\">{}</failure></testcase>",
+            escape(&detail)
+        )
+        .expect("a string grows");
     }
     xml + "</testsuite>\n</testsuites>\n"
 }
@@ -43,7 +53,9 @@ fn escape(text: &str) -> String {
             '"' => escaped += "&quot;",
             '\'' => escaped += "&apos;",
             '\n' | '\t' => escaped.push(character),
-            control if control < ' ' || matches!(control, '\u{fffe}' | '\u{ffff}') => escaped.push('?'),
+            control if control < ' ' || matches!(control, '\u{fffe}' | '\u{ffff}') => {
+                escaped.push('?')
+            }
             plain => escaped.push(plain),
         }
     }

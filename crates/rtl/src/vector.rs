@@ -58,72 +58,6 @@ pub struct Vectors {
     pub rows: Vec<Vec<i64>>,
 }
 
-/// Why a vector or stimulus file was refused, and where.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct VectorError {
-    /// Line, counted from 1.
-    pub line: usize,
-    /// What is wrong with it.
-    pub problem: Problem,
-}
-
-/// What is wrong with a line.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Problem {
-    /// Line 1 is not the block's.
-    Stale {
-        /// What the block's configuration asks for.
-        expected: String,
-        /// What the file says.
-        found: String,
-    },
-    /// The file ends before its last line `# end N rows`.
-    Truncated,
-    /// The last line counts otherwise.
-    Count {
-        /// Rows found.
-        found: usize,
-        /// The last line.
-        told: String,
-    },
-    /// A row with the wrong number of words.
-    Words {
-        /// Number of columns.
-        expected: usize,
-        /// Words found.
-        found: usize,
-    },
-    /// A word that is not a number of its column's format.
-    Word {
-        /// Name of the column.
-        column: &'static str,
-        /// Its format.
-        format: Format,
-        /// The word as found.
-        found: String,
-    },
-    /// Something after the last line.
-    Trailing,
-}
-
-impl fmt::Display for VectorError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "line {}: ", self.line)?;
-        match &self.problem {
-            Problem::Stale { expected, found } => {
-                write!(f, "made for another configuration; expected `{expected}`, found `{found}`")
-            }
-            Problem::Truncated => write!(f, "the file is cut: its last line should be `# end N rows`"),
-            Problem::Count { found, told } => write!(f, "the file has {found} rows, but ends with `{told}`"),
-            Problem::Words { expected, found } => write!(f, "{expected} words expected, {found} found"),
-            Problem::Word { column, format, found } => write!(f, "`{found}` is not a word of {column}{format}"),
-            Problem::Trailing => write!(f, "text after the last line `# end N rows`"),
-        }
-    }
-}
-
-impl std::error::Error for VectorError {}
-
 /// A generic's value as VHDL and GHDL's `-g` write it.
 #[must_use]
 pub fn literal(value: Generic) -> String {
@@ -137,12 +71,21 @@ impl Header {
     /// The header of a block in its configuration.
     #[must_use]
     pub fn of(block: &dyn AnyBlock) -> Self {
-        let column = |signal: &Signal| Column { name: signal.name, format: signal.format };
-        let rst = block.clocked().then_some(Column { name: "rst", format: Format::BIT });
+        let column = |signal: &Signal| Column {
+            name: signal.name,
+            format: signal.format,
+        };
+        let rst = block.clocked().then_some(Column {
+            name: "rst",
+            format: Format::BIT,
+        });
         Self {
             block: block.name(),
             clocked: block.clocked(),
-            inputs: rst.into_iter().chain(block.inputs().iter().map(column)).collect(),
+            inputs: rst
+                .into_iter()
+                .chain(block.inputs().iter().map(column))
+                .collect(),
             outputs: block.outputs().iter().map(column).collect(),
             generics: block.generics(),
         }
@@ -175,7 +118,7 @@ impl fmt::Display for Header {
 }
 
 /// Hex digits of a word of this width.
-fn digits(format: Format) -> usize {
+pub(crate) fn digits(format: Format) -> usize {
     format.width().div_ceil(4) as usize
 }
 
@@ -184,7 +127,11 @@ impl Vectors {
     pub fn record(block: &mut dyn AnyBlock, stimuli: impl IntoIterator<Item = Stimulus>) -> Self {
         let header = Header::of(block);
         let row = |Stimulus { rst, words }: Stimulus| {
-            let answer = if rst { block.reset() } else { block.tick(&words) };
+            let answer = if rst {
+                block.reset()
+            } else {
+                block.tick(&words)
+            };
             let rst = header.clocked.then_some(i64::from(rst));
             rst.into_iter().chain(words).chain(answer).collect()
         };
@@ -215,8 +162,12 @@ impl Vectors {
         let names: Vec<_> = self.header.columns().map(|column| column.name).collect();
         let mut text = names.join(",") + "\n";
         for row in &self.rows {
-            let values: Vec<_> =
-                self.header.columns().zip(row).map(|(column, &word)| column.format.value(word).to_string()).collect();
+            let values: Vec<_> = self
+                .header
+                .columns()
+                .zip(row)
+                .map(|(column, &word)| column.format.value(word).to_string())
+                .collect();
             text += &(values.join(",") + "\n");
         }
         text
@@ -226,7 +177,11 @@ impl Vectors {
     #[must_use]
     pub fn to_readmemh(&self) -> String {
         let mut text = format!("// {}\n//", &self.header.to_string()[2..]);
-        let mut top: u32 = self.header.columns().map(|column| column.format.width()).sum();
+        let mut top: u32 = self
+            .header
+            .columns()
+            .map(|column| column.format.width())
+            .sum();
         let total = top;
         for column in self.header.columns() {
             let low = top - column.format.width();
@@ -239,91 +194,20 @@ impl Vectors {
             let mut bits = vec![false; (total.next_multiple_of(4) - total) as usize];
             for (column, &word) in self.header.columns().zip(row) {
                 let word = column.format.bits(word);
-                bits.extend((0..column.format.width()).rev().map(|bit| word >> bit & 1 == 1));
+                bits.extend(
+                    (0..column.format.width())
+                        .rev()
+                        .map(|bit| word >> bit & 1 == 1),
+                );
             }
             for digit in bits.chunks(4) {
-                let digit = digit.iter().fold(0, |digit, &bit| digit * 2 + u32::from(bit));
+                let digit = digit
+                    .iter()
+                    .fold(0, |digit, &bit| digit * 2 + u32::from(bit));
                 write!(text, "{digit:x}").expect("a string grows");
             }
             text.push('\n');
         }
         text
     }
-
-    /// Reads a vector file that must be of this header.
-    ///
-    /// # Errors
-    ///
-    /// [`VectorError`], with the line, when the file is of another configuration, cut or damaged.
-    pub fn parse(text: &str, header: Header) -> Result<Self, VectorError> {
-        let at = |line, problem| VectorError { line, problem };
-        let mut lines = text.lines().zip(1..);
-        let found = lines.next().map_or("", |(line, _)| line);
-        if found != header.to_string() {
-            return Err(at(1, Problem::Stale { expected: header.to_string(), found: found.to_string() }));
-        }
-        let columns: Vec<_> = header.columns().cloned().collect();
-        let mut rows = Vec::new();
-        for (line, number) in &mut lines {
-            if line.starts_with('#') {
-                if line != format!("# end {} rows", rows.len()) {
-                    return Err(at(number, Problem::Count { found: rows.len(), told: line.to_string() }));
-                }
-                return match lines.next() {
-                    None => Ok(Self { header, rows }),
-                    Some((_, number)) => Err(at(number, Problem::Trailing)),
-                };
-            }
-            let words: Vec<_> = line.split(' ').collect();
-            if words.len() != columns.len() {
-                return Err(at(number, Problem::Words { expected: columns.len(), found: words.len() }));
-            }
-            let row = columns.iter().zip(words).map(|(column, found)| hex(column, found)).collect::<Result<_, _>>();
-            rows.push(row.map_err(|problem| at(number, problem))?);
-        }
-        Err(at(rows.len() + 2, Problem::Truncated))
-    }
-}
-
-/// A word in hex: exactly the column's digits, no bit beyond its width.
-fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
-    let Column { name, format } = *column;
-    let plain = found.len() == digits(format) && found.bytes().all(|digit| digit.is_ascii_hexdigit());
-    let bits = plain.then(|| u64::from_str_radix(found, 16).ok()).flatten();
-    let bits = bits.filter(|&bits| format.bits(format.from_bits(bits)) == bits);
-    bits.map(|bits| format.from_bits(bits)).ok_or(Problem::Word { column: name, format, found: found.to_string() })
-}
-
-/// Reads stimuli as CSV: a line with the block's input names in order (`rst` may be left out), then decimal rows in
-/// units of each word's least significant bit.
-///
-/// # Errors
-///
-/// [`VectorError`], with the line, for another first line, a row of the wrong length, a number that does not fit.
-pub fn stimuli_from_csv(text: &str, header: &Header) -> Result<Vec<Stimulus>, VectorError> {
-    let at = |line, problem| VectorError { line, problem };
-    let names = |columns: &[Column]| columns.iter().map(|column| column.name).collect::<Vec<_>>().join(",");
-    let first = text.lines().next().unwrap_or("").trim();
-    let with_rst = first == names(&header.inputs);
-    let columns = &header.inputs[usize::from(header.clocked && !with_rst)..];
-    if first != names(columns) {
-        return Err(at(1, Problem::Stale { expected: names(&header.inputs), found: first.to_string() }));
-    }
-    let mut stimuli = Vec::new();
-    for (line, number) in text.lines().zip(1..).skip(1).filter(|(line, _)| !line.trim().is_empty()) {
-        let cells: Vec<_> = line.split(',').map(str::trim).collect();
-        if cells.len() != columns.len() {
-            return Err(at(number, Problem::Words { expected: columns.len(), found: cells.len() }));
-        }
-        let word = |(column, found): (&Column, &&str)| {
-            let value = found.parse().ok().filter(|&value| column.format.holds(value));
-            let Column { name, format } = *column;
-            value.map(|value| format.wrap(value)).ok_or(Problem::Word { column: name, format, found: found.to_string() })
-        };
-        let mut words: Vec<i64> =
-            columns.iter().zip(&cells).map(word).collect::<Result<_, _>>().map_err(|problem| at(number, problem))?;
-        let rst = header.clocked && with_rst && words.remove(0) == 1;
-        stimuli.push(Stimulus { rst, words });
-    }
-    Ok(stimuli)
 }

@@ -73,6 +73,13 @@ fn each_net_and_each_output_of_the_plant_has_one_trace() {
 }
 
 #[test]
+fn the_clock_comes_first_when_it_is_recorded() {
+    let layout = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS);
+    assert_eq!(traces(&save(&layout))[0], "hybrid_loop.a_pin");
+    assert_eq!(traces(&save(&layout.with_clock()))[0], "hybrid_loop.clk");
+}
+
+#[test]
 fn groups_open_and_close_in_the_order_of_the_signal_flow() {
     let save = save(&Layout::new(
         &HybridLoop::new(config()).expect("valid"),

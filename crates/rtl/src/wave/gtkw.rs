@@ -62,14 +62,15 @@ const TREE_WIDTH: u32 = 280;
 const NAMES_WIDTH: u32 = 340;
 const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
-/// A save file that opens a waveform ready to read: groups from the encoder to the plant, bits as bits, words as decimal
-/// numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
+/// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
+/// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
 /// `span` filling the window.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
 pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
     let mut file = header(layout, dump, clock, span);
+    file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
         let nets = names
             .iter()
