@@ -109,7 +109,7 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
 fn a_key_of_another_kind_of_hand_is_unknown() {
     says(
         refused_hand("kind = \"constant_torque\"\ntorque = 0.1\nstiffness = 2"),
-        "15:1: hand.stiffness: unknown key; accepted here: kind, torque",
+        "15:1: hand.stiffness: unknown key for kind \"constant_torque\"; accepted here: kind, torque",
     );
 }
 

@@ -5,9 +5,31 @@
 //! validated before anything runs. Quantities are numbers in SI units or strings with a unit (`"25.175 MHz"`). Angles are
 //! those of the motor's shaft, positive into the wall; the wheel turns by the shaft's angle over `wheel_ratio`.
 //!
+//! | Section | Keys, `[default]` |
+//! |---|---|
+//! | (top) | `about` |
+//! | `[device]` `kind = "motor"` | `resistance` \[2.3457 Ohm\], `inductance` \[0.226 mH\], `torque_constant` \[25.9 mN.m/A\], `rotor_inertia` \[13.7 g.cm2\], `viscous_friction` \[1.3e-6 N.m.s/rad\], `coulomb_friction` \[0\], `wheel_ratio` \[7\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
+//! | `[device]` `kind = "mass"` | `mass`, `damping`, `coulomb` \[0\], `initial_position` \[0\], `initial_speed` \[0\] |
+//! | `[encoder]` | `lines` \[1024\], decoded x4 |
+//! | `[bridge]` | `supply` \[24 V\], `on_resistance` \[0\] of a switch, `diode_drop` \[0.7 V\] |
+//! | `[clock]` | `frequency`, a whole number of hertz |
+//! | `[method]` | `kind` (`hybrid`, `conventional`), `sample_rate`, `position_bits` \[12\], `stiffness_format` \["(0,12,0)"\], `damping_format` \["(0,12,0)"\], `velocity_bits` \[12\], `period_bits` \[24\], `product` \[`saturate`\] (`drop_upper`), `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
+//! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\] |
+//! | `[wall]` | `position`, `stiffness`, `damping` \[0\] |
+//! | `[hand]` `kind = "none"` | |
+//! | `[hand]` `kind = "constant_torque"` | `torque` |
+//! | `[hand]` `kind = "spring_damper"` | `stiffness`, `damping`, `path = [[time, angle], ...]` or `file` (CSV) |
+//! | `[hand]` `kind = "prescribed"` | `path` or `file` (CSV) |
+//! | `[hand]` `kind = "capture"` | `file` (VCD), `channel_a`, `channel_b` |
+//! | `[model]` | `datapath` \[`words`\] (`linear`), `bridge` \[`switching`\] (`averaged`), `delay` \[0\] of the linear law |
+//! | `[run]` | `duration`, `seed` \[0\] |
+//! | `[record]` | `plant_rate` \[10 kHz\], `clock` \[false\] |
+//! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
+//!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`).
 
+mod expect;
 mod parts;
 mod quantity;
 mod read;
@@ -19,9 +41,10 @@ mod shipped;
 mod source;
 mod words;
 
+pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use parts::{
-    Bridge, BridgeModel, Datapath, Device, Encoder, Expect, Expectation, Hand, Loop, Mass, Method,
-    Metric, Model, Motor, OutcomeKind, PathPoint, Pwm, Record, Run, Wall,
+    Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor,
+    PathPoint, Pwm, Record, Run, Wall,
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
@@ -31,7 +54,7 @@ use hpu_signal::Clock;
 
 use source::{Places, Source};
 
-/// Edges a run may last: seconds of clock edges that a [`hpu_signal::Cycle`] holds with room to spare.
+/// Edges a run may last: what a [`hpu_signal::Cycle`] holds, with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
 
 /// One experiment, validated, in SI units.

@@ -2,10 +2,8 @@
 
 use hpu_signal::Clock;
 
-use super::parts::{
-    BridgeModel, Datapath, Device, Expect, Expectation, Hand, Metric, Model, OutcomeKind, Record,
-    Run, Wall,
-};
+use super::expect::{Expect, Expectation, Metric, OutcomeKind};
+use super::parts::{BridgeModel, Datapath, Device, Hand, Model, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, bridge, device, encoder};
 use super::read_hand::{Load, hand};

@@ -68,18 +68,14 @@ impl<'a> Section<'a> {
 
     /// Refuses every key but these.
     pub fn accept(&self, keys: &[&str]) -> Result<(), SceneError> {
-        let unknown = self
-            .table
-            .into_iter()
-            .flat_map(|table| table.iter())
-            .find(|(key, _)| !keys.contains(key));
-        match unknown {
-            None => Ok(()),
-            Some((key, _)) => Err(self.places.key_error(
-                &self.key(key),
-                format!("unknown key; accepted here: {}", keys.join(", ")),
-            )),
-        }
+        let mut present = self.table.into_iter().flat_map(|table| table.iter());
+        let Some((unknown, _)) = present.find(|(key, _)| !keys.contains(key)) else {
+            return Ok(());
+        };
+        let kind = self.get("kind").and_then(|item| item.as_str());
+        let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
+        let reason = format!("unknown key{kind}; accepted here: {}", keys.join(", "));
+        Err(self.places.key_error(&self.key(unknown), reason))
     }
 
     pub fn choice<T: Copy>(
