@@ -1,0 +1,59 @@
+//! What GHDL calls through VHPIDIRECT; see `testbench/vhdl/loop_bridge.vhd`.
+//!
+//! The scene comes in by the environment, see [`closed_loop`](crate::closed_loop). A panic in here ends the process with
+//! its message: Rust never unwinds through an `extern "C"` function.
+
+use std::cell::RefCell;
+
+use hpu_cosim::Session;
+
+use crate::closed_loop::scene_from_environment;
+use crate::lockstep::Lockstep;
+
+thread_local! {
+    /// The one loop of this process, which GHDL runs in one thread.
+    static LOOP: RefCell<Lockstep<'static>> = RefCell::new(open());
+}
+
+/// The scene lives as long as the process.
+fn open() -> Lockstep<'static> {
+    let (scene, edges) = scene_from_environment().unwrap_or_else(|error| panic!("{error}"));
+    let session =
+        Session::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
+    Lockstep::new(Box::leak(Box::new(session)), edges)
+}
+
+/// A count that VHDL handed over, which is a `natural`.
+fn natural(value: i32) -> usize {
+    usize::try_from(value).expect("a natural number")
+}
+
+/// Part of the constant word of an input.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_loop_input(net: i32, part: i32) -> i32 {
+    LOOP.with_borrow(|side| side.input(natural(net), natural(part)))
+}
+
+/// Flows the plant by one clock: `2a + b` for the edge to come; after the last one prints the result and says -1.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_loop_pins() -> i32 {
+    LOOP.with_borrow_mut(|side| match side.pins() {
+        Some([a, b]) => i32::from(a != 0) * 2 + i32::from(b != 0),
+        None => {
+            print!("{}", side.result());
+            -1
+        }
+    })
+}
+
+/// Part of a net's word, -1 when it has an unknown bit.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_loop_net(net: i32, part: i32, word: i32) {
+    LOOP.with_borrow_mut(|side| side.tell(natural(net), natural(part), word));
+}
+
+/// After an edge: compares, and drives the plant.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_loop_edge() {
+    LOOP.with_borrow_mut(Lockstep::compare);
+}

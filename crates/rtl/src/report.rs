@@ -1,0 +1,163 @@
+//! What a check found, and how it is read from what testbenches write.
+
+use std::fmt;
+
+/// The first row in which VHDL and emulator disagree, or the first edge of a closed loop.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Mismatch {
+    /// Row of the vectors, or edge of a closed loop, counted from 1.
+    pub row: u64,
+    /// Name of the signal.
+    pub signal: String,
+    /// What the emulator says, in bits and in value.
+    pub expected: String,
+    /// What the VHDL says.
+    pub got: String,
+    /// Up to 16 rows that end with this one: the words that went in and were expected, then what came out.
+    pub history: Vec<String>,
+}
+
+/// One configuration of one block, checked.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CheckRow {
+    /// Name of the block.
+    pub block: String,
+    /// Label of the configuration.
+    pub variant: String,
+    /// Rows compared.
+    pub vectors: u64,
+    /// Clock edges among them; 0 for combinational logic.
+    pub edges: u64,
+    /// Words that differ.
+    pub mismatches: u64,
+    /// The first of them.
+    pub first: Option<Mismatch>,
+    /// What GHDL said when it did not come to a result.
+    pub failure: Option<String>,
+    /// Seconds taken.
+    pub seconds: f64,
+}
+
+impl CheckRow {
+    /// Whether every word was equal.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.mismatches == 0 && self.failure.is_none() && self.vectors > 0
+    }
+}
+
+/// What the check found.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct CheckReport {
+    /// One row a configuration, in the order of `variants()`.
+    pub rows: Vec<CheckRow>,
+    /// One row a scene whose loop was closed around the VHDL, see [`closed_loop`](crate::closed_loop()): the block is the
+    /// wiring, the variant the scene.
+    pub loops: Vec<CheckRow>,
+}
+
+impl CheckReport {
+    /// Whether there was something to check and every word was equal.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.all().next().is_some() && self.all().all(CheckRow::ok)
+    }
+
+    /// Blocks, then loops.
+    pub fn all(&self) -> impl Iterator<Item = &CheckRow> {
+        self.rows.iter().chain(&self.loops)
+    }
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<22} {:<30} {:>10} {:>10} {:>10} {:>8}",
+            "block", "variant", "vectors", "edges", "mismatches", "s"
+        )?;
+        for row in self.all() {
+            let CheckRow {
+                block,
+                variant,
+                vectors,
+                edges,
+                mismatches,
+                seconds,
+                ..
+            } = row;
+            writeln!(
+                f,
+                "{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}"
+            )?;
+            if let Some(first) = &row.first {
+                write!(f, "{first}")?;
+            }
+            if let Some(failure) = &row.failure {
+                writeln!(f, "  {}", failure.trim_end().replace('\n', "\n  "))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self {
+            row,
+            signal,
+            expected,
+            got,
+            history,
+        } = self;
+        writeln!(
+            f,
+            "  first at {row}: {signal} expected {expected}, got {got}"
+        )?;
+        history.iter().try_for_each(|row| writeln!(f, "    {row}"))
+    }
+}
+
+/// What a testbench wrote.
+pub(crate) struct Tally {
+    pub(crate) rows: u64,
+    pub(crate) mismatches: u64,
+    pub(crate) first: Option<Mismatch>,
+}
+
+/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one.
+pub(crate) fn tally(said: &str) -> Option<Tally> {
+    let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
+    let result = said.lines().find(|line| line.starts_with("RESULT "))?;
+    let first = said
+        .lines()
+        .find_map(|line| first(line.strip_prefix("MISMATCH row=")?));
+    let history = || {
+        said.lines()
+            .filter_map(|line| line.strip_prefix("HISTORY "))
+            .map(str::to_string)
+            .collect()
+    };
+    Some(Tally {
+        rows: number(result, "rows=")?,
+        mismatches: number(result, "mismatches=")?,
+        first: first.map(|first| Mismatch {
+            history: history(),
+            ..first
+        }),
+    })
+}
+
+/// `<row> signal=<name> expected=<bits and value> got=<bits and value>`
+fn first(line: &str) -> Option<Mismatch> {
+    let (row, line) = line.split_once(" signal=")?;
+    let (signal, line) = line.split_once(" expected=")?;
+    let (expected, got) = line.split_once(" got=")?;
+    Some(Mismatch {
+        row: row.parse().ok()?,
+        signal: signal.to_string(),
+        expected: expected.to_string(),
+        got: got.to_string(),
+        history: Vec::new(),
+    })
+}

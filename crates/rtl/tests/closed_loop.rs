@@ -1,0 +1,171 @@
+//! The loop closed around the VHDL in GHDL: every net equals the emulator's at every edge.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hpu_cosim::scene::{Scene, shipped, shipped_file};
+use hpu_cosim::{Control, Driver, NetUse, Session};
+use hpu_rtl::{LoopOptions, closed_loop};
+
+const EDGES: u64 = 60_000;
+
+fn project() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A shipped scene, thrown at the wall so fast that even a millisecond has hundreds of encoder edges.
+fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
+    let scene = shipped()
+        .iter()
+        .find(|scene| scene.name == name)
+        .expect("a shipped scene");
+    let thrown = [
+        ("device.initial_speed", "300 rad/s"),
+        ("wall.position", "0.05 rad"),
+        ("wall.damping", "1e-4 N.m.s/rad"),
+    ];
+    let overrides = thrown
+        .iter()
+        .chain(more)
+        .map(|(key, value)| (key.to_string(), value.to_string()))
+        .collect();
+    LoopOptions {
+        hdl: project().join("hdl"),
+        name: format!("{name}.toml"),
+        text: scene.text.to_string(),
+        overrides,
+        data: project().join("testbench/scenes"),
+        edges: EDGES,
+    }
+}
+
+/// The scene must do something in these edges, or their equality says nothing: it touches the wall, the torque is not
+/// always full, and (in the emulator, which is equal) the velocity was sampled.
+fn does_something(options: &LoopOptions) -> Vec<NetUse> {
+    let duration = ("run.duration".to_string(), "1.2 ms".to_string());
+    let overrides: Vec<_> = options
+        .overrides
+        .iter()
+        .cloned()
+        .chain([duration])
+        .collect();
+    let scene = Scene::parse(&options.name, &options.text, &overrides, &mut shipped_file);
+    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let run = session.run(
+        Driver::Events,
+        &mut session.trace(&[]),
+        &mut (),
+        &Control::default(),
+    );
+    assert!(
+        run.encoder_edges > 100,
+        "{} encoder edges",
+        run.encoder_edges
+    );
+    let net = |name| {
+        run.nets
+            .iter()
+            .find(|net| net.signal.name == name)
+            .expect("a net")
+            .usage
+    };
+    assert!(net("contact").min == 0 && net("contact").max == 1);
+    assert!(net("velocity").max > 0 && net("command").max > 0);
+    assert!(net("a_high").max + net("b_high").max > 0);
+    run.nets
+}
+
+fn equal(options: &LoopOptions) {
+    does_something(options);
+    let row = closed_loop(options).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((row.vectors, row.mismatches), (EDGES, 0), "{:?}", row.first);
+    println!(
+        "{} {} edges in {:.2} s",
+        row.variant, row.edges, row.seconds
+    );
+}
+
+#[test]
+fn the_hybrid_loop_in_vhdl_equals_the_emulator_at_every_edge() {
+    equal(&fast("hybrid-wall", &[]));
+}
+
+#[test]
+fn the_hybrid_loop_with_dead_time_and_locked_antiphase_equals_the_emulator_at_every_edge() {
+    let pwm = [
+        ("method.pwm.mode", "locked_antiphase"),
+        ("method.pwm.dead_time", "200 ns"),
+        ("method.pwm.bits", "9"),
+    ];
+    equal(&fast("hybrid-wall", &pwm));
+}
+
+#[test]
+fn the_conventional_loop_in_vhdl_equals_the_emulator_at_every_edge() {
+    equal(&fast("conventional-wall-10khz", &[]));
+}
+
+#[test]
+fn the_wrapping_product_in_vhdl_wraps_as_the_emulators_does() {
+    let options = fast("wrap-product", &[("wall.position", "1.42 rad")]);
+    let spring = does_something(&options)
+        .into_iter()
+        .find(|net| net.signal.name == "spring")
+        .expect("a net");
+    assert!(spring.usage.overflowed > 0, "no product overflowed");
+    equal(&options);
+}
+
+/// A copy of the VHDL with one phrase of one file exchanged.
+fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
+    let copy = std::env::temp_dir().join(format!("hpu-test-loop-{}", std::process::id()));
+    fs::create_dir_all(&copy).expect("a temporary directory");
+    for entry in fs::read_dir(project().join("hdl")).expect("the VHDL") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|extension| extension == "vhd") {
+            fs::copy(&path, copy.join(path.file_name().expect("a file"))).expect("a copy");
+        }
+    }
+    let text = fs::read_to_string(copy.join(file)).expect("the block");
+    assert!(text.contains(phrase), "{file} no longer says `{phrase}`");
+    fs::write(copy.join(file), text.replace(phrase, by)).expect("a patched block");
+    copy
+}
+
+#[test]
+fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
+    // Contact everywhere: wrong from the first edge on, for the wall lies ahead.
+    let hdl = patched(
+        "unilateral.vhd",
+        "contact     <= not delta(delta'high);",
+        "contact     <= '1';",
+    );
+    let options = LoopOptions {
+        hdl: hdl.clone(),
+        edges: 100,
+        ..fast("hybrid-wall", &[])
+    };
+    let row = closed_loop(&options).unwrap_or_else(|error| panic!("{error}"));
+    fs::remove_dir_all(hdl).expect("removed");
+    let first = row.first.expect("a mismatch");
+    assert_eq!((first.row, first.signal.as_str()), (1, "contact"));
+    assert_eq!(
+        (first.expected.as_str(), first.got.as_str()),
+        ("0 (0)", "1 (1)")
+    );
+    assert!(
+        first.history[0].contains(" contact=0(vhdl 1) "),
+        "{}",
+        first.history[0]
+    );
+}
+
+#[test]
+fn a_scene_that_is_refused_is_refused_with_its_own_message() {
+    let options = fast("hybrid-wall", &[("wall.stifness", "1")]);
+    let error = closed_loop(&options)
+        .expect_err("an unknown key")
+        .to_string();
+    assert!(error.contains("wall.stifness"), "{error}");
+}
