@@ -249,3 +249,22 @@ fn a_layout_without_the_clock_differs_in_nothing_but_the_clock() {
         with.shows(Source::Clock) && !without.shows(Source::Clock) && without.shows(Source::Reset)
     );
 }
+
+#[test]
+fn ports_of_instances_share_the_code_of_their_net() {
+    let wiring = wiring();
+    let layout = Layout::new(&wiring, &[]);
+    let file = Vcd::new(Vec::new(), &layout, clock()).and_then(|vcd| vcd.finish(Cycle(1)));
+    let text = String::from_utf8(file.expect("memory")).expect("ASCII");
+    let vars = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("$var reg "));
+    let codes: Vec<&str> = vars.filter_map(|var| var.split(' ').nth(1)).collect();
+    let signals: std::collections::BTreeSet<&str> = codes.iter().copied().collect();
+    assert_eq!(codes.len(), layout.names().len());
+    assert_eq!(
+        signals.len(),
+        wiring.nets().len() + 1,
+        "every net, and the reset"
+    );
+}
