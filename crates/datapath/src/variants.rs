@@ -115,7 +115,7 @@ fn multipliers() -> Result<Variants, ConfigError> {
         ),
         (
             "saturate_fraction",
-            Box::new(TruncatingMultiplier::saturate(fine, fine, unsigned)?),
+            Box::new(TruncatingMultiplier::saturate(fine, fine, fine)?),
         ),
         (
             "full_signed",
