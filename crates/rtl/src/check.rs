@@ -53,31 +53,40 @@ impl CheckOptions {
 /// [`GhdlError`] when GHDL is missing or the VHDL does not analyse. A mismatch is a result, and so is a run that failed.
 pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
     let library = library(&options.hdl)?;
-    let wanted =
-        |name: &str| options.blocks.is_empty() || options.blocks.iter().any(|block| block == name);
-    let jobs = variants()
-        .into_iter()
-        .filter(|(_, block)| wanted(block.name()))
-        .count();
+    let wanted = || -> Vec<_> {
+        let all = variants().into_iter();
+        all.filter(|(_, block)| {
+            options.blocks.is_empty() || options.blocks.iter().any(|name| name == block.name())
+        })
+        .collect()
+    };
+    let mut report = CheckReport::default();
+    let mut jobs = Vec::new();
+    for (index, (label, block)) in wanted().iter().enumerate() {
+        report.rows.push(CheckRow::new(block.name(), label));
+        jobs.extend((0..sets(&**block, label, options)).map(|set| (index, set)));
+    }
     let next = AtomicUsize::new(0);
     // A block is not `Send`: each thread makes its own.
     let work = || {
-        let mut rows = Vec::new();
-        let mut all: Vec<_> = variants()
-            .into_iter()
-            .filter(|(_, block)| wanted(block.name()))
-            .map(Some)
-            .collect();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some((label, block)) = all.get_mut(index).and_then(Option::take) else {
-                return rows;
-            };
-            rows.push((index, check_variant(&library, &label, block, options)));
+        let mut blocks = wanted();
+        let mut done = Vec::new();
+        while let Some(&(index, set)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let (label, block) = &mut blocks[index];
+            let start = Instant::now();
+            block.reset();
+            let stimuli = stimuli(&**block, set, options);
+            let result = run(
+                &library,
+                &format!("{label}-{set}"),
+                &Vectors::record(&mut **block, stimuli),
+            );
+            done.push((index, set, result, start.elapsed().as_secs_f64()));
         }
+        done
     };
-    let mut rows: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..options.jobs.clamp(1, jobs.max(1)))
+    let mut done: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..options.jobs.max(1))
             .map(|_| scope.spawn(work))
             .collect();
         threads
@@ -85,11 +94,16 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
             .flat_map(|thread| thread.join().expect("a checking thread does not panic"))
             .collect()
     });
-    rows.sort_by_key(|(index, _)| *index);
-    Ok(CheckReport {
-        rows: rows.into_iter().map(|(_, row)| row).collect(),
-        loops: Vec::new(),
-    })
+    done.sort_by_key(|&(index, set, ..)| (index, set));
+    let blocks = wanted();
+    for (index, _, result, seconds) in done {
+        report.rows[index].add(
+            result.map_err(|error| error.to_string()),
+            blocks[index].1.clocked(),
+            seconds,
+        );
+    }
+    Ok(report)
 }
 
 /// Analyses all blocks of a directory and their testbenches.
@@ -116,69 +130,41 @@ fn library(hdl: &Path) -> Result<Library, GhdlError> {
     )
 }
 
-fn check_variant(
-    library: &Library,
-    label: &str,
-    mut block: Box<dyn AnyBlock>,
-    options: &CheckOptions,
-) -> CheckRow {
-    let start = Instant::now();
-    let mut row = CheckRow {
-        block: block.name().to_string(),
-        variant: label.to_string(),
-        vectors: 0,
-        edges: 0,
-        mismatches: 0,
-        first: None,
-        failure: None,
-        seconds: 0.0,
-    };
-    for stimuli in sets(&*block, label, options) {
-        block.reset();
-        let vectors = Vectors::record(&mut *block, stimuli);
-        match run(library, label, &vectors) {
-            Ok(tally) => {
-                row.vectors += tally.rows;
-                row.mismatches += tally.mismatches;
-                row.first = row.first.or(tally.first);
-            }
-            Err(error) => {
-                row.failure = Some(error.to_string());
-                break;
-            }
-        }
-    }
-    row.edges = if block.clocked() { row.vectors } else { 0 };
-    row.seconds = start.elapsed().as_secs_f64();
-    row
+/// Whether this is the multiplier whose products are taken all, or in strata.
+fn is_the_multiplier(block: &dyn AnyBlock, label: &str) -> bool {
+    block.name() == "truncating_multiplier" && label == "default"
 }
 
-/// The sets of stimuli of one configuration, made as they are asked for: all products are too many to hold at once.
-fn sets<'a>(
-    block: &dyn AnyBlock,
-    label: &str,
-    options: &'a CheckOptions,
-) -> Box<dyn Iterator<Item = Vec<Stimulus>> + 'a> {
-    let has_pwm = block.outputs()[0].name == "a_high";
-    let mut usual = stimuli::directed(block);
-    usual.extend(stimuli::random(
-        block,
-        options.seed,
-        if has_pwm {
+/// How many sets of vectors a configuration is checked with: all products are too many to hold at once.
+fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
+    match is_the_multiplier(block, label) {
+        true if options.exhaustive => 1 + 256,
+        true => 1 + 1,
+        false => 1,
+    }
+}
+
+/// The stimuli of a set: directed and random ones first, then products.
+fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimulus> {
+    if set == 0 {
+        let has_pwm = block.outputs()[0].name == "a_high";
+        let rows = if has_pwm {
             10 * options.rows
         } else {
             options.rows
-        },
-    ));
-    let usual = std::iter::once(usual);
-    if block.name() != "truncating_multiplier" || label != "default" {
-        return Box::new(usual);
-    }
-    if !options.exhaustive {
-        return Box::new(usual.chain(stimuli::stratified(block, options.seed)));
+        };
+        return [
+            stimuli::directed(block),
+            stimuli::random(block, options.seed, rows),
+        ]
+        .concat();
     }
     let (a, b) = (block.inputs()[0].format, block.inputs()[1].format);
-    Box::new(usual.chain((0..256).map(move |upper| stimuli::chunk(a, b, upper))))
+    if options.exhaustive {
+        stimuli::chunk(a, b, set - 1)
+    } else {
+        stimuli::stratified(a, b, options.seed)
+    }
 }
 
 /// Runs a testbench over one set.
@@ -191,9 +177,10 @@ fn run(library: &Library, label: &str, vectors: &Vectors) -> Result<Tally, GhdlE
         .iter()
         .map(|&(name, value)| (name, literal(value)))
         .collect();
-    generics.extend([("FORMAT", header.to_string()), ("VECTORS", file)]);
+    generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
     let unit = format!("tb_{}", header.block);
     let said = library.run(&unit, &generics, &[])?;
+    library.remove(&file)?;
     let tally = tally(&said).filter(|tally| tally.rows == vectors.rows.len() as u64);
     tally.ok_or_else(|| GhdlError::Failed {
         step: format!("finish {unit}"),

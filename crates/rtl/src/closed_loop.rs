@@ -91,16 +91,9 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
         step: format!("finish {unit}"),
         said,
     })?;
-    Ok(CheckRow {
-        block: wiring.name().to_string(),
-        variant: scene.name.clone(),
-        vectors: tally.rows,
-        edges: tally.rows,
-        mismatches: tally.mismatches,
-        first: tally.first,
-        failure: None,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    let mut row = CheckRow::new(wiring.name(), &scene.name);
+    row.add(Ok(tally), true, start.elapsed().as_secs_f64());
+    Ok(row)
 }
 
 fn refused(name: &str, said: String) -> GhdlError {

@@ -109,6 +109,16 @@ impl Library {
         fs::write(&path, text).map_err(|error| GhdlError::Io(path, error))
     }
 
+    /// Removes a file from the work directory.
+    ///
+    /// # Errors
+    ///
+    /// [`GhdlError::Io`].
+    pub fn remove(&self, name: &str) -> Result<(), GhdlError> {
+        let path = self.dir.join(name);
+        fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
+    }
+
     /// Elaborates and runs a unit; what it wrote to its standard output.
     ///
     /// # Errors

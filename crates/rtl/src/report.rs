@@ -39,6 +39,34 @@ pub struct CheckRow {
 }
 
 impl CheckRow {
+    /// Nothing compared yet.
+    pub(crate) fn new(block: &str, variant: &str) -> Self {
+        Self {
+            block: block.to_string(),
+            variant: variant.to_string(),
+            vectors: 0,
+            edges: 0,
+            mismatches: 0,
+            first: None,
+            failure: None,
+            seconds: 0.0,
+        }
+    }
+
+    /// Adds what one run of a testbench found.
+    pub(crate) fn add(&mut self, found: Result<Tally, String>, clocked: bool, seconds: f64) {
+        self.seconds += seconds;
+        match found {
+            Ok(tally) => {
+                self.vectors += tally.rows;
+                self.edges += if clocked { tally.rows } else { 0 };
+                self.mismatches += tally.mismatches;
+                self.first = self.first.take().or(tally.first);
+            }
+            Err(said) => self.failure = self.failure.take().or(Some(said)),
+        }
+    }
+
     /// Whether every word was equal.
     #[must_use]
     pub fn ok(&self) -> bool {

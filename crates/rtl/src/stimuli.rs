@@ -264,27 +264,19 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     }
 }
 
-/// Words of two inputs, one random pair from each of `256 x 256` equal cells of the plane: 65 536 rows that leave no
-/// part of it unseen. `None` unless both inputs have at least 8 bits and there are no others.
+/// Words of two inputs of 8 bits or more, one random pair from each of `256 x 256` equal cells of the plane: 65 536 rows
+/// that leave no part of it unseen.
 #[must_use]
-pub fn stratified(block: &dyn AnyBlock, seed: u64) -> Option<Vec<Stimulus>> {
-    let inputs = block.inputs();
-    let formats: Vec<_> = inputs.iter().map(|signal| signal.format).collect();
-    let [a, b] = formats[..] else { return None };
-    if a.width() < 8 || b.width() < 8 || block.clocked() {
-        return None;
-    }
+pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
     let mut random = SplitMix64::new(seed);
     let mut pick = |format: Format, cell: u64| {
         let low = format.width() - 8;
         format.from_bits(cell << low | random.below(1 << low))
     };
     let cells = (0..256).flat_map(|x| (0..256).map(move |y| (x, y)));
-    Some(
-        cells
-            .map(|(x, y)| edge(vec![pick(a, x), pick(b, y)]))
-            .collect(),
-    )
+    cells
+        .map(|(x, y)| edge(vec![pick(a, x), pick(b, y)]))
+        .collect()
 }
 
 /// All pairs of words whose first factor has these upper eight bits: 256 such chunks hold every pair there is.

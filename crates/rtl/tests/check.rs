@@ -2,9 +2,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use hpu_rtl::junit::junit;
-use hpu_rtl::{CheckOptions, check};
+use hpu_rtl::{CheckOptions, GhdlError, check, junit};
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -110,4 +110,29 @@ fn vhdl_that_does_not_analyse_is_told_in_ghdls_own_words() {
         .to_string();
     fs::remove_dir_all(hdl).expect("removed");
     assert!(error.contains("saturator.vhd:"), "{error}");
+}
+
+#[test]
+fn without_ghdl_the_check_names_the_package_to_install() {
+    const CHILD: &str = "HPU_TEST_WITHOUT_GHDL";
+    if std::env::var_os(CHILD).is_some() {
+        let error = check(&CheckOptions::new(project().join("hdl"))).expect_err("no ghdl");
+        assert!(matches!(error, GhdlError::Missing));
+        assert!(error.to_string().contains("ghdl-mcode"), "{error}");
+        return;
+    }
+    // The same test in a process that finds no program at all.
+    let name = "without_ghdl_the_check_names_the_package_to_install";
+    let mut child = Command::new(std::env::current_exe().expect("this test"));
+    let child = child
+        .args(["--exact", name])
+        .env("PATH", "")
+        .env(CHILD, "1")
+        .output()
+        .expect("a child");
+    assert!(
+        child.status.success(),
+        "{}",
+        String::from_utf8_lossy(&child.stdout)
+    );
 }

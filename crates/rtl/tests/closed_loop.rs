@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
 use hpu_cosim::{Control, Driver, NetUse, Session};
-use hpu_rtl::{LoopOptions, closed_loop};
+use hpu_rtl::{LoopOptions, closed_loop, scene_vectors};
 
 const EDGES: u64 = 60_000;
 
@@ -23,6 +23,7 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
         ("device.initial_speed", "300 rad/s"),
         ("wall.position", "0.05 rad"),
         ("wall.damping", "1e-4 N.m.s/rad"),
+        ("run.duration", "1.2 ms"),
     ];
     let overrides = thrown
         .iter()
@@ -39,18 +40,20 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
     }
 }
 
+fn scene(options: &LoopOptions) -> Scene {
+    let scene = Scene::parse(
+        &options.name,
+        &options.text,
+        &options.overrides,
+        &mut shipped_file,
+    );
+    scene.unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// The scene must do something in these edges, or their equality says nothing: it touches the wall, the torque is not
 /// always full, and (in the emulator, which is equal) the velocity was sampled.
 fn does_something(options: &LoopOptions) -> Vec<NetUse> {
-    let duration = ("run.duration".to_string(), "1.2 ms".to_string());
-    let overrides: Vec<_> = options
-        .overrides
-        .iter()
-        .cloned()
-        .chain([duration])
-        .collect();
-    let scene = Scene::parse(&options.name, &options.text, &overrides, &mut shipped_file);
-    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    let scene = scene(options);
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
     let run = session.run(
         Driver::Events,
@@ -168,4 +171,32 @@ fn a_scene_that_is_refused_is_refused_with_its_own_message() {
         .expect_err("an unknown key")
         .to_string();
     assert!(error.contains("wall.stifness"), "{error}");
+}
+
+#[test]
+fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
+    let scene = scene(&fast("hybrid-wall", &[]));
+    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let vectors = scene_vectors(&session, EDGES);
+    let mut world = hpu_cosim::World::new(session.plant());
+    assert_eq!(vectors.rows.len() as u64, EDGES + 1);
+    assert_eq!(vectors.rows[0][0], 1);
+    // Columns: rst, a_pin, b_pin, five constants, four gates. The plant, driven by the gates, answers with the pins.
+    for row in &vectors.rows[1..] {
+        let pins = world.sense();
+        assert_eq!(row[..3], [0, pins.a, pins.b]);
+        let [a_high, a_low, b_high, b_low] = row[8..] else {
+            panic!("four gates")
+        };
+        world.drive(
+            hpu_datapath::LoopOut {
+                a_high,
+                a_low,
+                b_high,
+                b_low,
+            },
+            0,
+        );
+    }
+    assert!(world.encoder_edges() > 100);
 }
