@@ -260,10 +260,12 @@ impl<'a> Device<'a> {
             let above = check.guard.value(&at_edge) > check.band.low;
             let limit = if above { check.band.high } else { check.band.low };
             let (before, after) = (check.guard.value(&x) - limit, check.guard.value(&at_edge) - limit);
-            let tau_s = crossing_s(edge_s, before, after, |t| match &course.polynomial(check.guard.row()) {
-                Some(all) => all.iter().rev().fold(0.0, |sum, term| sum * t + term) - limit,
-                None => check.guard.value(&course.at(t)) - limit,
-            });
+            let tau_s = if before == 0.0 || before.signum() == after.signum() {
+                // Already there at the start, or only just there at the end.
+                if before.abs() <= after.abs() { 0.0 } else { edge_s }
+            } else {
+                course.crossing_s(check.guard.row(), limit, before, edge_s * before / (before - after))
+            };
             if first.1.is_none() || tau_s < first.0 {
                 first = (tau_s, Some((check.cause, above)));
             }
@@ -271,14 +273,14 @@ impl<'a> Device<'a> {
         let (tau_s, ended) = first;
         let (cause, above) = ended.expect("a mode ended");
         let mut there = course.at(tau_s);
-        self.tally(tau_s, &x, &there, &course.integrals(tau_s));
+        self.tally(tau_s, &x, &there, &course.integrals(tau_s, &there));
         self.turn(cause, above, &mut there);
         self.enter(edge - 1, there);
         // The rest of the edge in the new mode, then whatever else is due by then.
         let rest_s = edge_s - tau_s;
         let course = Course::new(self.motion);
         let mut x = course.at(rest_s);
-        self.tally(rest_s, &there, &x, &course.integrals(rest_s));
+        self.tally(rest_s, &there, &x, &course.integrals(rest_s, &x));
         self.enter(edge, x);
         for _ in 0..self.checks.len() {
             let Some(check) = self.checks.into_iter().flatten().find(|check| check.passed(&x)) else { break };
@@ -460,29 +462,4 @@ impl<'a> Device<'a> {
             circuit.map(|(guard, band)| Check { guard, band, cause: Cause::Circuit }),
         ]
     }
-}
-
-/// Where a function that passes zero within one edge does so: regula falsi, halving where it stalls. `ga` and `gb` are its
-/// values at the edge's start and end, as the run sees them.
-fn crossing_s(edge_s: f64, mut ga: f64, mut gb: f64, g: impl Fn(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (0.0, edge_s);
-    if ga == 0.0 || ga.signum() == gb.signum() {
-        // Already there at the start, or only just there at the end.
-        return if ga.abs() <= gb.abs() { 0.0 } else { edge_s };
-    }
-    for _ in 0..60 {
-        let t = (a - ga * (b - a) / (gb - ga)).clamp(a, b);
-        let gt = g(t);
-        if gt == 0.0 || t == a || t == b || b - a < 1e-12 * edge_s {
-            return t;
-        }
-        if gt.signum() == ga.signum() {
-            (a, ga) = (t, gt);
-            gb *= 0.5;
-        } else {
-            (b, gb) = (t, gt);
-            ga *= 0.5;
-        }
-    }
-    b
 }

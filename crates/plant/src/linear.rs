@@ -68,7 +68,8 @@ struct Leap {
 pub struct Linear {
     a: Matrix,
     columns: Columns,
-    norm: f64,
+    /// How fast it moves, in 1/s.
+    rate: f64,
     edge_s: f64,
     /// `P` for digit `d` (1 to 63) of level `k`, at `64 k + d`.
     p: Vec<Columns>,
@@ -139,6 +140,12 @@ impl Columns {
 #[inline(always)]
 fn plus(x: &State, y: &State) -> State {
     std::array::from_fn(|r| x[r] + y[r])
+}
+
+/// How fast a system moves, in 1/s: its norm after each pair of states is scaled so that they drive each other alike.
+fn rate(a: &Matrix) -> f64 {
+    let pair = |r: usize, c: usize| (a[r][c] * a[c][r]).abs().sqrt();
+    (0..4).map(|r| (0..4).map(|c| pair(r, c)).sum::<f64>()).fold(0.0, f64::max)
 }
 
 fn norm(a: &Matrix) -> f64 {
@@ -286,7 +293,7 @@ impl Linear {
         Self {
             a,
             columns: Columns::of(&a),
-            norm: norm(&a),
+            rate: rate(&a),
             edge_s,
             p,
             leaps: OnceLock::new(),
@@ -475,11 +482,14 @@ impl<'a> Trajectory<'a> {
     }
 }
 
+/// Terms of a course's polynomial.
+const TERMS: usize = 4;
+
 /// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
 pub(crate) struct Course<'a> {
     motion: Trajectory<'a>,
     /// `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …
-    terms: [State; 6],
+    terms: [State; TERMS],
     short: bool,
 }
 
@@ -487,13 +497,13 @@ impl<'a> Course<'a> {
     /// The course from a motion's anchor.
     pub(crate) fn new(motion: Trajectory<'a>) -> Self {
         let a = &motion.system.a;
-        let mut terms = [motion.w; 6];
+        let mut terms = [motion.w; TERMS];
         for k in 1..terms.len() {
             let last = terms[k - 1];
             terms[k] = std::array::from_fn(|r| dot(&a[r], &last) / (k + 1) as f64);
         }
-        // Six terms leave (‖A‖ τ)^6 / 7! of the change.
-        Self { motion, terms, short: motion.system.norm * motion.system.edge_s < 1e-2 }
+        // Four terms leave (rate τ)^4 / 5! of a change within one edge.
+        Self { motion, terms, short: motion.system.rate * motion.system.edge_s < 4e-3 }
     }
 
     /// The state `tau_s` later, at most one clock period.
@@ -510,35 +520,60 @@ impl<'a> Course<'a> {
         std::array::from_fn(|r| self.motion.x[r] + change[r] * tau_s)
     }
 
-    /// The polynomial of `row · x` (constant first), where the course is one.
-    pub(crate) fn polynomial(&self, row: &State) -> Option<[f64; 7]> {
-        self.short.then(|| {
-            let mut all = [dot(row, &self.motion.x); 7];
-            for (coefficient, term) in all[1..].iter_mut().zip(&self.terms) {
-                *coefficient = dot(row, term);
+    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it: Newton's
+    /// steps within a shrinking bracket.
+    pub(crate) fn crossing_s(&self, row: &State, limit: f64, before: f64, guess_s: f64) -> f64 {
+        let edge_s = self.motion.system.edge_s;
+        let polynomial: [f64; TERMS] = std::array::from_fn(|k| dot(row, &self.terms[k]));
+        let value_and_slope = |t: f64| {
+            if self.short {
+                let (mut value, mut slope) = (0.0, 0.0);
+                for (power, coefficient) in polynomial.iter().enumerate().rev() {
+                    value = value * t + coefficient;
+                    slope = slope * t + (power + 1) as f64 * coefficient;
+                }
+                (before + t * value, slope)
+            } else {
+                let x = self.at(t);
+                (dot(row, &x) - limit, dot(row, &self.motion.slope(&x)))
             }
-            all
-        })
+        };
+        let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
+        for _ in 0..60 {
+            let (value, slope) = value_and_slope(t);
+            if value.signum() == before.signum() {
+                low_s = t;
+            } else {
+                high_s = t;
+            }
+            let step = t - value / slope;
+            if (step - t).abs() <= 1e-12 * edge_s {
+                return step.clamp(0.0, edge_s);
+            }
+            let next = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
+            t = next;
+        }
+        t
     }
 
-    /// The integrals over `tau_s`.
-    pub(crate) fn integrals(&self, tau_s: f64) -> Integrals {
+    /// The integrals over `tau_s`, at whose end the state is `end`.
+    pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
+        let Trajectory { x, w, system, .. } = &self.motion;
         if !self.short {
-            return Leap::of(&self.motion.system.a, tau_s).integrals(&self.motion.x, &self.motion.w);
+            return Leap::of(&system.a, tau_s).integrals(x, w);
         }
-        // Two Gauss points: error of order (‖A‖ τ)^4 of a stretch of less than one clock.
-        let offset = 0.5 / 3f64.sqrt();
-        let mut total = Integrals::default();
-        for place in [0.5 - offset, 0.5 + offset] {
-            let x = self.at(place * tau_s);
-            let weight = 0.5 * tau_s;
-            total.add(&Integrals {
-                current: weight * x[CURRENT],
-                current_squared: weight * x[CURRENT] * x[CURRENT],
-                speed_squared: weight * x[SPEED] * x[SPEED],
-                angle: weight * x[ANGLE],
-            });
+        // The trapezoid with its ends' slopes: error of order (rate τ)^4.
+        let after = self.motion.slope(end);
+        let (half, twelfth) = (0.5 * tau_s, tau_s * tau_s / 12.0);
+        let linear = |k: usize| half * (x[k] + end[k]) + twelfth * (w[k] - after[k]);
+        let square = |k: usize| {
+            half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k])
+        };
+        Integrals {
+            current: linear(CURRENT),
+            current_squared: square(CURRENT),
+            speed_squared: square(SPEED),
+            angle: linear(ANGLE),
         }
-        total
     }
 }
