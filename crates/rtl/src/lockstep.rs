@@ -30,6 +30,14 @@ impl<W: Wiring> Emulator for ClosedLoop<'_, W> {
     }
 }
 
+/// The words of all nets after an edge, in the emulator and in the VHDL.
+#[derive(Default)]
+struct Edge {
+    edge: u64,
+    expected: Vec<i64>,
+    got: Vec<Option<i64>>,
+}
+
 /// VHDL and emulator, edge by edge.
 pub struct Lockstep<'s> {
     nets: Vec<Signal>,
@@ -39,13 +47,15 @@ pub struct Lockstep<'s> {
     world: World<'s>,
     /// What the VHDL told of each net: parts of its word, -1 when unknown.
     told: Vec<[i32; PARTS]>,
+    /// The words made of them, unless a bit is unknown.
+    got: Vec<Option<i64>>,
     outputs: usize,
     command: usize,
     edge: u64,
     edges: u64,
     mismatches: u64,
     first: Option<Mismatch>,
-    history: VecDeque<(u64, Vec<u64>, Vec<Option<u64>>)>,
+    history: VecDeque<Edge>,
 }
 
 impl<'s> Lockstep<'s> {
@@ -55,22 +65,17 @@ impl<'s> Lockstep<'s> {
         let (plant, input) = (session.plant(), session.input());
         let emulator: Box<dyn Emulator> = match session.wiring().clone() {
             TheLoop::Hybrid(wiring) => Box::new(ClosedLoop::new(wiring, plant, input, u64::MAX)),
-            TheLoop::Conventional(wiring) => {
-                Box::new(ClosedLoop::new(wiring, plant, input, u64::MAX))
-            }
+            TheLoop::Conventional(wiring) => Box::new(ClosedLoop::new(wiring, plant, input, u64::MAX)),
         };
         let nets = session.wiring().nets();
-        let net = |name: &str| {
-            nets.iter()
-                .position(|net| net.name == name)
-                .expect("every loop has this net")
-        };
+        let net = |name: &str| nets.iter().position(|net| net.name == name).expect("every loop has this net");
         let mut constants = Vec::new();
         input.each(|&word| constants.push(word));
         Self {
             outputs: net("a_high"),
             command: net("command"),
             told: vec![[-1; PARTS]; nets.len()],
+            got: vec![None; nets.len()],
             nets,
             input: constants,
             emulator,
@@ -100,68 +105,65 @@ impl<'s> Lockstep<'s> {
 
     /// The VHDL tells a part of a net's word.
     pub fn tell(&mut self, net: usize, part: usize, word: i32) {
+        let format = self.nets[net].format;
         self.told[net][part] = word;
-    }
-
-    /// The bits of a net in the VHDL, unless one is unknown.
-    fn got(&self, net: usize) -> Option<u64> {
-        let parts = self.nets[net].format.width().div_ceil(PART_BITS) as usize;
+        let parts = format.width().div_ceil(PART_BITS) as usize;
         let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
-        self.told[net][..parts].iter().rev().try_fold(0, whole)
+        let bits = self.told[net][..parts].iter().rev().try_fold(0, whole);
+        self.got[net] = bits.map(|bits| format.from_bits(bits));
     }
 
     /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant.
     pub fn compare(&mut self) {
         self.edge += 1;
-        let words = self.emulator.step();
-        let expected: Vec<_> = self
-            .nets
-            .iter()
-            .zip(words)
-            .map(|(net, &word)| net.format.bits(word))
-            .collect();
-        let got: Vec<_> = (0..self.nets.len()).map(|net| self.got(net)).collect();
-        let differ = |net: &usize| got[*net] != Some(expected[*net]);
-        let first = (0..self.nets.len()).find(differ);
-        self.mismatches += (0..self.nets.len()).filter(differ).count() as u64;
+        let oldest = if self.history.len() == KEPT { self.history.pop_front() } else { None };
+        let mut latest = oldest.unwrap_or_default();
+        latest.edge = self.edge;
+        latest.expected.clear();
+        latest.expected.extend_from_slice(self.emulator.step());
+        latest.got.clone_from(&self.got);
+        let mut different = 0;
+        let mut first = None;
+        for (net, (&expected, &got)) in latest.expected.iter().zip(&latest.got).enumerate() {
+            if got != Some(expected) {
+                different += 1;
+                first = first.or(Some(net));
+            }
+        }
+        self.mismatches += different;
+        self.history.push_back(latest);
+        if let (None, Some(net)) = (&self.first, first) {
+            self.first = Some(self.mismatch(net));
+        }
 
         // A gate that is unknown is off; the comparison has told it already.
-        let word = |net: usize| got[net].map_or(0, |bits| self.nets[net].format.from_bits(bits));
+        let word = |net: usize| self.got[net].unwrap_or(0);
         let mut next = self.outputs..;
         let out = LoopOut::build(|| word(next.next().expect("no end")));
         self.world.drive(out, word(self.command));
-
-        if self.first.is_none() {
-            if self.history.len() == KEPT {
-                self.history.pop_front();
-            }
-            self.history.push_back((self.edge, expected, got));
-            self.first = first.map(|net| self.mismatch(net));
-        }
     }
 
     /// The mismatch of a net at the latest edge of the history.
     fn mismatch(&self, net: usize) -> Mismatch {
         let format = self.nets[net].format;
-        let (_, expected, got) = self.history.back().expect("the latest edge");
+        let latest = self.history.back().expect("the latest edge");
         Mismatch {
             row: self.edge,
             signal: self.nets[net].name.to_string(),
-            expected: shown(format, Some(expected[net])),
-            got: shown(format, got[net]),
+            expected: shown(format, Some(latest.expected[net])),
+            got: shown(format, latest.got[net]),
             history: self.history.iter().map(|edge| self.line(edge)).collect(),
         }
     }
 
     /// An edge of the history: every net in hex, with what the VHDL had where that is another word.
-    fn line(&self, (edge, expected, got): &(u64, Vec<u64>, Vec<Option<u64>>)) -> String {
+    fn line(&self, Edge { edge, expected, got }: &Edge) -> String {
         let mut line = format!("edge={edge}");
-        for ((net, expected), got) in self.nets.iter().zip(expected).zip(got) {
-            write!(line, " {}={expected:x}", net.name).expect("a string grows");
-            match got {
-                Some(got) if got == expected => {}
-                Some(got) => write!(line, "(vhdl {got:x})").expect("a string grows"),
-                None => line += "(vhdl unknown)",
+        for ((net, &expected), &got) in self.nets.iter().zip(expected).zip(got) {
+            let hex = |word| format!("{:x}", net.format.bits(word));
+            write!(line, " {}={}", net.name, hex(expected)).expect("a string grows");
+            if got != Some(expected) {
+                write!(line, "(vhdl {})", got.map_or("unknown".to_string(), hex)).expect("a string grows");
             }
         }
         line
@@ -171,30 +173,16 @@ impl<'s> Lockstep<'s> {
     #[must_use]
     pub fn result(&self) -> String {
         let mut text = String::new();
-        if let Some(Mismatch {
-            row,
-            signal,
-            expected,
-            got,
-            history,
-        }) = &self.first
-        {
+        if let Some(Mismatch { row, signal, expected, got, history }) = &self.first {
             text += &format!("MISMATCH row={row} signal={signal} expected={expected} got={got}\n");
-            history
-                .iter()
-                .for_each(|line| text += &format!("HISTORY {line}\n"));
+            history.iter().for_each(|line| text += &format!("HISTORY {line}\n"));
         }
         text + &format!("RESULT rows={} mismatches={}\n", self.edge, self.mismatches)
     }
 }
 
 /// A word in bits and in value.
-fn shown(format: Format, bits: Option<u64>) -> String {
+fn shown(format: Format, word: Option<i64>) -> String {
     let width = format.width() as usize;
-    bits.map_or("unknown".to_string(), |bits| {
-        format!(
-            "{bits:0width$b} ({})",
-            format.to_f64(format.from_bits(bits))
-        )
-    })
+    word.map_or("unknown".to_string(), |word| format!("{:0width$b} ({})", format.bits(word), format.to_f64(word)))
 }
