@@ -100,6 +100,18 @@ package body vector_reader is
     return to_string(word) & " (" & to_string(real(value) / 2.0**format(2), 6) & ")";
   end function;
 
+  -- Hex digits in lower case, as vector files have them; unknown digits stay upper.
+  function hex(word : std_logic_vector) return string is
+    variable text : string(1 to (word'length + 3) / 4) := to_hstring(word);
+  begin
+    for i in text'range loop
+      if text(i) >= 'A' and text(i) <= 'F' then
+        text(i) := character'val(character'pos(text(i)) + 32);
+      end if;
+    end loop;
+    return text;
+  end function;
+
   type vector_file is protected body
 
     constant KEPT : positive := 16;  -- rows that a mismatch is shown with
@@ -198,7 +210,7 @@ package body vector_reader is
       constant EXPECTED : std_logic_vector(got'length - 1 downto 0) := word(got'length);
       variable longer   : line;
     begin
-      longer := new string'(got_words.all & " " & to_hstring(got));
+      longer := new string'(got_words.all & " " & hex(got));
       deallocate(got_words);
       got_words := longer;
       if got /= EXPECTED then

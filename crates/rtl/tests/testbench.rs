@@ -48,7 +48,7 @@ fn a_wrong_word_is_reported_with_row_signal_expected_got_and_the_rows_before() {
     let said = "\
 MISMATCH row=2 signal=position expected=111111111110 (4094) got=111111111111 (4095)
 HISTORY row=1 1 0 000 got 000
-HISTORY row=2 0 3 ffe got FFF
+HISTORY row=2 0 3 ffe got fff
 RESULT rows=2 mismatches=1
 ";
     assert_eq!(run(&VECTORS.replace("fff", "ffe")).as_deref(), Ok(said));
