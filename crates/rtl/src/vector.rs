@@ -71,21 +71,12 @@ impl Header {
     /// The header of a block in its configuration.
     #[must_use]
     pub fn of(block: &dyn AnyBlock) -> Self {
-        let column = |signal: &Signal| Column {
-            name: signal.name,
-            format: signal.format,
-        };
-        let rst = block.clocked().then_some(Column {
-            name: "rst",
-            format: Format::BIT,
-        });
+        let column = |signal: &Signal| Column { name: signal.name, format: signal.format };
+        let rst = block.clocked().then_some(Column { name: "rst", format: Format::BIT });
         Self {
             block: block.name(),
             clocked: block.clocked(),
-            inputs: rst
-                .into_iter()
-                .chain(block.inputs().iter().map(column))
-                .collect(),
+            inputs: rst.into_iter().chain(block.inputs().iter().map(column)).collect(),
             outputs: block.outputs().iter().map(column).collect(),
             generics: block.generics(),
         }
@@ -127,11 +118,7 @@ impl Vectors {
     pub fn record(block: &mut dyn AnyBlock, stimuli: impl IntoIterator<Item = Stimulus>) -> Self {
         let header = Header::of(block);
         let row = |Stimulus { rst, words }: Stimulus| {
-            let answer = if rst {
-                block.reset()
-            } else {
-                block.tick(&words)
-            };
+            let answer = if rst { block.reset() } else { block.tick(&words) };
             let rst = header.clocked.then_some(i64::from(rst));
             rst.into_iter().chain(words).chain(answer).collect()
         };
@@ -159,15 +146,22 @@ impl Vectors {
     /// Decimal values (in units of each word's least significant bit) under a line of column names.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        let names: Vec<_> = self.header.columns().map(|column| column.name).collect();
+        self.csv_from(0)
+    }
+
+    /// As [`to_csv`](Self::to_csv), the outputs alone.
+    #[must_use]
+    pub fn outputs_to_csv(&self) -> String {
+        self.csv_from(self.header.inputs.len())
+    }
+
+    fn csv_from(&self, first: usize) -> String {
+        let columns: Vec<_> = self.header.columns().skip(first).collect();
+        let names: Vec<_> = columns.iter().map(|column| column.name).collect();
         let mut text = names.join(",") + "\n";
         for row in &self.rows {
-            let values: Vec<_> = self
-                .header
-                .columns()
-                .zip(row)
-                .map(|(column, &word)| column.format.value(word).to_string())
-                .collect();
+            let cells = columns.iter().zip(&row[first..]);
+            let values: Vec<_> = cells.map(|(column, &word)| column.format.value(word).to_string()).collect();
             text += &(values.join(",") + "\n");
         }
         text
@@ -177,11 +171,7 @@ impl Vectors {
     #[must_use]
     pub fn to_readmemh(&self) -> String {
         let mut text = format!("// {}\n//", &self.header.to_string()[2..]);
-        let mut top: u32 = self
-            .header
-            .columns()
-            .map(|column| column.format.width())
-            .sum();
+        let mut top: u32 = self.header.columns().map(|column| column.format.width()).sum();
         let total = top;
         for column in self.header.columns() {
             let low = top - column.format.width();
@@ -194,16 +184,10 @@ impl Vectors {
             let mut bits = vec![false; (total.next_multiple_of(4) - total) as usize];
             for (column, &word) in self.header.columns().zip(row) {
                 let word = column.format.bits(word);
-                bits.extend(
-                    (0..column.format.width())
-                        .rev()
-                        .map(|bit| word >> bit & 1 == 1),
-                );
+                bits.extend((0..column.format.width()).rev().map(|bit| word >> bit & 1 == 1));
             }
             for digit in bits.chunks(4) {
-                let digit = digit
-                    .iter()
-                    .fold(0, |digit, &bit| digit * 2 + u32::from(bit));
+                let digit = digit.iter().fold(0, |digit, &bit| digit * 2 + u32::from(bit));
                 write!(text, "{digit:x}").expect("a string grows");
             }
             text.push('\n');

@@ -10,13 +10,7 @@ use hpu_signal::Format;
 fn counter() -> Vectors {
     let mut block = block_by_name("position_counter").expect("a block");
     let steps = [(true, 0), (false, -1), (false, 1)];
-    Vectors::record(
-        &mut *block,
-        steps.map(|(rst, step)| Stimulus {
-            rst,
-            words: vec![step],
-        }),
-    )
+    Vectors::record(&mut *block, steps.map(|(rst, step)| Stimulus { rst, words: vec![step] }))
 }
 
 const COUNTER: &str = "\
@@ -34,10 +28,8 @@ fn a_vector_file_is_hex_words_under_a_format_line() {
 
 #[test]
 fn csv_is_decimal_under_names() {
-    assert_eq!(
-        counter().to_csv(),
-        "rst,step,position\n1,0,0\n0,-1,4095\n0,1,0\n"
-    );
+    assert_eq!(counter().to_csv(), "rst,step,position\n1,0,0\n0,-1,4095\n0,1,0\n");
+    assert_eq!(counter().outputs_to_csv(), "position\n0\n4095\n0\n");
 }
 
 #[test]
@@ -76,17 +68,12 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         for (index, column) in header.outputs.iter().enumerate() {
             let words = rows.iter().map(|row| row[header.inputs.len() + index]);
             let bits = words.map(|word| column.format.bits(word));
-            let (always, ever) = bits.fold((u64::MAX, 0), |(always, ever), word| {
-                (always & word, ever | word)
-            });
+            let (always, ever) = bits.fold((u64::MAX, 0), |(always, ever), word| (always & word, ever | word));
             let still = column.format.bits(-1) & !(ever & !always);
             // The depth of an n-bit displacement has n-1 bits.
             let top = 1 << (column.format.width() - 1);
             if still != 0 && (column.name, still) != ("penetration", top) {
-                idle.push(format!(
-                    "{} {label} {} {still:x}",
-                    header.block, column.name
-                ));
+                idle.push(format!("{} {label} {} {still:x}", header.block, column.name));
             }
         }
     }
@@ -109,8 +96,7 @@ fn a_file_of_another_configuration_is_refused_with_both_format_lines() {
     let message = error.to_string();
     assert_eq!(error.line, 1);
     assert!(
-        message.contains("expected `# position_counter in rst(0,1,0)")
-            && message.contains("WIDTH=13`"),
+        message.contains("expected `# position_counter in rst(0,1,0)") && message.contains("WIDTH=13`"),
         "{message}"
     );
     assert_eq!(refused("").line, 1);
@@ -124,53 +110,24 @@ fn a_cut_file_is_refused_wherever_it_is_cut() {
         assert!(error.line <= text.lines().count() + 1, "{text:?}: {error}");
     }
     let error = refused(&COUNTER[..COUNTER.find("# end").expect("a last line")]);
-    assert_eq!(
-        error,
-        VectorError {
-            line: 5,
-            problem: Problem::Truncated
-        }
-    );
+    assert_eq!(error, VectorError { line: 5, problem: Problem::Truncated });
 }
 
 #[test]
 fn a_lost_row_is_noticed_by_the_count() {
     let error = refused(&COUNTER.replace("0 3 fff\n", ""));
-    assert_eq!(
-        error.to_string(),
-        "line 4: the file has 2 rows, but ends with `# end 3 rows`"
-    );
+    assert_eq!(error.to_string(), "line 4: the file has 2 rows, but ends with `# end 3 rows`");
 }
 
 #[test]
 fn bad_hex_too_many_bits_and_missing_words_are_refused_with_their_line() {
     for (good, bad, message) in [
-        (
-            "fff",
-            "ffg",
-            "line 3: `ffg` is not a word of position(0,12,0)",
-        ),
-        (
-            "fff",
-            "+ff",
-            "line 3: `+ff` is not a word of position(0,12,0)",
-        ),
-        (
-            "fff",
-            "0fff",
-            "line 3: `0fff` is not a word of position(0,12,0)",
-        ),
-        (
-            "0 3 fff",
-            "0 4 fff",
-            "line 3: `4` is not a word of step(1,1,0)",
-        ),
+        ("fff", "ffg", "line 3: `ffg` is not a word of position(0,12,0)"),
+        ("fff", "+ff", "line 3: `+ff` is not a word of position(0,12,0)"),
+        ("fff", "0fff", "line 3: `0fff` is not a word of position(0,12,0)"),
+        ("0 3 fff", "0 4 fff", "line 3: `4` is not a word of step(1,1,0)"),
         ("0 3 fff", "0 fff", "line 3: 3 words expected, 2 found"),
-        (
-            "3 rows\n",
-            "3 rows\n0\n",
-            "line 6: text after the last line `# end N rows`",
-        ),
+        ("3 rows\n", "3 rows\n0\n", "line 6: text after the last line `# end N rows`"),
     ] {
         assert_eq!(refused(&COUNTER.replace(good, bad)).to_string(), message);
     }
@@ -179,42 +136,22 @@ fn bad_hex_too_many_bits_and_missing_words_are_refused_with_their_line() {
 #[test]
 fn stimuli_are_read_from_csv_with_or_without_reset() {
     let header = counter().header;
-    let edge = |rst, step| Stimulus {
-        rst,
-        words: vec![step],
-    };
-    assert_eq!(
-        stimuli_from_csv("rst,step\n1,0\n0,-1\n", &header),
-        Ok(vec![edge(true, 0), edge(false, -1)])
-    );
-    assert_eq!(
-        stimuli_from_csv("step\n1\n-2\n", &header),
-        Ok(vec![edge(false, 1), edge(false, -2)])
-    );
+    let edge = |rst, step| Stimulus { rst, words: vec![step] };
+    assert_eq!(stimuli_from_csv("rst,step\n1,0\n0,-1\n", &header), Ok(vec![edge(true, 0), edge(false, -1)]));
+    assert_eq!(stimuli_from_csv("step\n1\n-2\n", &header), Ok(vec![edge(false, 1), edge(false, -2)]));
     for (text, message) in [
-        (
-            "steps\n1\n",
-            "line 1: made for another configuration; expected `rst,step`, found `steps`",
-        ),
+        ("steps\n1\n", "line 1: made for another configuration; expected `rst,step`, found `steps`"),
         ("step\n1\n2\n", "line 3: `2` is not a word of step(1,1,0)"),
         ("step\n1,1\n", "line 2: 1 words expected, 2 found"),
     ] {
-        assert_eq!(
-            stimuli_from_csv(text, &header)
-                .expect_err("a bad file")
-                .to_string(),
-            message
-        );
+        assert_eq!(stimuli_from_csv(text, &header).expect_err("a bad file").to_string(), message);
     }
 }
 
 #[test]
 fn the_strata_touch_every_cell_of_the_plane_of_factors() {
     let rows = stimuli::stratified(Format::unsigned(12), Format::unsigned(12), 1);
-    let mut cells: Vec<_> = rows
-        .iter()
-        .map(|row| (row.words[0] / 16, row.words[1] / 16))
-        .collect();
+    let mut cells: Vec<_> = rows.iter().map(|row| (row.words[0] / 16, row.words[1] / 16)).collect();
     cells.sort_unstable();
     cells.dedup();
     assert_eq!((rows.len(), cells.len()), (1 << 16, 1 << 16));
@@ -223,8 +160,5 @@ fn the_strata_touch_every_cell_of_the_plane_of_factors() {
 #[test]
 fn the_committed_packages_testbenches_and_vectors_are_what_the_blocks_say() {
     let stale = stale(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
-    assert!(
-        stale.is_empty(),
-        "stale: {stale:?}\nrefresh with `hpu vectors --update`"
-    );
+    assert!(stale.is_empty(), "stale: {stale:?}\nrefresh with `hpu vectors --update`");
 }
