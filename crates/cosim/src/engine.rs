@@ -52,17 +52,9 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
     pub fn new(mut wiring: W, plant: &'p Plant, input: LoopIn<i64>, stride: u64) -> Self {
         let world = World::new(plant);
         let out = wiring.reset();
-        let command = wiring
-            .nets()
-            .iter()
-            .position(|net| net.name == "command")
-            .expect("a loop has a command");
+        let command = wiring.nets().iter().position(|net| net.name == "command").expect("a loop has a command");
         let pins = world.pins();
-        let input = LoopIn {
-            a_pin: pins.a,
-            b_pin: pins.b,
-            ..input
-        };
+        let input = LoopIn { a_pin: pins.a, b_pin: pins.b, ..input };
         Self {
             wiring,
             world,
@@ -93,13 +85,7 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
     }
 
     /// Runs to `end`, or until stopped; says whether it got there.
-    pub fn run<O: Observe>(
-        &mut self,
-        driver: Driver,
-        end: u64,
-        observer: &mut O,
-        control: &Control,
-    ) -> bool {
+    pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool {
         if self.edge == 0 {
             observer.nets(Cycle(0), self.wiring.words());
         }
@@ -118,7 +104,7 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
                 }
             }
         }
-        self.log(end, observer);
+        log(&mut self.next_log, self.stride, &self.world, end, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
     }
@@ -128,7 +114,7 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
     pub fn step<O: Observe>(&mut self, observer: &mut O) {
         let edge = self.edge + 1;
         // Until this edge the plant flows as it was driven after the last one.
-        self.log(self.edge, observer);
+        log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
         let pins = self.world.sense();
         self.input.a_pin = pins.a;
         self.input.b_pin = pins.b;
@@ -144,10 +130,9 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         let quiet = self.wiring.quiet(&self.input);
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         let limit = due.min(end);
-        let change = self.world.next_change(limit);
-        let edge = change.unwrap_or(limit);
-        self.log(edge - 1, observer);
-        self.world.advance(edge, change.is_some());
+        let (next_log, stride) = (&mut self.next_log, self.stride);
+        self.world.advance(limit, |world, edge| log(next_log, stride, world, edge - 1, observer));
+        let edge = self.world.edge();
         let pins = self.world.pins();
         if pins.a != self.input.a_pin || pins.b != self.input.b_pin || edge == due {
             self.wiring.skip(edge - 1 - self.edge, &self.input);
@@ -171,14 +156,14 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         self.world.drive(out, words[self.command]);
         observer.nets(Cycle(self.edge), words);
     }
+}
 
-    /// Shows the plant's outputs up to `edge`, which the world must not have left yet.
-    #[inline]
-    fn log<O: Observe>(&mut self, edge: u64, observer: &mut O) {
-        while self.next_log <= edge {
-            observer.reals(Cycle(self.next_log), &self.world.reals(self.next_log));
-            self.next_log += self.stride;
-        }
+/// Shows the plant's outputs up to `edge`, which the world must not have left yet.
+#[inline]
+fn log<O: Observe>(next: &mut u64, stride: u64, world: &World, edge: u64, observer: &mut O) {
+    while *next <= edge {
+        observer.reals(Cycle(*next), &world.reals(*next));
+        *next += stride;
     }
 }
 
@@ -207,28 +192,14 @@ pub struct Comparison {
 }
 
 /// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every edge.
-pub fn compare<W: Wiring + Clone>(
-    wiring: W,
-    plant: &Plant,
-    input: LoopIn<i64>,
-    edges: u64,
-) -> Comparison {
+pub fn compare<W: Wiring + Clone>(wiring: W, plant: &Plant, input: LoopIn<i64>, edges: u64) -> Comparison {
     let nets = wiring.nets();
     let mut events = ClosedLoop::new(wiring.clone(), plant, input, u64::MAX);
     let mut clock = ClosedLoop::new(wiring, plant, input, u64::MAX);
-    let mut found = Comparison {
-        edges,
-        mismatches: 0,
-        first: None,
-    };
+    let mut found = Comparison { edges, mismatches: 0, first: None };
     let mut note = |edge, name, events: f64, clock: f64| {
         found.mismatches += 1;
-        found.first.get_or_insert(Difference {
-            edge,
-            name,
-            events,
-            clock,
-        });
+        found.first.get_or_insert(Difference { edge, name, events, clock });
     };
     let mut before = (events.world.clone(), events.wiring.words().to_vec());
     for edge in 1..=edges {
@@ -239,25 +210,14 @@ pub fn compare<W: Wiring + Clone>(
             events.leap(edges, &mut ());
         }
         // Between its events the leaping loop is where it was before the leap, flowed on.
-        let words = if events.edge() <= edge {
-            events.wiring.words()
-        } else {
-            &before.1
-        };
+        let words = if events.edge() <= edge { events.wiring.words() } else { &before.1 };
         for ((net, &leapt), &stepped) in nets.iter().zip(words).zip(clock.wiring.words()) {
             if leapt != stepped {
                 note(edge, net.name, leapt as f64, stepped as f64);
             }
         }
-        let leapt = if events.world.edge() == edge {
-            events.world.reals(edge)
-        } else {
-            before.0.reals(edge)
-        };
-        for (real, (x, y)) in hpu_plant::REALS
-            .iter()
-            .zip(leapt.into_iter().zip(clock.world.reals(edge)))
-        {
+        let leapt = if events.world.edge() == edge { events.world.reals(edge) } else { before.0.reals(edge) };
+        for (real, (x, y)) in hpu_plant::REALS.iter().zip(leapt.into_iter().zip(clock.world.reals(edge))) {
             if x.to_bits() != y.to_bits() {
                 note(edge, real.name, x, y);
             }
@@ -265,12 +225,7 @@ pub fn compare<W: Wiring + Clone>(
     }
     if events.world.energy() != clock.world.energy() {
         let (leapt, stepped) = (events.world.energy().0, clock.world.energy().0);
-        note(
-            edges,
-            "energy_j",
-            leapt.exchanged_j(),
-            stepped.exchanged_j(),
-        );
+        note(edges, "energy_j", leapt.exchanged_j(), stepped.exchanged_j());
     }
     found
 }

@@ -38,16 +38,10 @@ impl LinearLoop {
                     coulomb_nm: 0.0,
                 };
                 let volts_per_nm = resistance_ohm / shaft.torque_constant_nm_per_a;
-                (
-                    shaft.matrix(resistance_ohm),
-                    [volts_per_nm / shaft.inductance_h, 0.0, 0.0, 0.0],
-                )
+                (shaft.matrix(resistance_ohm), [volts_per_nm / shaft.inductance_h, 0.0, 0.0, 0.0])
             }
             Device::Mass(mass) => {
-                let body = Mass {
-                    mass_kg: mass.mass_kg,
-                    damping_n_s_per_m: mass.damping_n_s_per_m,
-                };
+                let body = Mass { mass_kg: mass.mass_kg, damping_n_s_per_m: mass.damping_n_s_per_m };
                 (body.matrix(), [0.0, 1.0 / body.mass_kg, 0.0, 0.0])
             }
         };
@@ -61,14 +55,7 @@ impl LinearLoop {
         let period = scene.period_clocks();
         let system = Linear::new(a, scene.clock.period_s(), period);
         let damper = damping / scene.sample_period_s();
-        Self {
-            system,
-            input,
-            period,
-            delay: scene.clock.edges(scene.model.delay_s),
-            spring,
-            damper,
-        }
+        Self { system, input, period, delay: scene.clock.edges(scene.model.delay_s), spring, damper }
     }
 
     /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow: `visit`
@@ -90,15 +77,9 @@ impl LinearLoop {
             x = self.flow(x, held, late);
             held = waiting.pop_front().expect("just pushed");
             x = self.flow(x, held, self.period - late);
-            let size = x
-                .iter()
-                .fold(previous.abs(), |most, value| most.max(value.abs()));
+            let size = x.iter().fold(previous.abs(), |most, value| most.max(value.abs()));
             if !(1e-100..1e100).contains(&size) && size > 0.0 {
-                for value in x
-                    .iter_mut()
-                    .chain([&mut previous, &mut held])
-                    .chain(&mut waiting)
-                {
+                for value in x.iter_mut().chain([&mut previous, &mut held]).chain(&mut waiting) {
                     *value /= size;
                 }
                 scale += size.ln();

@@ -27,10 +27,7 @@ pub struct ReplayError {
 
 impl ReplayError {
     fn new(line: u64, reason: impl Into<String>) -> Self {
-        Self {
-            line,
-            reason: reason.into(),
-        }
+        Self { line, reason: reason.into() }
     }
 }
 
@@ -53,25 +50,14 @@ impl std::error::Error for ReplayError {}
 ///
 /// [`ReplayError`] for a file that is not VCD, a missing, ambiguous or wide channel (told with those there are), an
 /// unknown level (`x`, `z`), time running backwards, and a time beyond 2^64 ps.
-pub fn read_capture(
-    bytes: &[u8],
-    channel_a: &str,
-    channel_b: &str,
-) -> Result<Vec<PinEdge>, ReplayError> {
+pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Vec<PinEdge>, ReplayError> {
     // The parser wants white space behind the last value.
     let mut parser = vcd::Parser::new(std::io::Read::chain(bytes, &b"\n"[..]));
-    let header = parser
-        .parse_header()
-        .map_err(|error| from_parser(&error, 1))?;
+    let header = parser.parse_header().map_err(|error| from_parser(&error, 1))?;
     let line = parser.line();
-    let (count, unit) = header
-        .timescale
-        .ok_or_else(|| ReplayError::new(line, "no $timescale, as in `1 us`"))?;
+    let (count, unit) = header.timescale.ok_or_else(|| ReplayError::new(line, "no $timescale, as in `1 us`"))?;
     if ![1, 10, 100].contains(&count) {
-        return Err(ReplayError::new(
-            line,
-            format!("a timescale of {count}; VCD knows 1, 10 and 100"),
-        ));
+        return Err(ReplayError::new(line, format!("a timescale of {count}; VCD knows 1, 10 and 100")));
     }
     let femtoseconds = 1_000_000_000_000_000 / u128::from(unit.divisor()) * u128::from(count);
 
@@ -80,24 +66,13 @@ pub fn read_capture(
     let a = find(&channels, channel_a).map_err(|reason| ReplayError::new(line, reason))?;
     let b = find(&channels, channel_b).map_err(|reason| ReplayError::new(line, reason))?;
     if a == b {
-        return Err(ReplayError::new(
-            line,
-            format!("`{channel_a}` and `{channel_b}` are one channel; name two"),
-        ));
+        return Err(ReplayError::new(line, format!("`{channel_a}` and `{channel_b}` are one channel; name two")));
     }
 
     let mut edges: Vec<PinEdge> = Vec::new();
-    let mut now = PinEdge {
-        picoseconds: 0,
-        a: false,
-        b: false,
-    };
+    let mut now = PinEdge { picoseconds: 0, a: false, b: false };
     let mut time = 0;
-    while let Some(command) = parser
-        .next()
-        .transpose()
-        .map_err(|error| from_parser(&error, parser.line()))?
-    {
+    while let Some(command) = parser.next().transpose().map_err(|error| from_parser(&error, parser.line()))? {
         match command {
             Command::Timestamp(later) if later < time => {
                 let reason = format!("time runs backwards, from #{time} to #{later}");
@@ -106,10 +81,8 @@ pub fn read_capture(
             Command::Timestamp(later) => {
                 settle(&mut edges, now);
                 time = later;
-                now.picoseconds =
-                    u64::try_from(u128::from(later) * femtoseconds / 1000).map_err(|_| {
-                        ReplayError::new(parser.line(), format!("#{later} is beyond 2^64 ps"))
-                    })?;
+                now.picoseconds = u64::try_from(u128::from(later) * femtoseconds / 1000)
+                    .map_err(|_| ReplayError::new(parser.line(), format!("#{later} is beyond 2^64 ps")))?;
             }
             Command::ChangeScalar(code, value) if code == a || code == b => {
                 let level = match value {
@@ -145,18 +118,9 @@ type Channel = (String, String, u32, IdCode);
 fn collect(items: &[ScopeItem], scopes: &str, channels: &mut Vec<Channel>) {
     for item in items {
         match item {
-            ScopeItem::Scope(scope) => collect(
-                &scope.items,
-                &format!("{scopes}{}.", scope.identifier),
-                channels,
-            ),
+            ScopeItem::Scope(scope) => collect(&scope.items, &format!("{scopes}{}.", scope.identifier), channels),
             ScopeItem::Var(var) => {
-                channels.push((
-                    format!("{scopes}{}", var.reference),
-                    var.reference.clone(),
-                    var.size,
-                    var.code,
-                ));
+                channels.push((format!("{scopes}{}", var.reference), var.reference.clone(), var.size, var.code));
             }
             _ => {}
         }
@@ -172,35 +136,20 @@ fn find(channels: &[Channel], name: &str) -> Result<IdCode, String> {
     let mut named = named.into_values();
     match (named.next(), named.next()) {
         (Some((_, _, 1, code)), None) => Ok(*code),
-        (Some((path, _, width, _)), None) => Err(format!(
-            "channel `{path}` has {width} bits; an encoder line has one"
-        )),
-        (Some((one, ..)), Some((other, ..))) => Err(format!(
-            "several channels are named `{name}`; write the scopes too: {one}, {other}"
-        )),
+        (Some((path, _, width, _)), None) => Err(format!("channel `{path}` has {width} bits; an encoder line has one")),
+        (Some((one, ..)), Some((other, ..))) => {
+            Err(format!("several channels are named `{name}`; write the scopes too: {one}, {other}"))
+        }
         (None, _) => {
-            let there: Vec<&str> = channels
-                .iter()
-                .filter(|c| c.2 == 1)
-                .map(|c| c.0.as_str())
-                .collect();
-            let there = if there.is_empty() {
-                "none".to_string()
-            } else {
-                there.join(", ")
-            };
-            Err(format!(
-                "no channel `{name}`; one-bit channels of this file: {there}"
-            ))
+            let there: Vec<&str> = channels.iter().filter(|c| c.2 == 1).map(|c| c.0.as_str()).collect();
+            let there = if there.is_empty() { "none".to_string() } else { there.join(", ") };
+            Err(format!("no channel `{name}`; one-bit channels of this file: {there}"))
         }
     }
 }
 
 fn from_parser(error: &std::io::Error, line: u64) -> ReplayError {
-    match error
-        .get_ref()
-        .and_then(|inner| inner.downcast_ref::<vcd::ParseError>())
-    {
+    match error.get_ref().and_then(|inner| inner.downcast_ref::<vcd::ParseError>()) {
         Some(error) => ReplayError::new(error.line(), format!("not VCD: {}", error.kind())),
         None => ReplayError::new(line, format!("not VCD: {error}")),
     }
@@ -224,32 +173,22 @@ fn from_parser(error: &std::io::Error, line: u64) -> ReplayError {
 /// ```
 pub fn read_motion_csv(text: &str) -> Result<Vec<(f64, f64)>, ReplayError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = (1..)
-        .zip(text.lines())
-        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let accepted = "write `time_s,angle_rad` or `time_s,angle_deg`";
-    let (line, header) = lines
-        .next()
-        .ok_or_else(|| ReplayError::new(1, format!("no header; {accepted}")))?;
+    let (line, header) = lines.next().ok_or_else(|| ReplayError::new(1, format!("no header; {accepted}")))?;
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
     let degrees = match columns[..] {
         ["time_s", "angle_rad"] => false,
         ["time_s", "angle_deg"] => true,
         _ => {
-            return Err(ReplayError::new(
-                line,
-                format!("the header `{header}` is not known; {accepted}"),
-            ));
+            return Err(ReplayError::new(line, format!("the header `{header}` is not known; {accepted}")));
         }
     };
     let mut motion: Vec<(f64, f64)> = Vec::new();
     for (line, row) in lines {
         let cells: Vec<&str> = row.split(',').map(str::trim).collect();
         let [time, angle] = cells[..] else {
-            return Err(ReplayError::new(
-                line,
-                format!("{} columns; the header has 2", cells.len()),
-            ));
+            return Err(ReplayError::new(line, format!("{} columns; the header has 2", cells.len())));
         };
         let number = |cell: &str| {
             let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
@@ -257,8 +196,7 @@ pub fn read_motion_csv(text: &str) -> Result<Vec<(f64, f64)>, ReplayError> {
         };
         let (time_s, angle) = (number(time)?, number(angle)?);
         if let Some((before_s, _)) = motion.last().filter(|(before_s, _)| time_s <= *before_s) {
-            let reason =
-                format!("time must increase from line to line: {time_s} s follows {before_s} s");
+            let reason = format!("time must increase from line to line: {time_s} s follows {before_s} s");
             return Err(ReplayError::new(line, reason));
         }
         motion.push((time_s, if degrees { angle.to_radians() } else { angle }));

@@ -188,12 +188,7 @@ impl<'s> Session<'s> {
             Loop::Conventional => ConventionalLoop::new(words.config).map(TheLoop::Conventional),
         }
         .map_err(SessionError::Config)?;
-        Ok(Self {
-            scene,
-            plant,
-            words,
-            wiring,
-        })
+        Ok(Self { scene, plant, words, wiring })
     }
 
     /// The scene.
@@ -237,38 +232,22 @@ impl<'s> Session<'s> {
     /// Edges between rows of the trace.
     #[must_use]
     pub fn stride(&self) -> u64 {
-        self.scene
-            .clock
-            .edges(1.0 / self.scene.record.plant_rate_hz)
-            .max(1)
+        self.scene.clock.edges(1.0 / self.scene.record.plant_rate_hz).max(1)
     }
 
     /// An empty trace of the plant and of the nets with these names.
     #[must_use]
     pub fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.wiring.nets();
-        let picks = nets
-            .iter()
-            .filter_map(|name| all.iter().position(|net| net.name == *name))
-            .collect();
+        let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
         Trace::new(self.scene.clock, self.stride(), picks)
     }
 
     /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
-    pub fn run<O: Observe>(
-        &self,
-        driver: Driver,
-        trace: &mut Trace,
-        observer: &mut O,
-        control: &Control,
-    ) -> Summary {
+    pub fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
         match &self.wiring {
-            TheLoop::Hybrid(wiring) => {
-                self.run_loop(wiring.clone(), driver, trace, observer, control)
-            }
-            TheLoop::Conventional(wiring) => {
-                self.run_loop(wiring.clone(), driver, trace, observer, control)
-            }
+            TheLoop::Hybrid(wiring) => self.run_loop(wiring.clone(), driver, trace, observer, control),
+            TheLoop::Conventional(wiring) => self.run_loop(wiring.clone(), driver, trace, observer, control),
         }
     }
 
@@ -289,9 +268,7 @@ impl<'s> Session<'s> {
         let (energy, stored_j) = run.world.energy();
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         Summary {
-            verdict: device
-                .filter(|_| complete)
-                .map(|_| judge(trace, self.scene.encoder.count_rad())),
+            verdict: device.filter(|_| complete).map(|_| judge(trace, self.scene.encoder.count_rad())),
             complete,
             edges: run.edge(),
             motion_s: self.scene.clock.seconds(Cycle(run.edge())),
@@ -313,9 +290,7 @@ impl<'s> Session<'s> {
                 exchanged_j: energy.exchanged_j(),
                 residual_j: energy.supplied_j() - stored_j - energy.dissipated_j(),
             },
-            nets: nets
-                .map(|(signal, usage)| NetUse { signal, usage })
-                .collect(),
+            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         }
     }
 
@@ -324,9 +299,7 @@ impl<'s> Session<'s> {
     pub fn compare(&self, edges: u64) -> Comparison {
         match &self.wiring {
             TheLoop::Hybrid(wiring) => compare(wiring.clone(), &self.plant, self.input(), edges),
-            TheLoop::Conventional(wiring) => {
-                compare(wiring.clone(), &self.plant, self.input(), edges)
-            }
+            TheLoop::Conventional(wiring) => compare(wiring.clone(), &self.plant, self.input(), edges),
         }
     }
 }
@@ -345,24 +318,16 @@ pub fn metric(metric: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -
         Metric::PeakAngle => peak(angles),
         Metric::PeakPenetration => (peak(angles) - scene.wall.position_rad).max(0.0),
         Metric::Amplitude => match summary.verdict? {
-            Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => {
-                amplitude_rad
-            }
+            Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
             Verdict::Settled { .. } => 0.0,
         },
         Metric::Frequency => match summary.verdict? {
             Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
-        Metric::PeakTorque => trace
-            .real(3)
-            .iter()
-            .fold(0.0, |most: f64, torque| most.max(torque.abs())),
+        Metric::PeakTorque => trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs())),
         Metric::SpringOverflowShare => {
-            let spring = summary
-                .nets
-                .iter()
-                .find(|net| net.signal.name == "spring")?;
+            let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,

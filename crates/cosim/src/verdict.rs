@@ -37,11 +37,7 @@ pub enum Verdict {
 }
 
 fn half_range(angles: &[f64]) -> f64 {
-    let (low, high) = angles
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-            (l.min(x), h.max(x))
-        });
+    let (low, high) = angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
     0.5 * (high - low)
 }
 
@@ -52,24 +48,17 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let window = &angles[angles.len() - (angles.len() * 3 / 10).max(2).min(angles.len())..];
     let at_s = trace.times_s()[angles.len() - window.len()];
     if window.iter().any(|x| !x.is_finite()) {
-        return Verdict::Diverged {
-            at_s,
-            amplitude_rad: f64::INFINITY,
-        };
+        return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
     }
     let mean = window.iter().sum::<f64>() / window.len() as f64;
-    let rms_rad =
-        (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
+    let rms_rad = (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
     if rms_rad < count_rad {
         return Verdict::Settled { rms_rad };
     }
     let (early, late) = window.split_at(window.len() / 2);
     let (before, after) = (half_range(early), half_range(late));
     if after > 1.5 * before {
-        return Verdict::Diverged {
-            at_s,
-            amplitude_rad: after,
-        };
+        return Verdict::Diverged { at_s, amplitude_rad: after };
     }
     let amplitude_rad = half_range(window);
     let (mut armed, mut first, mut last, mut passages) = (false, 0, 0, 0u32);
@@ -84,14 +73,7 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
             (last, passages) = (index, passages + 1);
         }
     }
-    let frequency_hz = if passages > 1 {
-        f64::from(passages - 1) / ((last - first) as f64 * trace.interval_s())
-    } else {
-        0.0
-    };
-    Verdict::LimitCycle {
-        rms_rad,
-        amplitude_rad,
-        frequency_hz,
-    }
+    let frequency_hz =
+        if passages > 1 { f64::from(passages - 1) / ((last - first) as f64 * trace.interval_s()) } else { 0.0 };
+    Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
 }

@@ -25,10 +25,7 @@ impl Pins {
     #[must_use]
     pub fn at(count: i64) -> Self {
         let phase = count & 3;
-        Self {
-            a: phase >> 1,
-            b: (phase >> 1) ^ (phase & 1),
-        }
+        Self { a: phase >> 1, b: (phase >> 1) ^ (phase & 1) }
     }
 }
 
@@ -54,16 +51,8 @@ struct Knot {
 
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 enum Kind {
-    Axis {
-        axis: Axis,
-        current_a: f64,
-        speed_rad_per_s: f64,
-        angle_rad: f64,
-        knots: Vec<Knot>,
-    },
-    Capture {
-        pins: Vec<(u64, Pins)>,
-    },
+    Axis { axis: Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64, knots: Vec<Knot> },
+    Capture { pins: Vec<(u64, Pins)> },
 }
 
 /// The immutable laws of a scene's world.
@@ -82,38 +71,25 @@ impl Plant {
     /// When the device is a mass (it has no datapath), or a parameter is impossible.
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
-        let averaged = (scene.model.bridge == BridgeModel::Averaged)
-            .then(|| 2f64.powi(scene.method.pwm.bits as i32));
+        let averaged = (scene.model.bridge == BridgeModel::Averaged).then(|| 2f64.powi(scene.method.pwm.bits as i32));
         if let scene::Hand::Capture { edges } = &scene.hand {
             let pins = edges
                 .iter()
                 .map(|edge| {
-                    let pins = Pins {
-                        a: i64::from(edge.a),
-                        b: i64::from(edge.b),
-                    };
+                    let pins = Pins { a: i64::from(edge.a), b: i64::from(edge.b) };
                     (scene.clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
-            return Ok(Self {
-                kind: Kind::Capture { pins },
-                count_rad,
-                averaged,
-            });
+            return Ok(Self { kind: Kind::Capture { pins }, count_rad, averaged });
         }
         let scene::Device::Motor(motor) = &scene.device else {
             return Err(PlantError(
-                "a mass has no encoder and no bridge; run it with model.datapath = \"linear\""
-                    .into(),
+                "a mass has no encoder and no bridge; run it with model.datapath = \"linear\"".into(),
             ));
         };
         let (hand, path) = match &scene.hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
-            scene::Hand::SpringDamper {
-                stiffness_nm_per_rad,
-                damping_nm_s_per_rad,
-                path,
-            } => (
+            scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
                 Hand::Spring(Push {
                     stiffness_nm_per_rad: *stiffness_nm_per_rad,
                     damping_nm_s_per_rad: *damping_nm_s_per_rad,
@@ -139,54 +115,30 @@ impl Plant {
         let axis = Axis::new(shaft, bridge, hand, scene.clock.period_s(), scene.edges())
             .map_err(|error| PlantError(error.to_string()))?;
         let knots = knots(path, scene.clock);
-        let (mut angle_rad, mut speed_rad_per_s) =
-            (motor.initial_angle_rad, motor.initial_speed_rad_per_s);
+        let (mut angle_rad, mut speed_rad_per_s) = (motor.initial_angle_rad, motor.initial_speed_rad_per_s);
         if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
-        let kind = Kind::Axis {
-            axis,
-            current_a: motor.initial_current_a,
-            speed_rad_per_s,
-            angle_rad,
-            knots,
-        };
-        Ok(Self {
-            kind,
-            count_rad,
-            averaged,
-        })
+        let kind = Kind::Axis { axis, current_a: motor.initial_current_a, speed_rad_per_s, angle_rad, knots };
+        Ok(Self { kind, count_rad, averaged })
     }
 }
 
 /// The path as knots on clock edges: where it starts, and where its speed changes.
 fn knots(path: &[PathPoint], clock: Clock) -> Vec<Knot> {
     let mut knots: Vec<Knot> = Vec::with_capacity(path.len() + 1);
-    let points: Vec<(u64, f64)> = path
-        .iter()
-        .map(|p| (clock.edges(p.time_s), p.angle_rad))
-        .collect();
+    let points: Vec<(u64, f64)> = path.iter().map(|p| (clock.edges(p.time_s), p.angle_rad)).collect();
     if let Some(&(edge, angle_rad)) = points.first()
         && edge > 0
     {
-        knots.push(Knot {
-            edge: 0,
-            angle_rad,
-            speed_rad_per_s: 0.0,
-        });
+        knots.push(Knot { edge: 0, angle_rad, speed_rad_per_s: 0.0 });
     }
     for (index, &(edge, angle_rad)) in points.iter().enumerate() {
         let speed_rad_per_s = match points.get(index + 1) {
-            Some(&(next, there)) if next > edge => {
-                (there - angle_rad) / ((next - edge) as f64 * clock.period_s())
-            }
+            Some(&(next, there)) if next > edge => (there - angle_rad) / ((next - edge) as f64 * clock.period_s()),
             _ => 0.0,
         };
-        knots.push(Knot {
-            edge,
-            angle_rad,
-            speed_rad_per_s,
-        });
+        knots.push(Knot { edge, angle_rad, speed_rad_per_s });
     }
     knots
 }
@@ -220,13 +172,7 @@ impl<'p> World<'p> {
             encoder_edges: 0,
         };
         match &plant.kind {
-            Kind::Axis {
-                axis,
-                current_a,
-                speed_rad_per_s,
-                angle_rad,
-                ..
-            } => {
+            Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } => {
                 world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
                 world.recount(*angle_rad);
             }
@@ -265,9 +211,7 @@ impl<'p> World<'p> {
     /// The continuous outputs at an edge at or after the device's anchor and before its next event; zeros for a recording.
     #[must_use]
     pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
-        self.device
-            .as_ref()
-            .map_or([0.0; REALS.len()], |device| device.reals(edge))
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.reals(edge))
     }
 
     /// The energy exchanged so far, and the energy stored over the start's.
@@ -275,45 +219,42 @@ impl<'p> World<'p> {
     pub fn energy(&self) -> (Energy, f64) {
         self.device
             .as_ref()
-            .map_or_else(Default::default, |device| {
-                (device.energy(self.edge), device.stored_j(self.edge))
-            })
+            .map_or_else(Default::default, |device| (device.energy(self.edge), device.stored_j(self.edge)))
     }
 
     /// Flows by one clock edge: the pins that this edge samples.
     #[inline]
     pub fn sense(&mut self) -> Pins {
         self.edge += 1;
-        self.settle();
+        if let Some(device) = &mut self.device {
+            let x = device.step(self.edge);
+            self.count(x[2]);
+        }
+        self.due();
         self.pins
     }
 
-    /// The first edge after the present one, up to `limit`, at which anything here changes by itself: a pin, a mode, the
-    /// hand's intention.
-    #[must_use]
-    pub fn next_change(&self, limit: u64) -> Option<u64> {
+    /// Goes to the first edge after the present one, up to `limit`, at which anything here changes by itself (a pin, a mode,
+    /// the hand's intention), or to `limit`; shows each edge of the way to `before` while it still lies ahead.
+    #[inline]
+    pub fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
         let due = match &self.plant.kind {
             Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
         // Whatever has no edge of its own comes with the next one.
-        let due = due
-            .map(|edge| edge.max(self.edge + 1))
-            .filter(|&edge| edge <= limit);
-        let Some(device) = &self.device else {
-            return due;
-        };
-        device
-            .next_event(self.edge, due.unwrap_or(limit), self.band)
-            .or(due)
-    }
-
-    /// Goes to an edge up to which [`next_change`](Self::next_change) found nothing, or the one it found.
-    #[inline]
-    pub fn advance(&mut self, edge: u64, changes: bool) {
+        let due = due.map(|edge| edge.max(self.edge + 1)).filter(|&edge| edge <= limit);
+        let last = due.unwrap_or(limit);
+        let event = self.device.as_ref().and_then(|device| device.next_event(self.edge, last, self.band));
+        let edge = event.map_or(last, |event| event.0);
+        before(self, edge);
         self.edge = edge;
-        if changes {
-            self.settle();
+        if let (Some(device), Some(event)) = (&mut self.device, event) {
+            let x = device.arrive(event);
+            self.count(x[2]);
+        }
+        if due == Some(edge) {
+            self.due();
         }
     }
 
@@ -328,29 +269,10 @@ impl<'p> World<'p> {
             None => {
                 let [a_high, a_low, b_high, b_low] =
                     [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
-                device.drive(
-                    edge,
-                    Gates {
-                        a_high,
-                        a_low,
-                        b_high,
-                        b_low,
-                    },
-                );
+                device.drive(edge, Gates { a_high, a_low, b_high, b_low });
             }
             Some(full_scale) => device.drive_average(edge, command as f64 / full_scale),
         }
-    }
-
-    #[inline]
-    fn settle(&mut self) {
-        if let Some(device) = &mut self.device {
-            let x = device.arrive(self.edge);
-            if !(x[2] >= self.band.0 && x[2] < self.band.1) {
-                self.recount(x[2]);
-            }
-        }
-        self.due();
     }
 
     /// Takes in what is due at the present edge: the hand's knot, a recorded change.
@@ -367,14 +289,19 @@ impl<'p> World<'p> {
                 }
             }
             Kind::Capture { pins } => {
-                while let Some(&(_, now)) =
-                    pins.get(self.next).filter(|change| change.0 <= self.edge)
-                {
+                while let Some(&(_, now)) = pins.get(self.next).filter(|change| change.0 <= self.edge) {
                     self.next += 1;
                     self.encoder_edges += u64::from(now != self.pins);
                     self.pins = now;
                 }
             }
+        }
+    }
+
+    #[inline(always)]
+    fn count(&mut self, angle_rad: f64) {
+        if !(angle_rad >= self.band.0 && angle_rad < self.band.1) {
+            self.recount(angle_rad);
         }
     }
 

@@ -1,9 +1,8 @@
 //! Every block there is.
 
 use crate::{
-    AnyBlock, ConventionalLoop, Displacement, HybridLoop, PositionCounter, Pwm, QuadratureDecoder,
-    Saturator, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister,
-    ZeroOrderHold,
+    AnyBlock, ConventionalLoop, Displacement, HybridLoop, PositionCounter, Pwm, QuadratureDecoder, Saturator,
+    Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold,
 };
 
 /// Every block and wiring in its default configuration.

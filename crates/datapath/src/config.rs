@@ -13,21 +13,13 @@ pub struct ConfigError {
 
 impl ConfigError {
     pub(crate) fn new(block: &'static str, found: impl Display, accepted: impl Display) -> Self {
-        Self {
-            block,
-            found: found.to_string(),
-            accepted: accepted.to_string(),
-        }
+        Self { block, found: found.to_string(), accepted: accepted.to_string() }
     }
 }
 
 impl Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(
-            f,
-            "{}: {}; accepted: {}",
-            self.block, self.found, self.accepted
-        )
+        write!(f, "{}: {}; accepted: {}", self.block, self.found, self.accepted)
     }
 }
 
@@ -51,10 +43,6 @@ pub(crate) fn within(
         Ok(())
     } else {
         let found = format!("{generic} is {value}");
-        Err(ConfigError::new(
-            block,
-            found,
-            format!("{} to {}", accepted.start(), accepted.end()),
-        ))
+        Err(ConfigError::new(block, found, format!("{} to {}", accepted.start(), accepted.end())))
     }
 }

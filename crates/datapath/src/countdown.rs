@@ -17,11 +17,7 @@ impl Countdown {
     #[inline]
     pub(crate) fn tick(&mut self, period: i64) -> bool {
         let sample = self.left == 0;
-        self.left = if sample {
-            edges(period) - 1
-        } else {
-            self.left - 1
-        };
+        self.left = if sample { edges(period) - 1 } else { self.left - 1 };
         sample
     }
 

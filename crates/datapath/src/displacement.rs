@@ -37,20 +37,14 @@ impl Displacement {
     /// Unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
-        Ok(Self {
-            delta: Format::signed(width),
-        })
+        Ok(Self { delta: Format::signed(width) })
     }
 
     /// The outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out {
-            delta: self
-                .delta
-                .wrap(i128::from(input.position - input.reference)),
-        }
+        Out { delta: self.delta.wrap(i128::from(input.position - input.reference)) }
     }
 }
 
@@ -75,14 +69,7 @@ impl Block for Displacement {
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            delta: Signal::new(
-                "delta",
-                self.delta,
-                "count",
-                "Displacement from the reference",
-            ),
-        }
+        Out { delta: Signal::new("delta", self.delta, "count", "Displacement from the reference") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -90,10 +77,7 @@ impl Block for Displacement {
     }
 
     fn reset(&mut self) -> Out<i64> {
-        self.eval(In {
-            position: 0,
-            reference: 0,
-        })
+        self.eval(In { position: 0, reference: 0 })
     }
 
     #[inline]

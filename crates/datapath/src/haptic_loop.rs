@@ -6,9 +6,8 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, displacement,
-    flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register,
-    zero_order_hold,
+    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, displacement, flatten,
+    position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
@@ -71,43 +70,24 @@ impl<const HELD: bool> HapticLoop<HELD> {
         let (net, now) = (Self::NETS, &self.words);
         let (position, period) = (now[net.position], input.period);
         Seen {
-            sync: synchronizer::In {
-                a_pin: input.a_pin,
-                b_pin: input.b_pin,
-            },
-            decoder: quadrature_decoder::In {
-                a: now[net.a],
-                b: now[net.b],
-            },
-            counter: position_counter::In {
-                step: now[net.step],
-            },
-            hold: zero_order_hold::In {
-                d: position,
-                period,
-            },
-            velocity_reg: velocity_register::In {
-                position,
-                period,
-                scale: input.scale,
-            },
-            modulator: pwm::In {
-                command: now[net.command],
-            },
+            sync: synchronizer::In { a_pin: input.a_pin, b_pin: input.b_pin },
+            decoder: quadrature_decoder::In { a: now[net.a], b: now[net.b] },
+            counter: position_counter::In { step: now[net.step] },
+            hold: zero_order_hold::In { d: position, period },
+            velocity_reg: velocity_register::In { position, period, scale: input.scale },
+            modulator: pwm::In { command: now[net.command] },
         }
     }
 
     /// Lets the combinational nets settle with these inputs and the registers as they stand.
-    fn settle(&mut self, input: &LoopIn<i64>) {
+    fn let_settle(&mut self, input: &LoopIn<i64>) {
         let net = Self::NETS;
         let (blocks, words) = (&self.blocks, &mut self.words);
         self.settled = Some(*input);
         let mut port = words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);
 
-        let torque = blocks
-            .path
-            .eval(words[net.held], words[net.velocity], input);
+        let torque = blocks.path.eval(words[net.held], words[net.velocity], input);
         words[net.delta] = torque.delta;
         words[net.contact] = torque.contact;
         words[net.penetration] = torque.penetration;
@@ -144,11 +124,7 @@ impl<const HELD: bool> Default for HapticLoop<HELD> {
 }
 
 impl<const HELD: bool> Block for HapticLoop<HELD> {
-    const NAME: &'static str = if HELD {
-        "conventional_loop"
-    } else {
-        "hybrid_loop"
-    };
+    const NAME: &'static str = if HELD { "conventional_loop" } else { "hybrid_loop" };
     const CLOCKED: bool = true;
     type In<T> = LoopIn<T>;
     type Out<T> = LoopOut<T>;
@@ -157,42 +133,15 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let synchronizer::In { a_pin, b_pin } = self.blocks.sync.inputs();
         let displacement::In { reference, .. } = self.blocks.path.offset.inputs();
         let velocity_register::In { period, scale, .. } = self.blocks.velocity_reg.inputs();
-        let stiffness = Signal::new(
-            "stiffness",
-            self.config.stiffness,
-            "PWM count/count",
-            "Stiffness of the wall",
-        );
-        let damping = Signal::new(
-            "damping",
-            self.config.damping,
-            "PWM count/(count/sample)",
-            "Damping inside the wall",
-        );
-        LoopIn {
-            a_pin,
-            b_pin,
-            reference,
-            stiffness,
-            damping,
-            period,
-            scale,
-        }
+        let stiffness = Signal::new("stiffness", self.config.stiffness, "PWM count/count", "Stiffness of the wall");
+        let damping =
+            Signal::new("damping", self.config.damping, "PWM count/(count/sample)", "Damping inside the wall");
+        LoopIn { a_pin, b_pin, reference, stiffness, damping, period, scale }
     }
 
     fn outputs(&self) -> LoopOut<Signal> {
-        let pwm::Out {
-            a_high,
-            a_low,
-            b_high,
-            b_low,
-        } = self.blocks.modulator.outputs();
-        LoopOut {
-            a_high,
-            a_low,
-            b_high,
-            b_low,
-        }
+        let pwm::Out { a_high, a_low, b_high, b_low } = self.blocks.modulator.outputs();
+        LoopOut { a_high, a_low, b_high, b_low }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -202,7 +151,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
     fn reset(&mut self) -> LoopOut<i64> {
         self.blocks.reset();
         self.words = [0; Nets::MOST];
-        self.settle(&LoopIn::build(|| 0));
+        self.let_settle(&LoopIn::build(|| 0));
         self.settled = None;
         self.meter = Meter::default();
         self.standing = 0;
@@ -214,7 +163,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let fresh = self.settled != Some(input);
         if fresh {
             // As in VHDL, the registers see what the new inputs have made of the combinational nets.
-            self.settle(&input);
+            self.let_settle(&input);
         }
         let (net, seen) = (Self::NETS, self.seen(&input));
         let blocks = &mut self.blocks;
@@ -222,44 +171,27 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let synchronizer::Out { a, b } = blocks.sync.tick(seen.sync);
         let quadrature_decoder::Out { step, error } = blocks.decoder.tick(seen.decoder);
         let position_counter::Out { position } = blocks.counter.tick(seen.counter);
-        let held = if HELD {
-            blocks.hold.tick(seen.hold).q
-        } else {
-            position
-        };
+        let held = if HELD { blocks.hold.tick(seen.hold).q } else { position };
         blocks.velocity_reg.tick(seen.velocity_reg);
         let velocity = blocks.velocity_reg.latest();
         let gates = blocks.modulator.tick(seen.modulator);
 
-        let pwm::Out {
-            a_high,
-            a_low,
-            b_high,
-            b_low,
-        } = gates;
+        let pwm::Out { a_high, a_low, b_high, b_low } = gates;
         let registers = [a_high, a_low, b_high, b_low, a, b, step, error, position];
         let moved = held != self.words[net.held] || velocity != before;
         let standing = &self.words[net.gates..=net.position];
-        let changed = registers
-            .iter()
-            .zip(standing)
-            .fold(0, |bits, (next, now)| bits | (next ^ now));
+        let changed = registers.iter().zip(standing).fold(0, |bits, (next, now)| bits | (next ^ now));
         if fresh || moved || changed != 0 {
             self.words[net.gates..=net.position].copy_from_slice(&registers);
             if moved {
                 self.words[net.held] = held;
                 self.words[net.velocity] = velocity.word;
-                self.settle(&input);
+                self.let_settle(&input);
             }
             self.meter.range(&self.words);
         }
         self.standing += 1;
-        LoopOut {
-            a_high,
-            a_low,
-            b_high,
-            b_low,
-        }
+        LoopOut { a_high, a_low, b_high, b_low }
     }
 
     #[inline]
@@ -268,11 +200,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
             return 0;
         }
         let (blocks, seen) = (&self.blocks, self.seen(input));
-        let hold = if HELD {
-            blocks.hold.quiet(&seen.hold)
-        } else {
-            u64::MAX
-        };
+        let hold = if HELD { blocks.hold.quiet(&seen.hold) } else { u64::MAX };
         hold.min(blocks.sync.quiet(&seen.sync))
             .min(blocks.decoder.quiet(&seen.decoder))
             .min(blocks.counter.quiet(&seen.counter))
@@ -307,6 +235,10 @@ impl<const HELD: bool> Wiring for HapticLoop<HELD> {
 
     fn instances(&self) -> Vec<Instance> {
         instances(&self.blocks, &Self::NETS, HELD)
+    }
+
+    fn settle(&mut self, input: &LoopIn<i64>) {
+        self.let_settle(input);
     }
 
     fn words(&self) -> &[i64] {

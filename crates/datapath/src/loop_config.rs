@@ -5,8 +5,8 @@ use hpu_signal::Format;
 use crate::config::{COUNTER, within};
 use crate::torque_path::TorquePath;
 use crate::{
-    Block, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer,
-    VelocityConfig, VelocityRegister, ZeroOrderHold,
+    Block, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer, VelocityConfig,
+    VelocityRegister, ZeroOrderHold,
 };
 
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
@@ -34,12 +34,7 @@ pub struct LoopConfig {
 
 impl Default for LoopConfig {
     fn default() -> Self {
-        let VelocityConfig {
-            period_width,
-            rescaled,
-            scale,
-            ..
-        } = VelocityConfig::default();
+        let VelocityConfig { period_width, rescaled, scale, .. } = VelocityConfig::default();
         Self {
             position_width: 12,
             stiffness: Format::unsigned(12),
@@ -84,11 +79,7 @@ impl LoopConfig {
         for (word, format) in [("stiffness", self.stiffness), ("damping", self.damping)] {
             if format.is_signed() || format.frac() < 0 {
                 let found = format!("{word} is {format}");
-                return Err(ConfigError::new(
-                    name,
-                    found,
-                    "unsigned with 0 or more fraction bits, as (0,12,0)",
-                ));
+                return Err(ConfigError::new(name, found, "unsigned with 0 or more fraction bits, as (0,12,0)"));
             }
         }
         within(name, "PWM_WIDTH", self.pwm.width, COUNTER)?;

@@ -78,26 +78,16 @@ pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
     all.push(blocks.counter.outputs().position);
     if held {
         let doc = "Position of the latest sample edge";
-        all.push(Signal {
-            name: "held",
-            doc,
-            ..blocks.hold.outputs().q
-        });
+        all.push(Signal { name: "held", doc, ..blocks.hold.outputs().q });
     }
     all.extend(flatten(&blocks.path.offset.outputs()));
     all.extend(flatten(&blocks.path.wall.outputs()));
     let torque = blocks.path.sum.inputs();
     all.push(torque.spring);
     all.push(blocks.velocity_reg.outputs().velocity);
-    all.push(Signal {
-        name: "drag",
-        ..torque.damping
-    });
+    all.push(Signal { name: "drag", ..torque.damping });
     all.push(blocks.path.sum.outputs().torque);
-    all.push(Signal {
-        name: "command",
-        ..blocks.path.limiter.outputs().limited
-    });
+    all.push(Signal { name: "command", ..blocks.path.limiter.outputs().limited });
     all
 }
 
@@ -105,62 +95,24 @@ pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
 pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance> {
     let mut all = vec![
         instance("sync", &blocks.sync, &[net.a_pin, net.b_pin, net.a, net.b]),
-        instance(
-            "decoder",
-            &blocks.decoder,
-            &[net.a, net.b, net.step, net.error],
-        ),
+        instance("decoder", &blocks.decoder, &[net.a, net.b, net.step, net.error]),
         instance("counter", &blocks.counter, &[net.step, net.position]),
     ];
     if held {
-        all.push(instance(
-            "hold",
-            &blocks.hold,
-            &[net.position, net.period, net.held],
-        ));
+        all.push(instance("hold", &blocks.hold, &[net.position, net.period, net.held]));
     }
     all.extend([
-        instance(
-            "offset",
-            &blocks.path.offset,
-            &[net.held, net.reference, net.delta],
-        ),
-        instance(
-            "wall",
-            &blocks.path.wall,
-            &[net.delta, net.contact, net.penetration],
-        ),
-        instance(
-            "spring_mult",
-            &blocks.path.spring_mult,
-            &[net.penetration, net.stiffness, net.spring],
-        ),
-        instance(
-            "velocity_reg",
-            &blocks.velocity_reg,
-            &[net.position, net.period, net.scale, net.velocity],
-        ),
-        instance(
-            "damping_mult",
-            &blocks.path.damping_mult,
-            &[net.velocity, net.damping, net.drag],
-        ),
-        instance(
-            "sum",
-            &blocks.path.sum,
-            &[net.spring, net.drag, net.contact, net.torque],
-        ),
+        instance("offset", &blocks.path.offset, &[net.held, net.reference, net.delta]),
+        instance("wall", &blocks.path.wall, &[net.delta, net.contact, net.penetration]),
+        instance("spring_mult", &blocks.path.spring_mult, &[net.penetration, net.stiffness, net.spring]),
+        instance("velocity_reg", &blocks.velocity_reg, &[net.position, net.period, net.scale, net.velocity]),
+        instance("damping_mult", &blocks.path.damping_mult, &[net.velocity, net.damping, net.drag]),
+        instance("sum", &blocks.path.sum, &[net.spring, net.drag, net.contact, net.torque]),
         instance("limiter", &blocks.path.limiter, &[net.torque, net.command]),
         instance(
             "modulator",
             &blocks.modulator,
-            &[
-                net.command,
-                net.gates,
-                net.gates + 1,
-                net.gates + 2,
-                net.gates + 3,
-            ],
+            &[net.command, net.gates, net.gates + 1, net.gates + 2, net.gates + 3],
         ),
     ]);
     all
@@ -171,15 +123,6 @@ fn instance<B: Block>(label: &'static str, block: &B, nets: &[usize]) -> Instanc
     let mut ports = flatten(&block.inputs());
     ports.extend(flatten(&block.outputs()));
     debug_assert_eq!(ports.len(), nets.len());
-    let connections = ports
-        .into_iter()
-        .zip(nets)
-        .map(|(port, &net)| Connection { port, net })
-        .collect();
-    Instance {
-        label,
-        block: B::NAME,
-        clocked: B::CLOCKED,
-        connections,
-    }
+    let connections = ports.into_iter().zip(nets).map(|(port, &net)| Connection { port, net }).collect();
+    Instance { label, block: B::NAME, clocked: B::CLOCKED, connections }
 }

@@ -38,10 +38,7 @@ impl PositionCounter {
     /// Unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
-        Ok(Self {
-            format: Format::unsigned(width),
-            position: 0,
-        })
+        Ok(Self { format: Format::unsigned(width), position: 0 })
     }
 }
 
@@ -58,20 +55,11 @@ impl Block for PositionCounter {
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        In {
-            step: Signal::new("step", Format::signed(2), "count", "Motion to be added"),
-        }
+        In { step: Signal::new("step", Format::signed(2), "count", "Motion to be added") }
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            position: Signal::new(
-                "position",
-                self.format,
-                "count",
-                "Position since reset, modulo its width",
-            ),
-        }
+        Out { position: Signal::new("position", self.format, "count", "Position since reset, modulo its width") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -86,9 +74,7 @@ impl Block for PositionCounter {
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
         self.position = self.format.wrap(i128::from(self.position + input.step));
-        Out {
-            position: self.position,
-        }
+        Out { position: self.position }
     }
 
     #[inline]

@@ -47,13 +47,7 @@ pub struct PwmConfig {
 
 impl Default for PwmConfig {
     fn default() -> Self {
-        Self {
-            width: 12,
-            antiphase: false,
-            latched: true,
-            floating: false,
-            dead_time: 0,
-        }
+        Self { width: 12, antiphase: false, latched: true, floating: false, dead_time: 0 }
     }
 }
 
@@ -72,20 +66,14 @@ struct Leg {
 }
 
 impl Leg {
-    const RESET: Self = Self {
-        state: State::Off,
-        wait: 0,
-    };
+    const RESET: Self = Self { state: State::Off, wait: 0 };
 
     #[inline]
     fn tick(&mut self, wanted: State, dead_time: u64) {
         if wanted == self.state {
             self.wait = self.wait.saturating_sub(1);
         } else {
-            *self = Self {
-                state: wanted,
-                wait: dead_time,
-            };
+            *self = Self { state: wanted, wait: dead_time };
         }
     }
 
@@ -97,11 +85,7 @@ impl Leg {
     /// Edges before a gate opens at the end of a dead time.
     #[inline]
     fn quiet(&self) -> u64 {
-        if self.state == State::Off || self.wait == 0 {
-            u64::MAX
-        } else {
-            self.wait - 1
-        }
+        if self.state == State::Off || self.wait == 0 { u64::MAX } else { self.wait - 1 }
     }
 }
 
@@ -135,9 +119,7 @@ impl Pwm {
         within(Self::NAME, "WIDTH", config.width, 1..=30)?;
         within(Self::NAME, "DEAD_TIME", config.dead_time, 0..=NATURAL)?;
         let off = match config {
-            PwmConfig {
-                antiphase: true, ..
-            } => [State::Low, State::High],
+            PwmConfig { antiphase: true, .. } => [State::Low, State::High],
             PwmConfig { floating: true, .. } => [State::Off, State::Off],
             _ => [State::Low, State::Low],
         };
@@ -159,30 +141,16 @@ impl Pwm {
     fn pulse(&self, command: i64) -> Pulse {
         if self.config.antiphase {
             let duty = self.period.wrapping_add_signed(command) / 2;
-            Pulse {
-                duty,
-                on: [State::High, State::Low],
-            }
+            Pulse { duty, on: [State::High, State::Low] }
         } else {
-            let on = if command > 0 {
-                [State::High, State::Low]
-            } else {
-                [State::Low, State::High]
-            };
-            Pulse {
-                duty: command.unsigned_abs(),
-                on,
-            }
+            let on = if command > 0 { [State::High, State::Low] } else { [State::Low, State::High] };
+            Pulse { duty: command.unsigned_abs(), on }
         }
     }
 
     #[inline]
     fn wanted(&self, pulse: Pulse, phase: u64) -> [State; 2] {
-        if phase < pulse.duty {
-            pulse.on
-        } else {
-            self.off
-        }
+        if phase < pulse.duty { pulse.on } else { self.off }
     }
 
     /// Whether the next edge takes the command.
@@ -225,14 +193,7 @@ impl Block for Pwm {
 
     fn inputs(&self) -> In<Signal> {
         let command = Format::signed(self.config.width + 1);
-        In {
-            command: Signal::new(
-                "command",
-                command,
-                "PWM count",
-                "Mean voltage; full scale is the supply",
-            ),
-        }
+        In { command: Signal::new("command", command, "PWM count", "Mean voltage; full scale is the supply") }
     }
 
     fn outputs(&self) -> Out<Signal> {
@@ -276,11 +237,7 @@ impl Block for Pwm {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        let now = if self.takes() {
-            self.pulse(input.command)
-        } else {
-            self.pulse
-        };
+        let now = if self.takes() { self.pulse(input.command) } else { self.pulse };
         let wanted = self.wanted(now, self.phase);
         if wanted != self.legs.map(|leg| leg.state) {
             return 0;

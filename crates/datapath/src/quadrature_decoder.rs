@@ -43,36 +43,19 @@ impl QuadratureDecoder {
     /// When `settle` is no VHDL `natural`.
     pub fn new(settle: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SETTLE", settle, 0..=NATURAL)?;
-        Ok(Self {
-            settle,
-            settling: settle,
-            previous: In { a: 0, b: 0 },
-            out: Out { step: 0, error: 0 },
-        })
+        Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })
     }
 
     /// The outputs after the next edge.
     #[inline]
     fn next(&self, input: &In<i64>) -> Out<i64> {
         if self.settling > 0 {
-            return Out {
-                step: 0,
-                ..self.out
-            };
+            return Out { step: 0, ..self.out };
         }
         match (place(input) - place(&self.previous)).rem_euclid(4) {
-            0 => Out {
-                step: 0,
-                ..self.out
-            },
-            1 => Out {
-                step: 1,
-                ..self.out
-            },
-            3 => Out {
-                step: -1,
-                ..self.out
-            },
+            0 => Out { step: 0, ..self.out },
+            1 => Out { step: 1, ..self.out },
+            3 => Out { step: -1, ..self.out },
             _ => Out { step: 0, error: 1 },
         }
     }
@@ -97,24 +80,13 @@ impl Block for QuadratureDecoder {
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        In {
-            a: Signal::bit("a", "Encoder line A, synchronous"),
-            b: Signal::bit("b", "Encoder line B, synchronous"),
-        }
+        In { a: Signal::bit("a", "Encoder line A, synchronous"), b: Signal::bit("b", "Encoder line B, synchronous") }
     }
 
     fn outputs(&self) -> Out<Signal> {
         Out {
-            step: Signal::new(
-                "step",
-                Format::signed(2),
-                "count",
-                "Motion since the previous edge: -1, 0 or +1",
-            ),
-            error: Signal::bit(
-                "error",
-                "Both lines have changed at one edge since reset: counts were lost",
-            ),
+            step: Signal::new("step", Format::signed(2), "count", "Motion since the previous edge: -1, 0 or +1"),
+            error: Signal::bit("error", "Both lines have changed at one edge since reset: counts were lost"),
         }
     }
 
@@ -154,8 +126,7 @@ impl Block for QuadratureDecoder {
         debug_assert!(edges <= self.quiet(input));
         if edges > 0 {
             self.previous = *input;
-            self.settling =
-                u32::try_from(edges).map_or(0, |edges| self.settling.saturating_sub(edges));
+            self.settling = u32::try_from(edges).map_or(0, |edges| self.settling.saturating_sub(edges));
         }
     }
 }

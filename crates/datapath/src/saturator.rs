@@ -42,20 +42,14 @@ impl Saturator {
         let limited = Format::signed(out_width);
         let most = u32::try_from(limited.max()).map_or(NATURAL, |most| most.min(NATURAL));
         within(Self::NAME, "LIMIT", limit, 0..=most)?;
-        Ok(Self {
-            value: Format::signed(in_width),
-            limited,
-            limit: limit.into(),
-        })
+        Ok(Self { value: Format::signed(in_width), limited, limit: limit.into() })
     }
 
     /// The outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out {
-            limited: input.value.clamp(-self.limit, self.limit),
-        }
+        Out { limited: input.value.clamp(-self.limit, self.limit) }
     }
 }
 
@@ -72,20 +66,11 @@ impl Block for Saturator {
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        In {
-            value: Signal::new("value", self.value, "PWM count", "Torque asked for"),
-        }
+        In { value: Signal::new("value", self.value, "PWM count", "Torque asked for") }
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            limited: Signal::new(
-                "limited",
-                self.limited,
-                "PWM count",
-                "Torque within full scale",
-            ),
-        }
+        Out { limited: Signal::new("limited", self.limited, "PWM count", "Torque within full scale") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {

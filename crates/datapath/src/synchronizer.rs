@@ -35,10 +35,7 @@ impl Synchronizer {
     /// A synchronizer as it stands after reset.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            stage: In { a_pin: 0, b_pin: 0 },
-            out: Out { a: 0, b: 0 },
-        }
+        Self { stage: In { a_pin: 0, b_pin: 0 }, out: Out { a: 0, b: 0 } }
     }
 }
 
@@ -62,10 +59,7 @@ impl Block for Synchronizer {
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            a: Signal::bit("a", "Encoder line A, synchronous"),
-            b: Signal::bit("b", "Encoder line B, synchronous"),
-        }
+        Out { a: Signal::bit("a", "Encoder line A, synchronous"), b: Signal::bit("b", "Encoder line B, synchronous") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -79,20 +73,14 @@ impl Block for Synchronizer {
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.out = Out {
-            a: self.stage.a_pin,
-            b: self.stage.b_pin,
-        };
+        self.out = Out { a: self.stage.a_pin, b: self.stage.b_pin };
         self.stage = input;
         self.out
     }
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        let shown = In {
-            a_pin: self.out.a,
-            b_pin: self.out.b,
-        };
+        let shown = In { a_pin: self.out.a, b_pin: self.out.b };
         if self.stage != shown {
             0
         } else if *input != shown {

@@ -3,8 +3,8 @@
 use hpu_signal::{Format, Narrowed, Overflow};
 
 use crate::{
-    ConfigError, Displacement, LoopConfig, LoopIn, Saturator, TorqueSum, TruncatingMultiplier,
-    Unilateral, displacement, saturator, torque_sum, truncating_multiplier, unilateral,
+    ConfigError, Displacement, LoopConfig, LoopIn, Saturator, TorqueSum, TruncatingMultiplier, Unilateral,
+    displacement, saturator, torque_sum, truncating_multiplier, unilateral,
 };
 
 /// The combinational blocks by instance label.
@@ -32,21 +32,13 @@ pub(crate) struct Torque {
 impl TorquePath {
     pub(crate) fn new(config: &LoopConfig) -> Result<Self, ConfigError> {
         let (depth, width) = (config.position_width, config.pwm.width);
-        let overflow = if config.saturate {
-            Overflow::Saturate
-        } else {
-            Overflow::Wrap
-        };
+        let overflow = if config.saturate { Overflow::Saturate } else { Overflow::Wrap };
         let multiplier = |a, b, out| TruncatingMultiplier::new(a, b, out, overflow);
         let velocity = Format::signed(config.velocity_width);
         Ok(Self {
             offset: Displacement::new(depth)?,
             wall: Unilateral::new(depth)?,
-            spring_mult: multiplier(
-                Format::unsigned(depth),
-                config.stiffness,
-                Format::unsigned(width),
-            )?,
+            spring_mult: multiplier(Format::unsigned(depth), config.stiffness, Format::unsigned(width))?,
             damping_mult: multiplier(velocity, config.damping, Format::signed(width + 1))?,
             sum: TorqueSum::new(width, width + 1, width + 2)?,
             limiter: Saturator::new(width + 2, width + 1, (1 << width) - 1)?,
@@ -54,44 +46,14 @@ impl TorquePath {
     }
 
     pub(crate) fn eval(&self, position: i64, velocity: i64, input: &LoopIn<i64>) -> Torque {
-        let LoopIn {
-            reference,
-            stiffness,
-            damping,
-            ..
-        } = *input;
-        let displacement::Out { delta } = self.offset.eval(displacement::In {
-            position,
-            reference,
-        });
-        let unilateral::Out {
-            contact,
-            penetration,
-        } = self.wall.eval(unilateral::In { delta });
-        let spring = self.spring_mult.eval(truncating_multiplier::In {
-            a: penetration,
-            b: stiffness,
-        });
-        let drag = self.damping_mult.eval(truncating_multiplier::In {
-            a: velocity,
-            b: damping,
-        });
-        let sum = torque_sum::In {
-            spring: spring.word,
-            damping: drag.word,
-            contact,
-        };
+        let LoopIn { reference, stiffness, damping, .. } = *input;
+        let displacement::Out { delta } = self.offset.eval(displacement::In { position, reference });
+        let unilateral::Out { contact, penetration } = self.wall.eval(unilateral::In { delta });
+        let spring = self.spring_mult.eval(truncating_multiplier::In { a: penetration, b: stiffness });
+        let drag = self.damping_mult.eval(truncating_multiplier::In { a: velocity, b: damping });
+        let sum = torque_sum::In { spring: spring.word, damping: drag.word, contact };
         let torque_sum::Out { torque } = self.sum.eval(sum);
-        let saturator::Out { limited: command } =
-            self.limiter.eval(saturator::In { value: torque });
-        Torque {
-            delta,
-            contact,
-            penetration,
-            spring,
-            drag,
-            torque,
-            command,
-        }
+        let saturator::Out { limited: command } = self.limiter.eval(saturator::In { value: torque });
+        Torque { delta, contact, penetration, spring, drag, torque, command }
     }
 }

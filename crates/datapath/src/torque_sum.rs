@@ -54,14 +54,8 @@ impl TorqueSum {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        let sum = if input.contact == 1 {
-            input.spring + input.damping
-        } else {
-            0
-        };
-        Out {
-            torque: self.torque.wrap(i128::from(sum)),
-        }
+        let sum = if input.contact == 1 { input.spring + input.damping } else { 0 };
+        Out { torque: self.torque.wrap(i128::from(sum)) }
     }
 }
 
@@ -86,33 +80,19 @@ impl Block for TorqueSum {
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            torque: Signal::new(
-                "torque",
-                self.torque,
-                "PWM count",
-                "Torque against the penetration",
-            ),
-        }
+        Out { torque: Signal::new("torque", self.torque, "PWM count", "Torque against the penetration") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![
             ("SPRING_WIDTH", Generic::Integer(self.spring.width().into())),
-            (
-                "DAMPING_WIDTH",
-                Generic::Integer(self.damping.width().into()),
-            ),
+            ("DAMPING_WIDTH", Generic::Integer(self.damping.width().into())),
             ("OUT_WIDTH", Generic::Integer(self.torque.width().into())),
         ]
     }
 
     fn reset(&mut self) -> Out<i64> {
-        self.eval(In {
-            spring: 0,
-            damping: 0,
-            contact: 0,
-        })
+        self.eval(In { spring: 0, damping: 0, contact: 0 })
     }
 
     #[inline]

@@ -47,38 +47,20 @@ impl TruncatingMultiplier {
         within(Self::NAME, "A_WIDTH", a.width(), 2..=64)?;
         within(Self::NAME, "B_WIDTH", b.width(), 2..=64)?;
         within(Self::NAME, "OUT_WIDTH", out.width(), 2..=64)?;
-        within(
-            Self::NAME,
-            "A_WIDTH + B_WIDTH",
-            a.width() + b.width(),
-            4..=126,
-        )?;
+        within(Self::NAME, "A_WIDTH + B_WIDTH", a.width() + b.width(), 4..=126)?;
         if out.is_signed() != (a.is_signed() || b.is_signed()) {
             let found = format!("the product of {a} and {b} is {out}");
-            return Err(ConfigError::new(
-                Self::NAME,
-                found,
-                "signed if either factor is, else unsigned",
-            ));
+            return Err(ConfigError::new(Self::NAME, found, "signed if either factor is, else unsigned"));
         }
         let from_frac = a.frac() + b.frac();
         let drop_lower = u32::try_from(from_frac - out.frac()).map_err(|_| {
             let found = format!("the product of {a} and {b} is {out}");
-            ConfigError::new(
-                Self::NAME,
-                found,
-                format!("at most {from_frac} fraction bits"),
-            )
+            ConfigError::new(Self::NAME, found, format!("at most {from_frac} fraction bits"))
         })?;
         Ok(Self {
             a,
             b,
-            narrowing: Narrowing {
-                from_frac,
-                to: out,
-                rounding: Rounding::Truncate,
-                overflow,
-            },
+            narrowing: Narrowing { from_frac, to: out, rounding: Rounding::Truncate, overflow },
             drop_lower,
         })
     }
@@ -125,11 +107,7 @@ impl TruncatingMultiplier {
     fn keeping(a: Format, b: Format, width: u32, drop: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "OUT_WIDTH", width, 2..=64)?;
         let signed = a.is_signed() || b.is_signed();
-        let integer = if signed {
-            Format::signed(width)
-        } else {
-            Format::unsigned(width)
-        };
+        let integer = if signed { Format::signed(width) } else { Format::unsigned(width) };
         let frac = a.frac() + b.frac() - i32::try_from(drop).expect("at most 126");
         let int = integer.int() - frac;
         let out = Format::new(signed, int, frac).map_err(|_| {
@@ -143,8 +121,7 @@ impl TruncatingMultiplier {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Narrowed {
-        self.narrowing
-            .apply(self.a.value(input.a) * self.b.value(input.b))
+        self.narrowing.apply(self.a.value(input.a) * self.b.value(input.b))
     }
 }
 
@@ -162,21 +139,11 @@ impl Block for TruncatingMultiplier {
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        In {
-            a: Signal::new("a", self.a, "1", "First factor"),
-            b: Signal::new("b", self.b, "1", "Second factor"),
-        }
+        In { a: Signal::new("a", self.a, "1", "First factor"), b: Signal::new("b", self.b, "1", "Second factor") }
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            product: Signal::new(
-                "product",
-                self.narrowing.to,
-                "1",
-                "The bits kept of the product",
-            ),
-        }
+        Out { product: Signal::new("product", self.narrowing.to, "1", "The bits kept of the product") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -186,14 +153,8 @@ impl Block for TruncatingMultiplier {
             ("A_SIGNED", Generic::Boolean(self.a.is_signed())),
             ("B_SIGNED", Generic::Boolean(self.b.is_signed())),
             ("DROP_LOWER", Generic::Integer(self.drop_lower.into())),
-            (
-                "OUT_WIDTH",
-                Generic::Integer(self.narrowing.to.width().into()),
-            ),
-            (
-                "SATURATE",
-                Generic::Boolean(self.narrowing.overflow == Overflow::Saturate),
-            ),
+            ("OUT_WIDTH", Generic::Integer(self.narrowing.to.width().into())),
+            ("SATURATE", Generic::Boolean(self.narrowing.overflow == Overflow::Saturate)),
         ]
     }
 
@@ -203,9 +164,7 @@ impl Block for TruncatingMultiplier {
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        Out {
-            product: self.eval(input).word,
-        }
+        Out { product: self.eval(input).word }
     }
 
     #[inline]

@@ -45,10 +45,7 @@ impl Unilateral {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out {
-            contact: i64::from(input.delta >= 0),
-            penetration: input.delta.max(0),
-        }
+        Out { contact: i64::from(input.delta >= 0), penetration: input.delta.max(0) }
     }
 }
 
@@ -65,26 +62,14 @@ impl Block for Unilateral {
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        In {
-            delta: Signal::new(
-                "delta",
-                Format::signed(self.width),
-                "count",
-                "Displacement from the reference",
-            ),
-        }
+        In { delta: Signal::new("delta", Format::signed(self.width), "count", "Displacement from the reference") }
     }
 
     fn outputs(&self) -> Out<Signal> {
         let depth = Format::unsigned(self.width);
         Out {
             contact: Signal::bit("contact", "At or behind the wall's surface"),
-            penetration: Signal::new(
-                "penetration",
-                depth,
-                "count",
-                "Depth behind the wall's surface",
-            ),
+            penetration: Signal::new("penetration", depth, "count", "Depth behind the wall's surface"),
         }
     }
 

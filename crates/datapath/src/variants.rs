@@ -3,9 +3,9 @@
 use hpu_signal::{Format, Overflow};
 
 use crate::{
-    AnyBlock, ConfigError, ConventionalLoop, Displacement, HybridLoop, LoopConfig, PositionCounter,
-    Pwm, PwmConfig, QuadratureDecoder, Saturator, TorqueSum, TruncatingMultiplier, Unilateral,
-    VelocityConfig, VelocityRegister, ZeroOrderHold, registry,
+    AnyBlock, ConfigError, ConventionalLoop, Displacement, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
+    QuadratureDecoder, Saturator, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig, VelocityRegister,
+    ZeroOrderHold, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -16,16 +16,8 @@ use crate::{
 /// Never: the configurations are constants.
 #[must_use]
 pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
-    let mut all: Vec<_> = registry()
-        .into_iter()
-        .map(|block| ("default".to_string(), block))
-        .collect();
-    all.extend(
-        others()
-            .expect("constant configurations")
-            .into_iter()
-            .map(|(label, block)| (label.to_string(), block)),
-    );
+    let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();
+    all.extend(others().expect("constant configurations").into_iter().map(|(label, block)| (label.to_string(), block)));
     all
 }
 
@@ -46,43 +38,13 @@ fn others() -> Result<Variants, ConfigError> {
         ("limit_0", Box::new(Saturator::new(10, 9, 0)?)),
     ];
     all.extend(multipliers()?);
-    let velocity = VelocityConfig {
-        width: 8,
-        period_width: 6,
-        out_width: 8,
-        ..VelocityConfig::default()
-    };
+    let velocity = VelocityConfig { width: 8, period_width: 6, out_width: 8, ..VelocityConfig::default() };
     for (label, config) in [
         ("8_bit", velocity),
-        (
-            "narrow",
-            VelocityConfig {
-                out_width: 5,
-                ..velocity
-            },
-        ),
-        (
-            "wide",
-            VelocityConfig {
-                out_width: 16,
-                ..velocity
-            },
-        ),
-        (
-            "rescaled",
-            VelocityConfig {
-                rescaled: true,
-                ..VelocityConfig::default()
-            },
-        ),
-        (
-            "rescaled_8_bit",
-            VelocityConfig {
-                rescaled: true,
-                scale: format(false, 4, 4),
-                ..velocity
-            },
-        ),
+        ("narrow", VelocityConfig { out_width: 5, ..velocity }),
+        ("wide", VelocityConfig { out_width: 16, ..velocity }),
+        ("rescaled", VelocityConfig { rescaled: true, ..VelocityConfig::default() }),
+        ("rescaled_8_bit", VelocityConfig { rescaled: true, scale: format(false, 4, 4), ..velocity }),
     ] {
         all.push((label, Box::new(VelocityRegister::new(config)?)));
     }
@@ -101,158 +63,35 @@ fn multipliers() -> Result<Variants, ConfigError> {
     let (fine, fine_signed) = (format(false, 4, 8), format(true, 3, 8));
     let byte = Format::unsigned(8);
     Ok(vec![
-        (
-            "full",
-            Box::new(TruncatingMultiplier::full(unsigned, unsigned)?),
-        ),
-        (
-            "drop_upper",
-            Box::new(TruncatingMultiplier::drop_upper(unsigned, unsigned, 12)?),
-        ),
-        (
-            "drop_lower",
-            Box::new(TruncatingMultiplier::drop_lower(unsigned, unsigned, 12)?),
-        ),
-        (
-            "saturate_fraction",
-            Box::new(TruncatingMultiplier::saturate(fine, fine, fine)?),
-        ),
-        (
-            "full_signed",
-            Box::new(TruncatingMultiplier::full(signed, signed)?),
-        ),
-        (
-            "full_mixed",
-            Box::new(TruncatingMultiplier::full(signed, unsigned)?),
-        ),
-        (
-            "drop_upper_signed",
-            Box::new(TruncatingMultiplier::drop_upper(signed, signed, 12)?),
-        ),
-        (
-            "drop_lower_mixed",
-            Box::new(TruncatingMultiplier::drop_lower(signed, unsigned, 12)?),
-        ),
-        (
-            "saturate_signed",
-            Box::new(TruncatingMultiplier::saturate(
-                signed,
-                signed,
-                Format::signed(13),
-            )?),
-        ),
-        (
-            "saturate_mixed",
-            Box::new(TruncatingMultiplier::saturate(
-                signed,
-                fine,
-                Format::signed(13),
-            )?),
-        ),
-        (
-            "mixed_other",
-            Box::new(TruncatingMultiplier::saturate(
-                fine,
-                fine_signed,
-                format(true, 6, 5),
-            )?),
-        ),
-        (
-            "extend",
-            Box::new(TruncatingMultiplier::new(
-                byte,
-                Format::signed(8),
-                Format::signed(24),
-                Overflow::Wrap,
-            )?),
-        ),
-        (
-            "uneven",
-            Box::new(TruncatingMultiplier::drop_lower(
-                Format::signed(18),
-                byte,
-                20,
-            )?),
-        ),
-        (
-            "wide",
-            Box::new(TruncatingMultiplier::drop_lower(
-                format(true, 35, 12),
-                format(true, 27, 12),
-                64,
-            )?),
-        ),
+        ("full", Box::new(TruncatingMultiplier::full(unsigned, unsigned)?)),
+        ("drop_upper", Box::new(TruncatingMultiplier::drop_upper(unsigned, unsigned, 12)?)),
+        ("drop_lower", Box::new(TruncatingMultiplier::drop_lower(unsigned, unsigned, 12)?)),
+        ("saturate_fraction", Box::new(TruncatingMultiplier::saturate(fine, fine, fine)?)),
+        ("full_signed", Box::new(TruncatingMultiplier::full(signed, signed)?)),
+        ("full_mixed", Box::new(TruncatingMultiplier::full(signed, unsigned)?)),
+        ("drop_upper_signed", Box::new(TruncatingMultiplier::drop_upper(signed, signed, 12)?)),
+        ("drop_lower_mixed", Box::new(TruncatingMultiplier::drop_lower(signed, unsigned, 12)?)),
+        ("saturate_signed", Box::new(TruncatingMultiplier::saturate(signed, signed, Format::signed(13))?)),
+        ("saturate_mixed", Box::new(TruncatingMultiplier::saturate(signed, fine, Format::signed(13))?)),
+        ("mixed_other", Box::new(TruncatingMultiplier::saturate(fine, fine_signed, format(true, 6, 5))?)),
+        ("extend", Box::new(TruncatingMultiplier::new(byte, Format::signed(8), Format::signed(24), Overflow::Wrap)?)),
+        ("uneven", Box::new(TruncatingMultiplier::drop_lower(Format::signed(18), byte, 20)?)),
+        ("wide", Box::new(TruncatingMultiplier::drop_lower(format(true, 35, 12), format(true, 27, 12), 64)?)),
     ])
 }
 
 fn modulators() -> Vec<(&'static str, PwmConfig)> {
-    let small = PwmConfig {
-        width: 5,
-        ..PwmConfig::default()
-    };
+    let small = PwmConfig { width: 5, ..PwmConfig::default() };
     vec![
         ("8_bit", PwmConfig { width: 8, ..small }),
-        (
-            "antiphase",
-            PwmConfig {
-                antiphase: true,
-                ..small
-            },
-        ),
-        (
-            "immediate",
-            PwmConfig {
-                latched: false,
-                ..small
-            },
-        ),
-        (
-            "immediate_antiphase",
-            PwmConfig {
-                antiphase: true,
-                latched: false,
-                ..small
-            },
-        ),
-        (
-            "floating",
-            PwmConfig {
-                floating: true,
-                ..small
-            },
-        ),
-        (
-            "dead_time",
-            PwmConfig {
-                dead_time: 3,
-                ..small
-            },
-        ),
-        (
-            "dead_time_antiphase",
-            PwmConfig {
-                antiphase: true,
-                dead_time: 2,
-                ..small
-            },
-        ),
-        (
-            "dead_time_floating",
-            PwmConfig {
-                floating: true,
-                dead_time: 4,
-                ..small
-            },
-        ),
-        (
-            "dead_time_longer_than_period",
-            PwmConfig {
-                width: 2,
-                dead_time: 7,
-                latched: false,
-                ..small
-            },
-        ),
+        ("antiphase", PwmConfig { antiphase: true, ..small }),
+        ("immediate", PwmConfig { latched: false, ..small }),
+        ("immediate_antiphase", PwmConfig { antiphase: true, latched: false, ..small }),
+        ("floating", PwmConfig { floating: true, ..small }),
+        ("dead_time", PwmConfig { dead_time: 3, ..small }),
+        ("dead_time_antiphase", PwmConfig { antiphase: true, dead_time: 2, ..small }),
+        ("dead_time_floating", PwmConfig { floating: true, dead_time: 4, ..small }),
+        ("dead_time_longer_than_period", PwmConfig { width: 2, dead_time: 7, latched: false, ..small }),
     ]
 }
 
@@ -263,51 +102,15 @@ fn loops() -> Vec<(&'static str, LoopConfig)> {
         damping: format(false, 4, 4),
         period_width: 6,
         velocity_width: 6,
-        pwm: PwmConfig {
-            width: 6,
-            ..PwmConfig::default()
-        },
+        pwm: PwmConfig { width: 6, ..PwmConfig::default() },
         ..LoopConfig::default()
     };
     vec![
-        (
-            "wrap",
-            LoopConfig {
-                saturate: false,
-                ..LoopConfig::default()
-            },
-        ),
+        ("wrap", LoopConfig { saturate: false, ..LoopConfig::default() }),
         ("8_bit", small),
-        (
-            "rescaled",
-            LoopConfig {
-                rescaled: true,
-                scale: format(false, 4, 4),
-                ..small
-            },
-        ),
-        (
-            "antiphase",
-            LoopConfig {
-                pwm: PwmConfig {
-                    antiphase: true,
-                    dead_time: 2,
-                    ..small.pwm
-                },
-                ..small
-            },
-        ),
-        (
-            "immediate",
-            LoopConfig {
-                pwm: PwmConfig {
-                    latched: false,
-                    floating: true,
-                    ..small.pwm
-                },
-                ..small
-            },
-        ),
+        ("rescaled", LoopConfig { rescaled: true, scale: format(false, 4, 4), ..small }),
+        ("antiphase", LoopConfig { pwm: PwmConfig { antiphase: true, dead_time: 2, ..small.pwm }, ..small }),
+        ("immediate", LoopConfig { pwm: PwmConfig { latched: false, floating: true, ..small.pwm }, ..small }),
     ]
 }
 

@@ -48,13 +48,7 @@ pub struct VelocityConfig {
 impl Default for VelocityConfig {
     fn default() -> Self {
         let scale = Format::new(false, 8, 8).expect("16 bits");
-        Self {
-            width: 12,
-            period_width: 24,
-            rescaled: false,
-            scale,
-            out_width: 12,
-        }
+        Self { width: 12, period_width: 24, rescaled: false, scale, out_width: 12 }
     }
 }
 
@@ -70,11 +64,7 @@ pub struct VelocityRegister {
 }
 
 /// The velocity at standstill, and after reset.
-const ZERO: Narrowed = Narrowed {
-    word: 0,
-    rounded: false,
-    overflowed: false,
-};
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl VelocityRegister {
     /// A velocity register of these widths.
@@ -90,31 +80,16 @@ impl VelocityRegister {
         within(Self::NAME, "OUT_WIDTH", config.out_width, WORD)?;
         if config.scale.is_signed() || config.scale.frac() < 0 {
             let found = format!("scale is {}", config.scale);
-            return Err(ConfigError::new(
-                Self::NAME,
-                found,
-                "unsigned with 0 or more fraction bits, as (0,8,8)",
-            ));
+            return Err(ConfigError::new(Self::NAME, found, "unsigned with 0 or more fraction bits, as (0,8,8)"));
         }
         let narrowing = Narrowing {
-            from_frac: if config.rescaled {
-                config.scale.frac()
-            } else {
-                0
-            },
+            from_frac: if config.rescaled { config.scale.frac() } else { 0 },
             to: Format::signed(config.out_width),
             rounding: Rounding::Truncate,
             overflow: Overflow::Saturate,
         };
         let difference = Format::signed(config.width);
-        Ok(Self {
-            config,
-            difference,
-            narrowing,
-            countdown: Countdown::default(),
-            previous: 0,
-            latest: ZERO,
-        })
+        Ok(Self { config, difference, narrowing, countdown: Countdown::default(), previous: 0, latest: ZERO })
     }
 
     /// The velocity, and what was lost to make it.
@@ -130,12 +105,9 @@ impl VelocityRegister {
         if input.position == self.previous {
             return ZERO;
         }
-        let difference = self
-            .difference
-            .wrap(i128::from(input.position - self.previous));
+        let difference = self.difference.wrap(i128::from(input.position - self.previous));
         let factor = if self.config.rescaled { input.scale } else { 1 };
-        self.narrowing
-            .apply(i128::from(difference) * i128::from(factor))
+        self.narrowing.apply(i128::from(difference) * i128::from(factor))
     }
 }
 
@@ -157,42 +129,21 @@ impl Block for VelocityRegister {
         In {
             position: Signal::new("position", position, "count", "Position, modulo its width"),
             period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-            scale: Signal::new(
-                "scale",
-                self.config.scale,
-                "1",
-                "Factor of the difference, if rescaled",
-            ),
+            scale: Signal::new("scale", self.config.scale, "1", "Factor of the difference, if rescaled"),
         }
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            velocity: Signal::new(
-                "velocity",
-                self.narrowing.to,
-                "count/sample",
-                "Motion in the latest sample",
-            ),
-        }
+        Out { velocity: Signal::new("velocity", self.narrowing.to, "count/sample", "Motion in the latest sample") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![
             ("WIDTH", Generic::Integer(self.config.width.into())),
-            (
-                "PERIOD_WIDTH",
-                Generic::Integer(self.config.period_width.into()),
-            ),
+            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
             ("RESCALED", Generic::Boolean(self.config.rescaled)),
-            (
-                "SCALE_WIDTH",
-                Generic::Integer(self.config.scale.width().into()),
-            ),
-            (
-                "SCALE_FRAC",
-                Generic::Integer(self.config.scale.frac().into()),
-            ),
+            ("SCALE_WIDTH", Generic::Integer(self.config.scale.width().into())),
+            ("SCALE_FRAC", Generic::Integer(self.config.scale.frac().into())),
             ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
         ]
     }
@@ -210,9 +161,7 @@ impl Block for VelocityRegister {
             self.latest = self.sample(&input);
             self.previous = input.position;
         }
-        Out {
-            velocity: self.latest.word,
-        }
+        Out { velocity: self.latest.word }
     }
 
     #[inline]

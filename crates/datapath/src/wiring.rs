@@ -50,6 +50,9 @@ pub trait Wiring: Block<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
     }
     /// The instances, in the order of the VHDL.
     fn instances(&self) -> Vec<Instance>;
+    /// Lets the combinational nets settle with these inputs and the registers as they stand: what the nets show between
+    /// reset and the first edge.
+    fn settle(&mut self, input: &LoopIn<i64>);
     /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
     fn words(&self) -> &[i64];
     /// Range and lost bits of every net since reset.

@@ -73,9 +73,7 @@ impl Block for ZeroOrderHold {
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out {
-            q: Signal::new("q", self.word, "count", "Word of the latest sample edge"),
-        }
+        Out { q: Signal::new("q", self.word, "count", "Word of the latest sample edge") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -101,11 +99,7 @@ impl Block for ZeroOrderHold {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        if input.d == self.q {
-            u64::MAX
-        } else {
-            self.countdown.left()
-        }
+        if input.d == self.q { u64::MAX } else { self.countdown.left() }
     }
 
     #[inline]

@@ -1,12 +1,9 @@
 //! The clocked blocks but the modulator, against closed forms in plain integers.
 
 use hpu_datapath::{
-    Block, PositionCounter, QuadratureDecoder, Synchronizer, VelocityConfig, VelocityRegister,
-    ZeroOrderHold,
+    Block, PositionCounter, QuadratureDecoder, Synchronizer, VelocityConfig, VelocityRegister, ZeroOrderHold,
 };
-use hpu_datapath::{
-    position_counter, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
-};
+use hpu_datapath::{position_counter, quadrature_decoder, synchronizer, velocity_register, zero_order_hold};
 use hpu_signal::Format;
 use proptest::prelude::*;
 
@@ -39,21 +36,11 @@ fn all_sixteen_transitions_decode_as_the_encoder_table_says() {
     for index in 0..16u32 {
         let bit = |place: u32| i64::from(index >> place & 1);
         let mut block = QuadratureDecoder::new(1).unwrap();
-        let loaded = block.tick(quadrature_decoder::In {
-            a: bit(3),
-            b: bit(2),
-        });
+        let loaded = block.tick(quadrature_decoder::In { a: bit(3), b: bit(2) });
         assert_eq!((loaded.step, loaded.error), (0, 0));
-        let out = block.tick(quadrature_decoder::In {
-            a: bit(1),
-            b: bit(0),
-        });
+        let out = block.tick(quadrature_decoder::In { a: bit(1), b: bit(0) });
         let step = i64::from(FORWARD.contains(&index)) - i64::from(BACK.contains(&index));
-        assert_eq!(
-            (out.step, out.error),
-            (step, i64::from(ILLEGAL.contains(&index))),
-            "{index:04b}"
-        );
+        assert_eq!((out.step, out.error), (step, i64::from(ILLEGAL.contains(&index))), "{index:04b}");
     }
 }
 
@@ -73,11 +60,7 @@ fn the_decoder_loads_for_as_many_edges_as_it_settles() {
         let lines = [(0, 1), (1, 1), (1, 0), (0, 0), (0, 1), (1, 1)];
         for (edge, (a, b)) in (0..).zip(lines) {
             let step = block.tick(quadrature_decoder::In { a, b }).step;
-            assert_eq!(
-                step,
-                i64::from(edge >= settle),
-                "edge {edge}, settling {settle}"
-            );
+            assert_eq!(step, i64::from(edge >= settle), "edge {edge}, settling {settle}");
         }
     }
 }
@@ -129,14 +112,7 @@ fn a_new_period_takes_effect_at_the_next_sample_edge() {
     let mut block = ZeroOrderHold::default();
     // Samples at edges 0, 4 (still the old period) and 6.
     let shown: Vec<i64> = (0..8)
-        .map(|edge| {
-            block
-                .tick(zero_order_hold::In {
-                    d: edge,
-                    period: if edge < 2 { 4 } else { 2 },
-                })
-                .q
-        })
+        .map(|edge| block.tick(zero_order_hold::In { d: edge, period: if edge < 2 { 4 } else { 2 } }).q)
         .collect();
     assert_eq!(shown, [0, 0, 0, 0, 4, 4, 6, 6]);
 }
@@ -145,31 +121,17 @@ fn a_new_period_takes_effect_at_the_next_sample_edge() {
 fn every_8_bit_motion_at_every_scale_is_floored_and_clamped() {
     let scale_format = Format::new(false, 4, 4).unwrap();
     for out_width in [6, 8, 13] {
-        let config = VelocityConfig {
-            width: 8,
-            period_width: 6,
-            rescaled: true,
-            scale: scale_format,
-            out_width,
-        };
+        let config = VelocityConfig { width: 8, period_width: 6, rescaled: true, scale: scale_format, out_width };
         let mut block = VelocityRegister::new(config).unwrap();
         let most = (1 << (out_width - 1)) - 1;
         let mut previous = 0;
         for scale in 0..256 {
             for difference in -128..128 {
                 let position = (previous + difference) & 255;
-                let input = velocity_register::In {
-                    position,
-                    period: 1,
-                    scale,
-                };
+                let input = velocity_register::In { position, period: 1, scale };
                 let velocity = block.tick(input).velocity;
                 let floor = (difference * scale).div_euclid(16);
-                assert_eq!(
-                    velocity,
-                    floor.clamp(-most - 1, most),
-                    "{difference} * {scale}/16"
-                );
+                assert_eq!(velocity, floor.clamp(-most - 1, most), "{difference} * {scale}/16");
                 let lost = block.latest();
                 assert_eq!(lost.rounded, difference * scale % 16 != 0);
                 assert_eq!(lost.overflowed, floor > most || floor < -most - 1);
@@ -182,22 +144,11 @@ fn every_8_bit_motion_at_every_scale_is_floored_and_clamped() {
 #[test]
 fn a_velocity_too_narrow_saturates_and_one_wider_is_sign_extended() {
     for (out_width, most) in [(5, 15), (8, 127), (16, 32767)] {
-        let config = VelocityConfig {
-            width: 8,
-            out_width,
-            ..VelocityConfig::default()
-        };
+        let config = VelocityConfig { width: 8, out_width, ..VelocityConfig::default() };
         for difference in -128..128i64 {
             let mut block = VelocityRegister::new(config).unwrap();
-            let input = velocity_register::In {
-                position: difference & 255,
-                period: 5,
-                scale: 77,
-            };
-            assert_eq!(
-                block.tick(input).velocity,
-                difference.clamp(-most - 1, most)
-            );
+            let input = velocity_register::In { position: difference & 255, period: 5, scale: 77 };
+            assert_eq!(block.tick(input).velocity, difference.clamp(-most - 1, most));
         }
     }
 }
@@ -205,21 +156,10 @@ fn a_velocity_too_narrow_saturates_and_one_wider_is_sign_extended() {
 #[test]
 fn quiet_ends_at_the_very_sample_edge_that_changes_something() {
     for period in 0..6 {
-        for (first, then, late) in [
-            (5, 5, 0),
-            (5, 5, 2),
-            (0, 0, 1),
-            (5, 10, 3),
-            (5, 7, 4),
-            (3, 0, 1),
-        ] {
+        for (first, then, late) in [(5, 5, 0), (5, 5, 2), (0, 0, 1), (5, 10, 3), (5, 7, 4), (3, 0, 1)] {
             let mut velocity = VelocityRegister::default();
             let mut hold = ZeroOrderHold::default();
-            let at = |position| velocity_register::In {
-                position,
-                period,
-                scale: 0,
-            };
+            let at = |position| velocity_register::In { position, period, scale: 0 };
             let word = |d| zero_order_hold::In { d, period };
             let mut shown = velocity.tick(at(first)).velocity;
             let mut held = hold.tick(word(first)).q;

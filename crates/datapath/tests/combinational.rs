@@ -8,11 +8,7 @@ use proptest::prelude::*;
 fn shortest_way(position: i64, reference: i64, width: u32) -> i64 {
     let turn = 1 << width;
     let ahead = (position - reference + turn) % turn;
-    if ahead >= turn / 2 {
-        ahead - turn
-    } else {
-        ahead
-    }
+    if ahead >= turn / 2 { ahead - turn } else { ahead }
 }
 
 #[test]
@@ -20,12 +16,7 @@ fn every_6_bit_displacement_is_the_shortest_way_round() {
     let block = Displacement::new(6).unwrap();
     for position in 0..64 {
         for reference in 0..64 {
-            let delta = block
-                .eval(displacement::In {
-                    position,
-                    reference,
-                })
-                .delta;
+            let delta = block.eval(displacement::In { position, reference }).delta;
             assert_eq!(delta, shortest_way(position, reference, 6));
         }
     }
@@ -54,15 +45,7 @@ fn torque_is_the_sum_in_contact_and_nothing_outside() {
     let block = TorqueSum::new(6, 7, 8).unwrap();
     for spring in 0..64 {
         for damping in -64..64 {
-            let torque = |contact| {
-                block
-                    .eval(torque_sum::In {
-                        spring,
-                        damping,
-                        contact,
-                    })
-                    .torque
-            };
+            let torque = |contact| block.eval(torque_sum::In { spring, damping, contact }).torque;
             assert_eq!(torque(1), spring + damping);
             assert_eq!(torque(0), 0);
         }
@@ -74,13 +57,7 @@ fn a_torque_sum_too_narrow_wraps() {
     let block = TorqueSum::new(6, 7, 6).unwrap();
     for spring in 0..64 {
         for damping in -64..64 {
-            let torque = block
-                .eval(torque_sum::In {
-                    spring,
-                    damping,
-                    contact: 1,
-                })
-                .torque;
+            let torque = block.eval(torque_sum::In { spring, damping, contact: 1 }).torque;
             assert!((-32..32).contains(&torque));
             assert_eq!((spring + damping - torque) % 64, 0);
         }
@@ -103,10 +80,7 @@ fn every_value_is_limited_to_full_scale_on_both_sides() {
 
 #[test]
 fn a_tick_of_a_combinational_block_answers_its_inputs_at_once() {
-    let input = displacement::In {
-        position: 100,
-        reference: 40,
-    };
+    let input = displacement::In { position: 100, reference: 40 };
     let mut block = Displacement::default();
     assert_eq!(block.tick(input), block.eval(input));
 }

@@ -13,10 +13,7 @@ fn uneven() -> LoopConfig {
         velocity_width: 4,
         rescaled: true,
         scale: Format::new(false, 2, 1).unwrap(),
-        pwm: PwmConfig {
-            width: 8,
-            ..PwmConfig::default()
-        },
+        pwm: PwmConfig { width: 8, ..PwmConfig::default() },
         ..LoopConfig::default()
     }
 }
@@ -27,20 +24,11 @@ fn connections(wiring: &impl Wiring) -> Vec<String> {
     let instance = |instance: Instance| {
         let ports = instance.connections.iter().map(|connection| {
             let net = &nets[connection.net];
-            assert_eq!(
-                net.format, connection.port.format,
-                "{} of {}",
-                net.name, instance.label
-            );
+            assert_eq!(net.format, connection.port.format, "{} of {}", net.name, instance.label);
             format!("{}={}", connection.port.name, net.name)
         });
         let ports: Vec<String> = ports.collect();
-        format!(
-            "{}: {}({})",
-            instance.label,
-            instance.block,
-            ports.join(" ")
-        )
+        format!("{}: {}({})", instance.label, instance.block, ports.join(" "))
     };
     wiring.instances().into_iter().map(instance).collect()
 }
@@ -77,49 +65,35 @@ fn the_conventional_loop_is_connected_as_its_data_sheet_says() {
     ];
     let expected = [&PERIPHERY[..], &held, &PATH].concat();
     assert_eq!(connections(&ConventionalLoop::default()), expected);
-    assert_eq!(
-        connections(&ConventionalLoop::new(uneven()).unwrap()),
-        expected
-    );
+    assert_eq!(connections(&ConventionalLoop::new(uneven()).unwrap()), expected);
 }
 
 #[test]
 fn the_nets_are_inputs_outputs_and_architecture_signals_in_the_order_of_the_data_sheet() {
-    let names = |wiring: &dyn Fn() -> Vec<Signal>| -> Vec<&'static str> {
-        wiring().iter().map(|net| net.name).collect()
-    };
+    let names =
+        |wiring: &dyn Fn() -> Vec<Signal>| -> Vec<&'static str> { wiring().iter().map(|net| net.name).collect() };
     let ports = "a_pin b_pin reference stiffness damping period scale a_high a_low b_high b_low";
     let hybrid = HybridLoop::default();
     assert_eq!(
         names(&|| hybrid.nets()).join(" "),
-        format!(
-            "{ports} a b step error position delta contact penetration spring velocity drag torque command"
-        )
+        format!("{ports} a b step error position delta contact penetration spring velocity drag torque command")
     );
     assert_eq!(hybrid.ports(), 11);
     let conventional = ConventionalLoop::default();
     assert_eq!(
         names(&|| conventional.nets()).join(" "),
-        format!(
-            "{ports} a b step error position held delta contact penetration spring velocity drag torque command"
-        )
+        format!("{ports} a b step error position held delta contact penetration spring velocity drag torque command")
     );
 }
 
 #[test]
 fn a_loop_refuses_words_that_its_multipliers_cannot_take() {
-    let signed = LoopConfig {
-        damping: Format::signed(12),
-        ..LoopConfig::default()
-    };
+    let signed = LoopConfig { damping: Format::signed(12), ..LoopConfig::default() };
     assert_eq!(
         HybridLoop::new(signed).unwrap_err().to_string(),
         "hybrid_loop: damping is (1,11,0); accepted: unsigned with 0 or more fraction bits, as (0,12,0)"
     );
-    let wide = LoopConfig {
-        period_width: 31,
-        ..LoopConfig::default()
-    };
+    let wide = LoopConfig { period_width: 31, ..LoopConfig::default() };
     assert_eq!(
         ConventionalLoop::new(wide).unwrap_err().to_string(),
         "velocity_register: PERIOD_WIDTH is 31; accepted: 2 to 30"

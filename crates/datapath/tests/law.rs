@@ -27,10 +27,7 @@ struct Step {
 
 fn steps(length: usize) -> impl Strategy<Value = Vec<Step>> {
     let step = (0usize..100, any::<u64>(), any::<u64>());
-    prop::collection::vec(
-        step.prop_map(|(port, choice, far)| Step { port, choice, far }),
-        length,
-    )
+    prop::collection::vec(step.prop_map(|(port, choice, far)| Step { port, choice, far }), length)
 }
 
 /// Applies a step to the inputs.
@@ -63,11 +60,7 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
             let edges = leap(leaper.quiet(&words), step.far);
             leaper.skip(edges, &words);
             for edge in 0..edges {
-                assert_eq!(
-                    ticker.tick(&words),
-                    outputs,
-                    "{name}: output changed at {edge} of {edges}"
-                );
+                assert_eq!(ticker.tick(&words), outputs, "{name}: output changed at {edge} of {edges}");
             }
         } else {
             assert_eq!(leaper.tick(&words), ticker.tick(&words));
@@ -75,21 +68,13 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
             leaper.skip(u64::MAX, &words);
         }
         outputs = leaper.tick(&words);
-        assert_eq!(
-            ticker.tick(&words),
-            outputs,
-            "{name}: states differ after a leap"
-        );
+        assert_eq!(ticker.tick(&words), outputs, "{name}: states differ after a leap");
         change(&signals, &mut words, step);
     }
     for step in history {
         change(&signals, &mut words, step);
         for _ in 0..step.far % 4 {
-            assert_eq!(
-                leaper.tick(&words),
-                ticker.tick(&words),
-                "{name}: states differ"
-            );
+            assert_eq!(leaper.tick(&words), ticker.tick(&words), "{name}: states differ");
         }
     }
 }
@@ -153,11 +138,7 @@ fn labels_are_unique_and_variants_of_a_block_differ() {
         for (other_label, other) in &all[..index] {
             if other.name() == block.name() {
                 assert_ne!(other_label, label, "{}", block.name());
-                assert_ne!(
-                    other.generics(),
-                    block.generics(),
-                    "{label} is {other_label}"
-                );
+                assert_ne!(other.generics(), block.generics(), "{label} is {other_label}");
             }
         }
     }

@@ -25,26 +25,14 @@ struct Model {
 impl Model {
     /// `delta`, `contact`, `penetration`, `spring`, `drag`, `torque`, `command`.
     fn combinational(&self, input: &LoopIn<i64>) -> [i64; 7] {
-        let seen = if self.held_position {
-            self.held
-        } else {
-            self.position
-        };
+        let seen = if self.held_position { self.held } else { self.position };
         let delta = (seen - input.reference + 6144) % 4096 - 2048;
         let contact = i64::from(delta >= 0);
         let penetration = contact * delta;
         let spring = (penetration * input.stiffness).min(4095);
         let drag = (self.velocity * input.damping).clamp(-4096, 4095);
         let torque = contact * (spring + drag);
-        [
-            delta,
-            contact,
-            penetration,
-            spring,
-            drag,
-            torque,
-            torque.clamp(-4095, 4095),
-        ]
+        [delta, contact, penetration, spring, drag, torque, torque.clamp(-4095, 4095)]
     }
 
     /// All nets after one edge.
@@ -66,12 +54,7 @@ impl Model {
             self.next_sample += input.period.max(1);
         }
         self.position = (self.position + self.step + 4096) % 4096;
-        let place = |lines| {
-            [(0, 0), (0, 1), (1, 1), (1, 0)]
-                .iter()
-                .position(|at| *at == lines)
-                .unwrap()
-        };
+        let place = |lines| [(0, 0), (0, 1), (1, 1), (1, 0)].iter().position(|at| *at == lines).unwrap();
         self.step = 0;
         if self.edge >= 3 {
             match (4 + place(self.lines) - place(self.before)) % 4 {
@@ -86,43 +69,20 @@ impl Model {
         self.pins = (input.a_pin, input.b_pin);
         self.edge += 1;
 
-        let [delta, contact, penetration, spring, drag, torque, command] =
-            self.combinational(input);
+        let [delta, contact, penetration, spring, drag, torque, command] = self.combinational(input);
         let mut nets = flatten(input);
         nets.extend(gates);
-        nets.extend([
-            self.lines.0,
-            self.lines.1,
-            self.step,
-            self.error,
-            self.position,
-        ]);
+        nets.extend([self.lines.0, self.lines.1, self.step, self.error, self.position]);
         if self.held_position {
             nets.push(self.held);
         }
-        nets.extend([
-            delta,
-            contact,
-            penetration,
-            spring,
-            self.velocity,
-            drag,
-            torque,
-            command,
-        ]);
+        nets.extend([delta, contact, penetration, spring, self.velocity, drag, torque, command]);
         nets
     }
 }
 
-const QUIET: LoopIn<i64> = LoopIn {
-    a_pin: 0,
-    b_pin: 0,
-    reference: 4080,
-    stiffness: 70,
-    damping: 9,
-    period: 500,
-    scale: 256,
-};
+const QUIET: LoopIn<i64> =
+    LoopIn { a_pin: 0, b_pin: 0, reference: 4080, stiffness: 70, damping: 9, period: 500, scale: 256 };
 
 /// A motion of the encoder: for each entry, go forward or back (or an impossible leap) and stay for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
@@ -134,19 +94,12 @@ fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
 /// The pins at a place of the encoder.
 fn at(place: i64, constants: LoopIn<i64>) -> LoopIn<i64> {
     let (a_pin, b_pin) = [(0, 0), (0, 1), (1, 1), (1, 0)][place.rem_euclid(4) as usize];
-    LoopIn {
-        a_pin,
-        b_pin,
-        ..constants
-    }
+    LoopIn { a_pin, b_pin, ..constants }
 }
 
 fn equals_the_model<const HELD: bool>(constants: LoopIn<i64>, motion: &[(i64, u64)]) {
     let mut wiring = HapticLoop::<HELD>::default();
-    let mut model = Model {
-        held_position: HELD,
-        ..Model::default()
-    };
+    let mut model = Model { held_position: HELD, ..Model::default() };
     let mut place = 0;
     for (step, stay) in motion {
         place += step;
@@ -169,21 +122,13 @@ fn small() -> LoopConfig {
         velocity_width: 4,
         rescaled: true,
         scale: Format::new(false, 2, 2).unwrap(),
-        pwm: PwmConfig {
-            width: 5,
-            dead_time: 2,
-            ..PwmConfig::default()
-        },
+        pwm: PwmConfig { width: 5, dead_time: 2, ..PwmConfig::default() },
         ..LoopConfig::default()
     }
 }
 
 /// Runs the same motion leaping and ticking: nets, uses and state must agree.
-fn leaping_equals_ticking<const HELD: bool>(
-    config: LoopConfig,
-    constants: LoopIn<i64>,
-    motion: &[(i64, u64)],
-) {
+fn leaping_equals_ticking<const HELD: bool>(config: LoopConfig, constants: LoopIn<i64>, motion: &[(i64, u64)]) {
     let mut leaping = HapticLoop::<HELD>::new(config).unwrap();
     let mut ticking = leaping.clone();
     let mut place = 0;
@@ -278,22 +223,14 @@ fn the_first_edge_latches_the_command_of_its_own_inputs() {
 fn lost_bits_are_counted_for_every_edge_they_stand() {
     // Depth 16 at full stiffness: the spring saturates from the first edge on, the sum is 4095 and not limited further.
     let mut wiring = HybridLoop::default();
-    let input = LoopIn {
-        stiffness: 4095,
-        ..QUIET
-    };
+    let input = LoopIn { stiffness: 4095, ..QUIET };
     for _ in 0..100 {
         wiring.tick(input);
     }
     let nets = wiring.nets();
     for (net, used) in nets.iter().zip(wiring.uses()) {
         let expected = if net.name == "spring" { 100 } else { 0 };
-        assert_eq!(
-            (used.rounded, used.overflowed),
-            (0, expected),
-            "{}",
-            net.name
-        );
+        assert_eq!((used.rounded, used.overflowed), (0, expected), "{}", net.name);
     }
 }
 
@@ -301,22 +238,14 @@ fn lost_bits_are_counted_for_every_edge_they_stand() {
 fn a_lost_bit_that_changes_no_word_is_counted_while_it_stands() {
     // One count at a scale of 1/4 is floored to 0 for the one sample of 50 edges in which it happens.
     let mut wiring = HybridLoop::new(small()).unwrap();
-    let constants = LoopIn {
-        scale: 1,
-        period: 50,
-        reference: 0,
-        ..QUIET
-    };
+    let constants = LoopIn { scale: 1, period: 50, reference: 0, ..QUIET };
     for edge in 0..500 {
         wiring.tick(at(i64::from(edge >= 120), constants));
     }
     let nets = wiring.nets();
     let velocity = nets.iter().position(|net| net.name == "velocity").unwrap();
     let used = wiring.uses()[velocity];
-    assert_eq!(
-        (used.min, used.max, used.rounded, used.overflowed),
-        (0, 0, 50, 0)
-    );
+    assert_eq!((used.min, used.max, used.rounded, used.overflowed), (0, 0, 50, 0));
 }
 
 #[test]

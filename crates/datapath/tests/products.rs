@@ -46,34 +46,15 @@ fn holds_for_all(mode: &Mode, a_signed: bool, b_signed: bool) {
 
 fn every_mode(a_signed: bool, b_signed: bool) {
     let integer = |signed| {
-        if signed {
-            Format::signed(12)
-        } else {
-            Format::unsigned(12)
-        }
+        if signed { Format::signed(12) } else { Format::unsigned(12) }
     };
     let (a, b) = (integer(a_signed), integer(b_signed));
     let signed = a_signed || b_signed;
     let fraction = |signed: bool| Format::new(signed, 8 - i32::from(signed), 4).unwrap();
     let modes = [
-        Mode {
-            block: TruncatingMultiplier::full(a, b).unwrap(),
-            drop: 0,
-            width: 24,
-            saturate: false,
-        },
-        Mode {
-            block: TruncatingMultiplier::drop_upper(a, b, 12).unwrap(),
-            drop: 0,
-            width: 12,
-            saturate: false,
-        },
-        Mode {
-            block: TruncatingMultiplier::drop_lower(a, b, 12).unwrap(),
-            drop: 12,
-            width: 12,
-            saturate: false,
-        },
+        Mode { block: TruncatingMultiplier::full(a, b).unwrap(), drop: 0, width: 24, saturate: false },
+        Mode { block: TruncatingMultiplier::drop_upper(a, b, 12).unwrap(), drop: 0, width: 12, saturate: false },
+        Mode { block: TruncatingMultiplier::drop_lower(a, b, 12).unwrap(), drop: 12, width: 12, saturate: false },
         Mode {
             block: TruncatingMultiplier::saturate(a, b, integer(signed)).unwrap(),
             drop: 0,
@@ -81,12 +62,7 @@ fn every_mode(a_signed: bool, b_signed: bool) {
             saturate: true,
         },
         Mode {
-            block: TruncatingMultiplier::saturate(
-                fraction(a_signed),
-                fraction(b_signed),
-                integer(signed),
-            )
-            .unwrap(),
+            block: TruncatingMultiplier::saturate(fraction(a_signed), fraction(b_signed), integer(signed)).unwrap(),
             drop: 8,
             width: 12,
             saturate: true,
@@ -95,11 +71,7 @@ fn every_mode(a_signed: bool, b_signed: bool) {
             block: TruncatingMultiplier::new(
                 fraction(a_signed),
                 fraction(b_signed),
-                if signed {
-                    Format::signed(10)
-                } else {
-                    Format::unsigned(10)
-                },
+                if signed { Format::signed(10) } else { Format::unsigned(10) },
                 Overflow::Wrap,
             )
             .unwrap(),
@@ -134,17 +106,9 @@ fn the_widest_words_have_exact_products() {
     let (a, b) = (half(32), half(30));
     let top = TruncatingMultiplier::drop_lower(a, b, 64).unwrap();
     // -2^63 * -2^61 = 2^124, of which bits 62 and up are kept.
-    assert_eq!(
-        top.eval(In {
-            a: i64::MIN,
-            b: -(1 << 61)
-        })
-        .word,
-        1 << 62
-    );
+    assert_eq!(top.eval(In { a: i64::MIN, b: -(1 << 61) }).word, 1 << 62);
     // An unsigned 64-bit word travels as its bit pattern: (2^64 - 1) * 3, wrapped to 64 bits.
-    let low =
-        TruncatingMultiplier::drop_upper(Format::unsigned(64), Format::unsigned(62), 64).unwrap();
+    let low = TruncatingMultiplier::drop_upper(Format::unsigned(64), Format::unsigned(62), 64).unwrap();
     let product = low.eval(In { a: -1, b: 3 });
     assert_eq!((product.word, product.overflowed), (-3, true));
 }
@@ -154,11 +118,7 @@ fn impossible_multipliers_are_refused_with_what_is_accepted() {
     let (u, s) = (Format::unsigned(12), Format::signed(12));
     let refused = |made: Result<_, hpu_datapath::ConfigError>| made.unwrap_err().to_string();
     assert_eq!(
-        refused(TruncatingMultiplier::drop_upper(
-            Format::unsigned(64),
-            Format::unsigned(64),
-            64
-        )),
+        refused(TruncatingMultiplier::drop_upper(Format::unsigned(64), Format::unsigned(64), 64)),
         "truncating_multiplier: A_WIDTH + B_WIDTH is 128; accepted: 4 to 126"
     );
     assert_eq!(
@@ -167,19 +127,12 @@ fn impossible_multipliers_are_refused_with_what_is_accepted() {
          accepted: signed if either factor is, else unsigned"
     );
     assert_eq!(
-        refused(TruncatingMultiplier::saturate(
-            u,
-            u,
-            Format::new(false, 8, 4).unwrap()
-        )),
+        refused(TruncatingMultiplier::saturate(u, u, Format::new(false, 8, 4).unwrap())),
         "truncating_multiplier: the product of (0,12,0) and (0,12,0) is (0,8,4); \
          accepted: at most 0 fraction bits"
     );
     assert_eq!(
-        refused(TruncatingMultiplier::full(
-            Format::unsigned(40),
-            Format::unsigned(40)
-        )),
+        refused(TruncatingMultiplier::full(Format::unsigned(40), Format::unsigned(40))),
         "truncating_multiplier: OUT_WIDTH is 80; accepted: 2 to 64"
     );
     assert_eq!(

@@ -5,13 +5,7 @@ use hpu_datapath::{Block, Pwm, PwmConfig};
 use proptest::prelude::*;
 
 const PERIOD: i64 = 32;
-const SMALL: PwmConfig = PwmConfig {
-    width: 5,
-    antiphase: false,
-    latched: true,
-    floating: false,
-    dead_time: 0,
-};
+const SMALL: PwmConfig = PwmConfig { width: 5, antiphase: false, latched: true, floating: false, dead_time: 0 };
 
 /// Every mode, without a dead time.
 fn modes() -> Vec<PwmConfig> {
@@ -19,12 +13,7 @@ fn modes() -> Vec<PwmConfig> {
     for antiphase in [false, true] {
         for latched in [false, true] {
             for floating in [false, true] {
-                all.push(PwmConfig {
-                    antiphase,
-                    latched,
-                    floating,
-                    ..SMALL
-                });
+                all.push(PwmConfig { antiphase, latched, floating, ..SMALL });
             }
         }
     }
@@ -47,10 +36,7 @@ fn counts(config: PwmConfig, command: i64) -> [i64; 4] {
 }
 
 fn never_both(gates: Out<i64>) {
-    assert!(
-        gates.a_high + gates.a_low <= 1 && gates.b_high + gates.b_low <= 1,
-        "{gates:?}"
-    );
+    assert!(gates.a_high + gates.a_low <= 1 && gates.b_high + gates.b_low <= 1, "{gates:?}");
 }
 
 #[test]
@@ -66,11 +52,7 @@ fn on_clocks_in_a_period_equal_the_duty_for_every_command_in_every_mode() {
             } else {
                 [forward, PERIOD - forward, back, PERIOD - back]
             };
-            assert_eq!(
-                counts(config, command),
-                expected,
-                "{config:?}, command {command}"
-            );
+            assert_eq!(counts(config, command), expected, "{config:?}, command {command}");
         }
     }
 }
@@ -84,19 +66,11 @@ fn a_dead_time_costs_each_pulse_exactly_its_clocks() {
             _ => (clocks - lost).max(0),
         };
         for antiphase in [false, true] {
-            let config = PwmConfig {
-                dead_time,
-                antiphase,
-                ..SMALL
-            };
+            let config = PwmConfig { dead_time, antiphase, ..SMALL };
             for command in -PERIOD..PERIOD {
                 let ideal = counts(PwmConfig { antiphase, ..SMALL }, command);
                 let expected = ideal.map(shortened);
-                assert_eq!(
-                    counts(config, command),
-                    expected,
-                    "{config:?}, command {command}"
-                );
+                assert_eq!(counts(config, command), expected, "{config:?}, command {command}");
             }
         }
     }
@@ -112,11 +86,7 @@ fn both_gates_of_a_changing_leg_are_off_for_exactly_the_dead_time() {
             let (mut previous, mut off, mut changes) = ((0, 0), 0, 0);
             for _ in 0..8 * PERIOD {
                 let gates = block.tick(In { command });
-                let leg = if command > 0 {
-                    (gates.a_high, gates.a_low)
-                } else {
-                    (gates.b_high, gates.b_low)
-                };
+                let leg = if command > 0 { (gates.a_high, gates.a_low) } else { (gates.b_high, gates.b_low) };
                 if leg == (0, 0) {
                     off += 1;
                 } else {
@@ -194,11 +164,7 @@ fn quiet_is_exact(config: PwmConfig, command: i64) {
         let mut twin = block.clone();
         let change = (0..3 * PERIOD).zip(0..).find(|_| twin.tick(input) != gates);
         let expected = change.map_or(u64::MAX, |(_, edges)| edges);
-        assert_eq!(
-            block.quiet(&input),
-            expected,
-            "{block:?}, command {command}"
-        );
+        assert_eq!(block.quiet(&input), expected, "{block:?}, command {command}");
         gates = block.tick(input);
     }
 }
@@ -216,14 +182,7 @@ fn quiet_ends_at_the_very_next_gate_change() {
 fn quiet_sees_the_end_of_a_dead_time_that_no_other_change_cuts_short() {
     for antiphase in [false, true] {
         for command in (-24..=24).filter(|command: &i64| antiphase || command.abs() > 3) {
-            quiet_is_exact(
-                PwmConfig {
-                    dead_time: 3,
-                    antiphase,
-                    ..SMALL
-                },
-                command,
-            );
+            quiet_is_exact(PwmConfig { dead_time: 3, antiphase, ..SMALL }, command);
         }
     }
 }

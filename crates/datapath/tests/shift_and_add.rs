@@ -61,19 +61,12 @@ fn as_word(bits: &Bits, signed: bool) -> i64 {
 #[test]
 fn every_6_bit_product_in_every_mode_is_what_shift_and_add_gives() {
     let format = |signed| {
-        if signed {
-            Format::signed(WIDTH)
-        } else {
-            Format::unsigned(WIDTH)
-        }
+        if signed { Format::signed(WIDTH) } else { Format::unsigned(WIDTH) }
     };
     for (a_signed, b_signed) in [(false, false), (true, false), (false, true), (true, true)] {
         let (a_format, b_format) = (format(a_signed), format(b_signed));
         let signed = a_signed || b_signed;
-        for (drop, out) in [0, 3, 6, 11]
-            .into_iter()
-            .flat_map(|drop| [2, 5, 6, 12, 15].map(|out| (drop, out)))
-        {
+        for (drop, out) in [0, 3, 6, 11].into_iter().flat_map(|drop| [2, 5, 6, 12, 15].map(|out| (drop, out))) {
             // A word of `out` bits whose least significant one is worth 2^drop.
             let integer = out - i32::from(signed) + drop;
             let to = Format::new(signed, integer, -drop).unwrap();

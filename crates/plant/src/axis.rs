@@ -38,11 +38,7 @@ impl Motor {
     /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed, angle.
     #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
-        let (l, k, j) = (
-            self.inductance_h,
-            self.torque_constant_nm_per_a,
-            self.inertia_kg_m2,
-        );
+        let (l, k, j) = (self.inductance_h, self.torque_constant_nm_per_a, self.inertia_kg_m2);
         [
             [-resistance_ohm / l, -k / l, 0.0, 0.0],
             [k / j, -self.viscous_nm_s_per_rad / j, 0.0, 0.0],
@@ -141,13 +137,7 @@ impl Axis {
     /// # Errors
     ///
     /// When a parameter is not finite, or one that must be positive is not.
-    pub fn new(
-        motor: Motor,
-        bridge: crate::Bridge,
-        hand: Hand,
-        edge_s: f64,
-        horizon: u64,
-    ) -> Result<Self, AxisError> {
+    pub fn new(motor: Motor, bridge: crate::Bridge, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
         let (hand_k, hand_b) = match hand {
             Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
             Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
@@ -170,22 +160,11 @@ impl Axis {
             ("clock period", edge_s, true),
         ] {
             if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
-                let rule = if positive {
-                    "positive"
-                } else {
-                    "zero or positive"
-                };
+                let rule = if positive { "positive" } else { "zero or positive" };
                 return Err(AxisError(format!("{name} is {value}; it must be {rule}")));
             }
         }
-        Ok(Self {
-            motor,
-            bridge,
-            hand,
-            edge_s,
-            horizon,
-            modes: Default::default(),
-        })
+        Ok(Self { motor, bridge, hand, edge_s, horizon, modes: Default::default() })
     }
 
     /// Resistance of a path with this many closed switches.
@@ -196,13 +175,7 @@ impl Axis {
     /// The mode of a shaft and a circuit; `switches` is `None` for an open one.
     pub(crate) fn mode(&self, shaft: Shaft, switches: Option<u8>) -> &Mode {
         // Without on-resistance every closed path is the same system.
-        let switches = switches.map(|n| {
-            if self.bridge.on_resistance_ohm == 0.0 {
-                0
-            } else {
-                n
-            }
-        });
+        let switches = switches.map(|n| if self.bridge.on_resistance_ohm == 0.0 { 0 } else { n });
         let row = match shaft {
             Shaft::Slip(_) => 0,
             Shaft::Stuck => 1,
@@ -241,12 +214,6 @@ impl Axis {
         };
         let (current, speed, angle) = (pick(CURRENT), pick(SPEED), pick(2));
         let net = Guard::new(net, &system);
-        Mode {
-            system,
-            current,
-            speed,
-            angle,
-            net,
-        }
+        Mode { system, current, speed, angle, net }
     }
 }

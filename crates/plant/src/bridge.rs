@@ -99,10 +99,7 @@ impl Bridge {
             _ if emf_v < emf_min_v => 1,
             _ if emf_v > emf_max_v => -1,
             _ => {
-                return Circuit::Open {
-                    emf_min_v,
-                    emf_max_v,
-                };
+                return Circuit::Open { emf_min_v, emf_max_v };
             }
         };
         self.closed(plus, minus, direction)
@@ -111,12 +108,7 @@ impl Bridge {
     /// The averaged circuit: a duty between -1 and 1 of the command, both switches of the path closed all the while.
     #[must_use]
     pub fn averaged(duty: f64) -> Circuit {
-        Circuit::Closed {
-            supply_share: -duty,
-            diodes: 0,
-            direction: 0,
-            switches: 2,
-        }
+        Circuit::Closed { supply_share: -duty, diodes: 0, direction: 0, switches: 2 }
     }
 
     fn closed(&self, plus: Leg, minus: Leg, direction: i8) -> Circuit {
@@ -141,14 +133,8 @@ impl Bridge {
     #[must_use]
     pub fn voltage_v(&self, circuit: Circuit) -> f64 {
         match circuit {
-            Circuit::Closed {
-                supply_share,
-                diodes,
-                direction,
-                ..
-            } => {
-                self.supply_v * supply_share
-                    - f64::from(direction) * f64::from(diodes) * self.diode_drop_v
+            Circuit::Closed { supply_share, diodes, direction, .. } => {
+                self.supply_v * supply_share - f64::from(direction) * f64::from(diodes) * self.diode_drop_v
             }
             Circuit::Open { .. } => 0.0,
         }

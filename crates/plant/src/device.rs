@@ -13,22 +13,10 @@ use crate::{Axis, Bridge, Circuit, Gates};
 
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
-    Real {
-        name: "current_a",
-        doc: "Motor current",
-    },
-    Real {
-        name: "speed_rad_per_s",
-        doc: "Speed of the motor's shaft",
-    },
-    Real {
-        name: "angle_rad",
-        doc: "Angle of the motor's shaft",
-    },
-    Real {
-        name: "torque_nm",
-        doc: "Torque of the motor on its shaft",
-    },
+    Real { name: "current_a", doc: "Motor current" },
+    Real { name: "speed_rad_per_s", doc: "Speed of the motor's shaft" },
+    Real { name: "angle_rad", doc: "Angle of the motor's shaft" },
+    Real { name: "torque_nm", doc: "Torque of the motor on its shaft" },
 ];
 
 /// What a mode depends on.
@@ -79,6 +67,9 @@ pub struct Device<'a> {
     mode_changes: u64,
     prefix: (u64, (State, State)),
 }
+
+/// The edge of an event, and the state that the motion brings there.
+pub type Event = (u64, State);
 
 impl<'a> Device<'a> {
     /// A device at rest in its circuit (all gates off) at edge 0, with initial current, speed and angle.
@@ -132,12 +123,7 @@ impl<'a> Device<'a> {
     #[must_use]
     pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
         let x = self.state(edge);
-        [
-            x[CURRENT],
-            x[SPEED],
-            x[ANGLE],
-            self.axis.motor.torque_constant_nm_per_a * x[CURRENT],
-        ]
+        [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
     /// How often a mode has changed.
@@ -184,11 +170,9 @@ impl<'a> Device<'a> {
         self.drive = drive;
         self.circuit = match drive {
             Drive::Average(duty) => Bridge::averaged(duty),
-            Drive::Gates(gates) => self.axis.bridge.circuit(
-                gates,
-                x[CURRENT],
-                self.axis.motor.torque_constant_nm_per_a * x[SPEED],
-            ),
+            Drive::Gates(gates) => {
+                self.axis.bridge.circuit(gates, x[CURRENT], self.axis.motor.torque_constant_nm_per_a * x[SPEED])
+            }
         };
         self.enter(edge, x);
     }
@@ -199,8 +183,7 @@ impl<'a> Device<'a> {
         x[INTENT] = angle_rad;
         self.intent_rad_per_s = speed_rad_per_s;
         if self.axis.hand == Hand::Prescribed {
-            self.energy
-                .jerk(self.axis.motor.inertia_kg_m2, x[SPEED], speed_rad_per_s);
+            self.energy.jerk(self.axis.motor.inertia_kg_m2, x[SPEED], speed_rad_per_s);
             x[SPEED] = speed_rad_per_s;
             x[ANGLE] = angle_rad;
         }
@@ -210,7 +193,7 @@ impl<'a> Device<'a> {
     /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
     /// happened at `from`.
     #[must_use]
-    pub fn next_event(&self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<u64> {
+    pub fn next_event(&self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
         let last = to - self.anchor;
         let mut a = Point::of(&self.motion, from - self.anchor);
         let encoder = Band { low: low_rad, high: high_rad, open: true };
@@ -231,17 +214,23 @@ impl<'a> Device<'a> {
                 }
             }
             if let Some(edge) = found {
-                return Some(self.anchor + edge);
+                return Some((self.anchor + edge, end.x));
             }
             a = b;
         }
         None
     }
 
-    /// Comes to `edge`, the first since the anchor at which a mode may have ended; changes the mode if it has.
+    /// Comes to the next edge after the last one asked: changes the mode if it has ended.
     #[inline(always)]
-    pub fn arrive(&mut self, edge: u64) -> State {
+    pub fn step(&mut self, edge: u64) -> State {
         let x = self.state_next(edge);
+        self.arrive((edge, x))
+    }
+
+    /// Comes to the edge of an event: changes the mode if it is one that has ended.
+    #[inline(always)]
+    pub fn arrive(&mut self, (edge, x): Event) -> State {
         if self.checks.iter().flatten().any(|check| check.passed(&x)) {
             self.change(edge, x);
             return *self.motion.anchor();
@@ -385,8 +374,7 @@ impl<'a> Device<'a> {
             f[CURRENT] = voltage_v / motor.inductance_h;
         }
         if let Shaft::Slip(sign) = self.shaft {
-            f[SPEED] =
-                (self.torque_nm() - f64::from(sign) * motor.coulomb_nm) / motor.inertia_kg_m2;
+            f[SPEED] = (self.torque_nm() - f64::from(sign) * motor.coulomb_nm) / motor.inertia_kg_m2;
         }
         f[INTENT] = self.intent_rad_per_s;
         self.anchor = edge;
@@ -403,13 +391,7 @@ impl<'a> Device<'a> {
             intent_rad_per_s: self.intent_rad_per_s,
             ..Powers::default()
         };
-        if let Circuit::Closed {
-            supply_share,
-            diodes,
-            switches,
-            ..
-        } = self.circuit
-        {
+        if let Circuit::Closed { supply_share, diodes, switches, .. } = self.circuit {
             powers.source_v = axis.bridge.supply_v * supply_share;
             powers.diode_v = f64::from(diodes) * axis.bridge.diode_drop_v;
             powers.resistance_ohm = axis.path_ohm(switches);

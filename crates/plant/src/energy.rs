@@ -44,14 +44,7 @@ pub(crate) struct Powers {
 
 impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
-    pub(crate) fn add(
-        &mut self,
-        powers: &Powers,
-        length_s: f64,
-        before: &State,
-        after: &State,
-        done: &Integrals,
-    ) {
+    pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &State, after: &State, done: &Integrals) {
         let turned = after[ANGLE] - before[ANGLE];
         let source = powers.source_v * done.current;
         let copper = powers.resistance_ohm * done.current_squared;
@@ -88,9 +81,7 @@ impl Energy {
 
     /// The hand's work in a jump of a prescribed speed: impulse times mean speed.
     pub(crate) fn jerk(&mut self, inertia_kg_m2: f64, from_rad_per_s: f64, to_rad_per_s: f64) {
-        let work = inertia_kg_m2
-            * (to_rad_per_s - from_rad_per_s)
-            * (0.5 * (to_rad_per_s + from_rad_per_s));
+        let work = inertia_kg_m2 * (to_rad_per_s - from_rad_per_s) * (0.5 * (to_rad_per_s + from_rad_per_s));
         let mut flows = [0.0; 6];
         flows[HAND] = work;
         self.take(flows);

@@ -91,8 +91,7 @@ impl Guard {
         let bend = row_times(&row, a);
         let third = row_times(&bend, a);
         let fourth = row_times(&third, a);
-        let bound =
-            |r: &State| (0..system.dyadic()).map(|j| row_times(&sizes(r), system.bound(j))).collect();
+        let bound = |r: &State| (0..system.dyadic()).map(|j| row_times(&sizes(r), system.bound(j))).collect();
         let used: Vec<usize> = (0..4).filter(|&k| row[k] != 0.0).collect();
         Self {
             row,
@@ -188,11 +187,7 @@ impl Guard {
         let convex = least >= 0.0 && start > noise && end < -step;
         let turn = sag * dot(&self.third[dyadic], &speeds);
         let approaches = || ((rising * sa).min(rising * sb) - turn) * edge_s > 4.0 * noise;
-        if concave || convex || approaches() {
-            Verdict::At(self.unique(motion, band, from, to, rising))
-        } else {
-            split
-        }
+        if concave || convex || approaches() { Verdict::At(self.unique(motion, band, from, to, rising)) } else { split }
     }
 
     /// The only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.

@@ -12,7 +12,7 @@ mod linear;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};
-pub use device::{Device, REALS};
+pub use device::{Device, Event, REALS};
 pub use energy::Energy;
 pub use guard::{Band, Guard, Point};
 pub use linear::{Integrals, Linear, Matrix, State, Trajectory};

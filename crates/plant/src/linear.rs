@@ -111,9 +111,7 @@ fn outer(u: &State, v: &State) -> Matrix {
 
 /// `row · matrix`.
 pub(crate) fn row_times(row: &State, a: &Matrix) -> State {
-    std::array::from_fn(|c| {
-        row[0] * a[0][c] + row[1] * a[1][c] + row[2] * a[2][c] + row[3] * a[3][c]
-    })
+    std::array::from_fn(|c| row[0] * a[0][c] + row[1] * a[1][c] + row[2] * a[2][c] + row[3] * a[3][c])
 }
 
 #[inline(always)]
@@ -149,9 +147,7 @@ fn rate(a: &Matrix) -> f64 {
 }
 
 fn norm(a: &Matrix) -> f64 {
-    a.iter()
-        .map(|row| row.iter().map(|x| x.abs()).sum::<f64>())
-        .fold(0.0, f64::max)
+    a.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max)
 }
 
 impl Leap {
@@ -167,12 +163,8 @@ impl Leap {
     fn taylor(a: &Matrix, t: f64) -> Self {
         const TERMS: usize = 18;
         // P = Σ c_k A^k t^{k+1}, c_k = 1/(k+1)!; the rows r_k = e_iᵀ A^k give ∫ pᵀp = Σ c_j c_k r_jᵀ r_k t^{j+k+3}/(j+k+3).
-        let mut leap = Self {
-            length_s: t,
-            ..Self::NOTHING
-        };
-        let mut power: Matrix =
-            std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
+        let mut leap = Self { length_s: t, ..Self::NOTHING };
+        let mut power: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
         let mut terms: Vec<Matrix> = Vec::with_capacity(TERMS);
         let mut coefficient = t;
         for k in 0..TERMS {
@@ -187,13 +179,8 @@ impl Leap {
         for j in (0..TERMS).rev() {
             for k in (0..TERMS - j).rev() {
                 let weight = t / (j + k + 3) as f64;
-                for (sum, row) in [
-                    (&mut leap.current_squared, CURRENT),
-                    (&mut leap.speed_squared, SPEED),
-                ] {
-                    *sum = map2(sum, &outer(&terms[j][row], &terms[k][row]), |x, y| {
-                        x + y * weight
-                    });
+                for (sum, row) in [(&mut leap.current_squared, CURRENT), (&mut leap.speed_squared, SPEED)] {
+                    *sum = map2(sum, &outer(&terms[j][row], &terms[k][row]), |x, y| x + y * weight);
                 }
             }
         }
@@ -249,12 +236,8 @@ impl Leap {
         let path = dot(&self.s[SPEED], w);
         Integrals {
             current: x[CURRENT] * t + charge,
-            current_squared: x[CURRENT] * x[CURRENT] * t
-                + 2.0 * x[CURRENT] * charge
-                + form(&self.current_squared),
-            speed_squared: x[SPEED] * x[SPEED] * t
-                + 2.0 * x[SPEED] * path
-                + form(&self.speed_squared),
+            current_squared: x[CURRENT] * x[CURRENT] * t + 2.0 * x[CURRENT] * charge + form(&self.current_squared),
+            speed_squared: x[SPEED] * x[SPEED] * t + 2.0 * x[SPEED] * path + form(&self.speed_squared),
             angle: x[ANGLE] * t + dot(&self.s[ANGLE], w),
         }
     }
@@ -268,19 +251,12 @@ impl Linear {
         let mut p = Vec::with_capacity(RADIX * levels as usize);
         let mut unit = Leap::of(&a, edge_s).p;
         let mut bounds = Vec::with_capacity(1 + (levels * BITS) as usize);
-        let identity: Matrix =
-            std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
+        let identity: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
         // |e^{At}| ≤ I + |A| e^{|A| edge} edge for t within one edge.
         let size = map2(&a, &a, |x, _| x.abs());
-        bounds.push(map2(
-            &identity,
-            &product(&size, &Leap::of(&size, edge_s).p),
-            |x, y| x + y,
-        ));
+        bounds.push(map2(&identity, &product(&size, &Leap::of(&size, edge_s).p), |x, y| x + y));
         for _ in 0..levels {
-            let (level, next) = digits([[0.0; 4]; 4], unit, |first, second| {
-                joined(&a, first, second)
-            });
+            let (level, next) = digits([[0.0; 4]; 4], unit, |first, second| joined(&a, first, second));
             for power in (0..BITS).map(|bit| &level[1 << bit]) {
                 // e^{A(t + 2^j)} = e^{At} e^{A 2^j}: the bound doubles with the leap.
                 let phi = map2(&identity, &product(&a, power), |x, y| (x + y).abs());
@@ -290,15 +266,7 @@ impl Linear {
             p.extend(level.iter().map(Columns::of));
             unit = next;
         }
-        Self {
-            a,
-            columns: Columns::of(&a),
-            rate: rate(&a),
-            edge_s,
-            p,
-            leaps: OnceLock::new(),
-            bounds,
-        }
+        Self { a, columns: Columns::of(&a), rate: rate(&a), edge_s, p, leaps: OnceLock::new(), bounds }
     }
 
     /// The matrix `A`.
@@ -341,9 +309,7 @@ impl Linear {
             let mut all = Vec::with_capacity(self.p.len());
             let mut unit = Leap::of(&self.a, self.edge_s);
             for _ in 0..self.p.len() / RADIX {
-                let (level, next) = digits(Leap::NOTHING, unit, |first, second| {
-                    first.then(&self.a, second)
-                });
+                let (level, next) = digits(Leap::NOTHING, unit, |first, second| first.then(&self.a, second));
                 all.extend(level);
                 unit = next;
             }
@@ -356,11 +322,7 @@ impl Linear {
 fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, T) {
     let mut all = vec![nothing, unit];
     for d in 2..=RADIX {
-        all.push(if d % 2 == 0 {
-            then(&all[d / 2], &all[d / 2])
-        } else {
-            then(&all[d - 1], &unit)
-        });
+        all.push(if d % 2 == 0 { then(&all[d / 2], &all[d / 2]) } else { then(&all[d - 1], &unit) });
     }
     let next = all.remove(RADIX);
     (all, next)
@@ -385,12 +347,7 @@ impl<'a> Trajectory<'a> {
     /// The motion from state `x` under the constant `f`.
     #[must_use]
     pub fn new(system: &'a Linear, x: State, f: State) -> Self {
-        Self {
-            system,
-            x,
-            f,
-            w: system.slope(&x, &f),
-        }
+        Self { system, x, f, w: system.slope(&x, &f) }
     }
 
     /// The system.
@@ -444,11 +401,7 @@ impl<'a> Trajectory<'a> {
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 {
-            prefix.0
-        } else {
-            plus(&prefix.0, &self.system.p[digit as usize].times(&prefix.1))
-        }
+        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.p[digit as usize].times(&prefix.1)) }
     }
 
     /// The state after `edges` edges. The same function serves every driver, so that they agree to the bit.
@@ -566,9 +519,8 @@ impl<'a> Course<'a> {
         let after = self.motion.slope(end);
         let (half, twelfth) = (0.5 * tau_s, tau_s * tau_s / 12.0);
         let linear = |k: usize| half * (x[k] + end[k]) + twelfth * (w[k] - after[k]);
-        let square = |k: usize| {
-            half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k])
-        };
+        let square =
+            |k: usize| half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k]);
         Integrals {
             current: linear(CURRENT),
             current_squared: square(CURRENT),

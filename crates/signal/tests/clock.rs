@@ -22,14 +22,7 @@ fn whole_periods_have_their_exact_times() {
 #[test]
 fn a_pin_that_changes_between_two_edges_is_sampled_by_the_later_one() {
     let board = Clock::new(BOARD_HZ).unwrap();
-    for (picoseconds, edge) in [
-        (0, 0),
-        (1, 1),
-        (19_999, 1),
-        (20_000, 1),
-        (20_001, 2),
-        (40_000, 2),
-    ] {
+    for (picoseconds, edge) in [(0, 0), (1, 1), (19_999, 1), (20_000, 1), (20_001, 2), (40_000, 2)] {
         assert_eq!(board.first_edge_at(picoseconds), Cycle(edge));
     }
     let vga = Clock::new(VGA_HZ).unwrap();

@@ -6,12 +6,7 @@ use proptest::prelude::*;
 
 /// The value before it is narrowed: `(1,31,32)`.
 fn rule(to: Format, rounding: Rounding, overflow: Overflow) -> Narrowing {
-    Narrowing {
-        from_frac: 32,
-        to,
-        rounding,
-        overflow,
-    }
+    Narrowing { from_frac: 32, to, rounding, overflow }
 }
 
 /// Narrows `value` to one type of `fixed` by its own conversions, which truncate, and compares words and overflow.
@@ -25,10 +20,7 @@ macro_rules! agrees_with {
         prop_assert_eq!(wrapped.word, i64::from(expected.to_bits()));
         prop_assert_eq!(wrapped.overflowed, overflowed);
         let saturated = rule(to, Rounding::Truncate, Overflow::Saturate).apply(exact);
-        prop_assert_eq!(
-            saturated.word,
-            i64::from(<$fixed>::saturating_from_num(value).to_bits())
-        );
+        prop_assert_eq!(saturated.word, i64::from(<$fixed>::saturating_from_num(value).to_bits()));
         if !overflowed {
             prop_assert_eq!(wrapped.rounded, value != expected.to_num::<I32F32>());
             prop_assert_eq!(to.to_f64(wrapped.word), expected.to_num::<f64>());
@@ -38,14 +30,9 @@ macro_rules! agrees_with {
 
 /// Values of every size, and close to a step of the narrow words.
 fn values() -> impl Strategy<Value = I32F32> {
-    let near = (-40i64..40, 0u32..62, -2i64..3)
-        .prop_map(|(step, shift, off)| (step << shift).wrapping_add(off));
-    prop_oneof![
-        any::<i64>(),
-        (any::<i64>(), 0u32..63).prop_map(|(bits, shift)| bits >> shift),
-        near
-    ]
-    .prop_map(I32F32::from_bits)
+    let near = (-40i64..40, 0u32..62, -2i64..3).prop_map(|(step, shift, off)| (step << shift).wrapping_add(off));
+    prop_oneof![any::<i64>(), (any::<i64>(), 0u32..63).prop_map(|(bits, shift)| bits >> shift), near]
+        .prop_map(I32F32::from_bits)
 }
 
 proptest! {

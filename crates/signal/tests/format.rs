@@ -4,9 +4,8 @@ use hpu_signal::{Format, FormatError};
 
 /// Every format there is.
 fn all() -> impl Iterator<Item = Format> {
-    let triples = [false, true]
-        .into_iter()
-        .flat_map(|s| (-63..=64).flat_map(move |i| (-63..=64).map(move |f| (s, i, f))));
+    let triples =
+        [false, true].into_iter().flat_map(|s| (-63..=64).flat_map(move |i| (-63..=64).map(move |f| (s, i, f))));
     triples.filter_map(|(s, i, f)| Format::new(s, i, f).ok())
 }
 
@@ -26,18 +25,9 @@ fn a_format_is_refused_exactly_when_its_width_is_not_1_to_64() {
             for frac in -63..=64 {
                 let width = i32::from(signed) + int + frac;
                 let format = Format::new(signed, int, frac);
-                assert_eq!(
-                    format.is_ok(),
-                    (1..=64).contains(&width),
-                    "({signed},{int},{frac})"
-                );
+                assert_eq!(format.is_ok(), (1..=64).contains(&width), "({signed},{int},{frac})");
                 if let Ok(format) = format {
-                    let parts = (
-                        format.is_signed(),
-                        format.int(),
-                        format.frac(),
-                        format.width(),
-                    );
+                    let parts = (format.is_signed(), format.int(), format.frac(), format.width());
                     assert_eq!(parts, (signed, int, frac, width.unsigned_abs()));
                 }
             }
@@ -48,35 +38,16 @@ fn a_format_is_refused_exactly_when_its_width_is_not_1_to_64() {
 #[test]
 fn a_refusal_says_what_would_be_accepted() {
     let refused = |text: &str| text.parse::<Format>().unwrap_err().to_string();
-    assert_eq!(
-        refused("(1,40,24)"),
-        "format (1,40,24) has 65 bits; a word has 1 to 64"
-    );
-    assert_eq!(
-        refused("(0,0,0)"),
-        "format (0,0,0) has 0 bits; a word has 1 to 64"
-    );
-    for text in [
-        "(2,3,4)",
-        "1,9,22",
-        "(1,9)",
-        "(1,9,22,0)",
-        "(1,nine,22)",
-        "",
-        "()",
-    ] {
+    assert_eq!(refused("(1,40,24)"), "format (1,40,24) has 65 bits; a word has 1 to 64");
+    assert_eq!(refused("(0,0,0)"), "format (0,0,0) has 0 bits; a word has 1 to 64");
+    for text in ["(2,3,4)", "1,9,22", "(1,9)", "(1,9,22,0)", "(1,nine,22)", "", "()"] {
         let message = format!(
             "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22)"
         );
         assert_eq!(refused(text), message);
     }
     let far = Format::new(false, i32::MAX, i32::MAX).unwrap_err();
-    assert_eq!(
-        far,
-        FormatError::Width {
-            asked: (false, i32::MAX, i32::MAX)
-        }
-    );
+    assert_eq!(far, FormatError::Width { asked: (false, i32::MAX, i32::MAX) });
     assert!(far.to_string().contains("has 4294967294 bits"));
 }
 
@@ -102,11 +73,7 @@ fn the_least_significant_bit_is_worth_a_power_of_two() {
         let lsb = 2f64.powi(-format.frac());
         assert_eq!(format.lsb(), lsb);
         let least = format.wrap(format.min());
-        let expected = if format.is_signed() {
-            -(2f64.powi(format.int()))
-        } else {
-            0.0
-        };
+        let expected = if format.is_signed() { -(2f64.powi(format.int())) } else { 0.0 };
         assert_eq!(format.to_f64(least), expected, "{format}");
     }
 }

@@ -33,19 +33,10 @@ fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
 }
 
 /// The word and what was lost, by search among the values of the word.
-fn narrowed(
-    value: i128,
-    from_frac: i32,
-    to: Format,
-    rounding: Rounding,
-    overflow: Overflow,
-) -> Narrowed {
+fn narrowed(value: i128, from_frac: i32, to: Format, rounding: Rounding, overflow: Overflow) -> Narrowed {
     let (width, drop) = (to.width(), from_frac - to.frac());
-    let (least, most) = if to.is_signed() {
-        (-(1i128 << (width - 1)), (1i128 << (width - 1)) - 1)
-    } else {
-        (0, (1i128 << width) - 1)
-    };
+    let (least, most) =
+        if to.is_signed() { (-(1i128 << (width - 1)), (1i128 << (width - 1)) - 1) } else { (0, (1i128 << width) - 1) };
     let (scaled, inexact) = if drop >= 0 {
         let unit = 1i128 << drop;
         (rounded(value, unit, rounding), value % unit != 0)
@@ -56,11 +47,7 @@ fn narrowed(
         Overflow::Saturate => scaled.clamp(least, most),
         Overflow::Wrap => least + (scaled - least).rem_euclid(1i128 << width),
     };
-    Narrowed {
-        word: i64::try_from(word).unwrap(),
-        rounded: inexact,
-        overflowed: !(least..=most).contains(&scaled),
-    }
+    Narrowed { word: i64::try_from(word).unwrap(), rounded: inexact, overflowed: !(least..=most).contains(&scaled) }
 }
 
 #[test]
@@ -71,12 +58,7 @@ fn every_small_value_is_narrowed_as_rational_arithmetic_says() {
                 let to = Format::new(signed, width - i32::from(signed) - frac, frac).unwrap();
                 for rounding in Rounding::ALL {
                     for overflow in Overflow::ALL {
-                        let rule = Narrowing {
-                            from_frac: 2,
-                            to,
-                            rounding,
-                            overflow,
-                        };
+                        let rule = Narrowing { from_frac: 2, to, rounding, overflow };
                         for value in -600..600 {
                             assert_eq!(
                                 rule.apply(value),
@@ -115,16 +97,8 @@ fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
     for drop in [126, 127, 150, 191] {
         for value in [1, -1, (1i128 << 125) - 1, -(1i128 << 125) + 1] {
             for rounding in Rounding::ALL {
-                let floor = if rounding == Rounding::Truncate && value < 0 {
-                    -1
-                } else {
-                    0
-                };
-                assert_eq!(
-                    rounding.shift(value, drop),
-                    floor,
-                    "{value} / 2^{drop}, {rounding:?}"
-                );
+                let floor = if rounding == Rounding::Truncate && value < 0 { -1 } else { 0 };
+                assert_eq!(rounding.shift(value, drop), floor, "{value} / 2^{drop}, {rounding:?}");
             }
         }
     }
@@ -132,16 +106,8 @@ fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
 
 #[test]
 fn the_widest_words_saturate_at_their_ends_and_wrap_round_them() {
-    let apply = |to, overflow, value| {
-        Narrowing {
-            from_frac: 0,
-            to,
-            rounding: Rounding::Truncate,
-            overflow,
-        }
-        .apply(value)
-        .word
-    };
+    let apply =
+        |to, overflow, value| Narrowing { from_frac: 0, to, rounding: Rounding::Truncate, overflow }.apply(value).word;
     let (signed, unsigned) = (Format::signed(64), Format::unsigned(64));
     assert_eq!(apply(signed, Overflow::Saturate, 1 << 63), i64::MAX);
     assert_eq!(apply(signed, Overflow::Wrap, 1 << 63), i64::MIN);

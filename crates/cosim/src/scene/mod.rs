@@ -43,8 +43,8 @@ mod words;
 
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use parts::{
-    Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor,
-    PathPoint, Pwm, Record, Run, Wall,
+    Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor, PathPoint, Pwm, Record,
+    Run, Wall,
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;

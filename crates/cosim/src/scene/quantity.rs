@@ -24,22 +24,12 @@ struct Unit {
 
 /// An SI unit that takes prefixes.
 const fn si(symbol: &'static str) -> Unit {
-    Unit {
-        symbol,
-        factor: 1.0,
-        exponent: 0,
-        prefixed: true,
-    }
+    Unit { symbol, factor: 1.0, exponent: 0, prefixed: true }
 }
 
 /// A unit without prefixes.
 const fn unit(symbol: &'static str, factor: f64, exponent: i32) -> Unit {
-    Unit {
-        symbol,
-        factor,
-        exponent,
-        prefixed: false,
-    }
+    Unit { symbol, factor, exponent, prefixed: false }
 }
 
 macro_rules! dimensions {
@@ -76,23 +66,11 @@ dimensions! {
 
 impl Unit {
     const fn thousandth(self) -> Self {
-        Self {
-            exponent: self.exponent - 3,
-            ..self
-        }
+        Self { exponent: self.exponent - 3, ..self }
     }
 }
 
-const PREFIXES: [(&str, i32); 8] = [
-    ("", 0),
-    ("p", -12),
-    ("n", -9),
-    ("u", -6),
-    ("m", -3),
-    ("k", 3),
-    ("M", 6),
-    ("G", 9),
-];
+const PREFIXES: [(&str, i32); 8] = [("", 0), ("p", -12), ("n", -9), ("u", -6), ("m", -3), ("k", 3), ("M", 6), ("G", 9)];
 
 impl Dimension {
     /// The value of `text` in SI units; `None` when it is not a number with one of the units, or out of a float's range.
@@ -105,15 +83,8 @@ impl Dimension {
             Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
             None => (number, 0),
         };
-        let (factor, scale) = if symbol.is_empty() {
-            (1.0, 0)
-        } else {
-            self.unit(&symbol)?
-        };
-        let value = format!("{mantissa}e{}", exponent.checked_add(scale)?)
-            .parse::<f64>()
-            .ok()?
-            * factor;
+        let (factor, scale) = if symbol.is_empty() { (1.0, 0) } else { self.unit(&symbol)? };
+        let value = format!("{mantissa}e{}", exponent.checked_add(scale)?).parse::<f64>().ok()? * factor;
         value.is_finite().then_some(value)
     }
 
@@ -135,11 +106,7 @@ impl Dimension {
                 symbols.push(format!("{common}{}", unit.symbol));
             }
         }
-        let number = if self.si == "1" {
-            "a number".to_string()
-        } else {
-            format!("a number in {}", self.si)
-        };
+        let number = if self.si == "1" { "a number".to_string() } else { format!("a number in {}", self.si) };
         format!("{} or {number}", symbols.join(", "))
     }
 }
@@ -147,12 +114,7 @@ impl Dimension {
 /// Bytes of the longest prefix that is a decimal number (an `e` counts when digits follow it).
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        from + bytes[from..]
-            .iter()
-            .take_while(|b| b.is_ascii_digit())
-            .count()
-    };
+    let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let sign = |at: usize| at + usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
     let mut end = digits(sign(0));
     if bytes.get(end) == Some(&b'.') {
@@ -169,12 +131,7 @@ fn number_length(text: &str) -> usize {
 
 /// The symbol in the one spelling of the tables.
 fn plain(symbol: &str) -> String {
-    symbol
-        .replace(['·', '⋅', '*'], ".")
-        .replace(['µ', 'μ'], "u")
-        .replace('²', "2")
-        .replace('^', "")
-        .replace('Ω', "Ohm")
+    symbol.replace(['·', '⋅', '*'], ".").replace(['µ', 'μ'], "u").replace('²', "2").replace('^', "").replace('Ω', "Ohm")
 }
 
 #[cfg(test)]
@@ -187,11 +144,7 @@ mod tests {
             let accepted = dimension.accepted();
             let (symbols, _) = accepted.rsplit_once(" or ").unwrap();
             for symbol in symbols.split(", ") {
-                assert!(
-                    dimension.parse(&format!("2 {symbol}")).is_some(),
-                    "{} in {symbol}",
-                    dimension.name
-                );
+                assert!(dimension.parse(&format!("2 {symbol}")).is_some(), "{} in {symbol}", dimension.name);
             }
         }
     }
@@ -212,18 +165,8 @@ mod tests {
 
     #[test]
     fn a_unit_of_another_dimension_a_second_prefix_and_no_number_are_refused() {
-        for text in [
-            "25 mm",
-            "2 N.m",
-            "2 kmN.m/rad",
-            "N.m/rad",
-            "",
-            "2 2 N.m/rad",
-            "nan",
-            "1e999 N.m/rad",
-            "--2",
-            ".",
-        ] {
+        for text in ["25 mm", "2 N.m", "2 kmN.m/rad", "N.m/rad", "", "2 2 N.m/rad", "nan", "1e999 N.m/rad", "--2", "."]
+        {
             assert_eq!(TORSIONAL_STIFFNESS.parse(text), None, "{text}");
         }
         assert_eq!(INERTIA.parse("1 mkg.m2"), None);

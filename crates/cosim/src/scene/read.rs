@@ -16,13 +16,9 @@ use super::{MOST_EDGES, Scene};
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
     root.accept(&[
-        "about", "device", "encoder", "bridge", "clock", "method", "wall", "hand", "model", "run",
-        "record", "expect",
+        "about", "device", "encoder", "bridge", "clock", "method", "wall", "hand", "model", "run", "record", "expect",
     ])?;
-    let about = root
-        .text("about", "a few sentences that say what to look for")?
-        .trim()
-        .to_string();
+    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
     let (device, axis) = device(&root.section("device")?)?;
     let hand = hand(&root.section("hand")?, axis, load)?;
     imposed(&root.section("device")?, &hand)?;
@@ -56,10 +52,9 @@ fn name(file: &str) -> String {
 fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
     let starts = ["initial_angle", "initial_position", "initial_speed"];
     match starts.into_iter().find(|key| device.has(key)) {
-        Some(key) if matches!(hand, Hand::Prescribed { .. }) => Err(device.error(
-            key,
-            "a prescribed hand imposes the motion from its first point on; leave this out",
-        )),
+        Some(key) if matches!(hand, Hand::Prescribed { .. }) => {
+            Err(device.error(key, "a prescribed hand imposes the motion from its first point on; leave this out"))
+        }
         _ => Ok(()),
     }
 }
@@ -72,32 +67,24 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         return Err(scene.places.error("device.kind", reason));
     }
     if let (Hand::Capture { .. }, true) = (&scene.hand, linear) {
-        let reason = "\"capture\" feeds encoder lines, which the linear law does not read; write model.datapath = \"words\"";
+        let reason =
+            "\"capture\" feeds encoder lines, which the linear law does not read; write model.datapath = \"words\"";
         return Err(scene.places.error("hand.kind", reason));
     }
     if scene.model.delay_s > 0.0 && !linear {
-        return Err(scene.places.error(
-            "model.delay",
-            "only the linear law takes a delay; write datapath = \"linear\"",
-        ));
+        return Err(scene
+            .places
+            .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
     }
     scene.check_period()?;
-    if linear {
-        Ok(())
-    } else {
-        scene.words().map(|_| ())
-    }
+    if linear { Ok(()) } else { scene.words().map(|_| ()) }
 }
 
 fn clock(s: &Section) -> Result<Clock, SceneError> {
     s.accept(&["frequency"])?;
     let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Positive, None)?;
     // Beyond u64 the cast saturates, and the clock refuses that too.
-    let whole = if frequency_hz.fract() == 0.0 {
-        frequency_hz as u64
-    } else {
-        0
-    };
+    let whole = if frequency_hz.fract() == 0.0 { frequency_hz as u64 } else { 0 };
     Clock::new(whole).map_err(|error| s.error("frequency", format!("{frequency_hz} Hz: {error}")))
 }
 
@@ -113,10 +100,7 @@ fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
 fn model(s: &Section) -> Result<Model, SceneError> {
     s.accept(&["datapath", "bridge", "delay"])?;
     let datapaths = [("words", Datapath::Words), ("linear", Datapath::Linear)];
-    let bridges = [
-        ("switching", BridgeModel::Switching),
-        ("averaged", BridgeModel::Averaged),
-    ];
+    let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
     Ok(Model {
         datapath: s.choice("datapath", &datapaths, Some(Datapath::Words))?,
         bridge: s.choice("bridge", &bridges, Some(BridgeModel::Switching))?,
@@ -132,10 +116,7 @@ fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
         let reason = format!("{edges:.3} clock edges; a run has 1 to 2^62");
         return Err(s.error("duration", reason));
     }
-    Ok(Run {
-        duration_s,
-        seed: s.integer("seed", 0, i64::MAX as u64, Some(0))?,
-    })
+    Ok(Run { duration_s, seed: s.integer("seed", 0, i64::MAX as u64, Some(0))? })
 }
 
 fn record(s: &Section) -> Result<Record, SceneError> {
@@ -147,9 +128,7 @@ fn record(s: &Section) -> Result<Record, SceneError> {
 }
 
 fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
-    let names: Vec<&str> = std::iter::once("outcome")
-        .chain(Metric::ALL.map(Metric::name))
-        .collect();
+    let names: Vec<&str> = std::iter::once("outcome").chain(Metric::ALL.map(Metric::name)).collect();
     s.accept(&names)?;
     let outcomes = [
         ("settled", Some(OutcomeKind::Settled)),
@@ -157,15 +136,9 @@ fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
         ("diverged", Some(OutcomeKind::Diverged)),
     ];
     let mut numbers = Vec::new();
-    for metric in Metric::ALL
-        .into_iter()
-        .filter(|metric| s.has(metric.name()))
-    {
+    for metric in Metric::ALL.into_iter().filter(|metric| s.has(metric.name())) {
         let dimension = match metric {
-            Metric::FinalAngle
-            | Metric::PeakAngle
-            | Metric::PeakPenetration
-            | Metric::Amplitude => axis.position,
+            Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => axis.position,
             Metric::Frequency => &q::FREQUENCY,
             Metric::PeakTorque => axis.effort,
             Metric::SpringOverflowShare | Metric::EncoderEdges => &q::RATIO,
@@ -178,8 +151,5 @@ fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
             tolerance: number.quantity("tolerance", dimension, NotNegative, None)?,
         });
     }
-    Ok(Expect {
-        outcome: s.choice("outcome", &outcomes, Some(None))?,
-        numbers,
-    })
+    Ok(Expect { outcome: s.choice("outcome", &outcomes, Some(None))?, numbers })
 }

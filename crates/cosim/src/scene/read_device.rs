@@ -20,25 +20,13 @@ static SHAFT: Axis = Axis {
     stiffness: &q::TORSIONAL_STIFFNESS,
     damping: &q::TORSIONAL_DAMPING,
 };
-static RAIL: Axis = Axis {
-    position: &q::LENGTH,
-    effort: &q::FORCE,
-    stiffness: &q::STIFFNESS,
-    damping: &q::DAMPING,
-};
+static RAIL: Axis = Axis { position: &q::LENGTH, effort: &q::FORCE, stiffness: &q::STIFFNESS, damping: &q::DAMPING };
 
 pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
     if s.choice("kind", &[("motor", true), ("mass", false)], None)? {
         return Ok((Device::Motor(motor(s)?), &SHAFT));
     }
-    s.accept(&[
-        "kind",
-        "mass",
-        "damping",
-        "coulomb",
-        "initial_position",
-        "initial_speed",
-    ])?;
+    s.accept(&["kind", "mass", "damping", "coulomb", "initial_position", "initial_speed"])?;
     let mass = Mass {
         mass_kg: s.quantity("mass", &q::MASS, Positive, None)?,
         damping_n_s_per_m: s.quantity("damping", &q::DAMPING, NotNegative, None)?,
@@ -70,12 +58,7 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
     Ok(Motor {
         resistance_ohm: s.quantity("resistance", &q::RESISTANCE, Positive, Some(resistance_ohm))?,
         inductance_h: s.quantity("inductance", &q::INDUCTANCE, Positive, Some(0.226e-3))?,
-        torque_constant_nm_per_a: s.quantity(
-            "torque_constant",
-            &q::TORQUE_CONSTANT,
-            Positive,
-            Some(25.9e-3),
-        )?,
+        torque_constant_nm_per_a: s.quantity("torque_constant", &q::TORQUE_CONSTANT, Positive, Some(25.9e-3))?,
         rotor_inertia_kg_m2: s.quantity("rotor_inertia", &q::INERTIA, Positive, Some(1.37e-6))?,
         viscous_friction_nm_s_per_rad: s.quantity(
             "viscous_friction",
@@ -95,9 +78,7 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
 pub(super) fn encoder(s: &Section) -> Result<Encoder, SceneError> {
     s.accept(&["lines"])?;
     let lines = s.integer("lines", 1, 1 << 24, Some(1024))?;
-    Ok(Encoder {
-        lines: lines as u32,
-    })
+    Ok(Encoder { lines: lines as u32 })
 }
 
 pub(super) fn bridge(s: &Section) -> Result<Bridge, SceneError> {

@@ -14,14 +14,7 @@ use crate::replay;
 pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
 pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneError> {
-    let kinds = [
-        "none",
-        "constant_torque",
-        "spring_damper",
-        "prescribed",
-        "capture",
-    ]
-    .map(|kind| (kind, kind));
+    let kinds = ["none", "constant_torque", "spring_damper", "prescribed", "capture"].map(|kind| (kind, kind));
     let accept = |keys: &[&str]| s.accept(&[&["kind"], keys].concat());
     match s.choice("kind", &kinds, None)? {
         "none" => {
@@ -30,9 +23,7 @@ pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneEr
         }
         "constant_torque" => {
             accept(&["torque"])?;
-            Ok(Hand::ConstantTorque {
-                torque_nm: s.quantity("torque", axis.effort, Any, None)?,
-            })
+            Ok(Hand::ConstantTorque { torque_nm: s.quantity("torque", axis.effort, Any, None)? })
         }
         "spring_damper" => {
             accept(&["stiffness", "damping", "path", "file"])?;
@@ -44,9 +35,7 @@ pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneEr
         }
         "prescribed" => {
             accept(&["path", "file"])?;
-            Ok(Hand::Prescribed {
-                path: motion(s, axis, load)?,
-            })
+            Ok(Hand::Prescribed { path: motion(s, axis, load)? })
         }
         _ => {
             accept(&["file", "channel_a", "channel_b"])?;
@@ -62,44 +51,28 @@ pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneEr
 
 fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
     let accepted = "write the name of a file beside the scene";
-    load(file).map_err(|error| {
-        s.error(
-            "file",
-            format!("cannot read `{file}` ({error}); {accepted}"),
-        )
-    })
+    load(file).map_err(|error| s.error("file", format!("cannot read `{file}` ({error}); {accepted}")))
 }
 
 /// The points of `path`, or those of `file`.
 fn motion(s: &Section, axis: &Axis, load: Load) -> Result<Vec<PathPoint>, SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
-        (false, false) => Err(s.error(
-            "path",
-            "missing; write path = [[time, angle], ...], or file = \"motion.csv\"",
-        )),
+        (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
         (true, false) => path(s, axis),
         (false, true) => {
             let file = s.text("file", "the name of a CSV file beside the scene")?;
             let bytes = read(s, file, load)?;
-            let text = std::str::from_utf8(&bytes)
-                .map_err(|_| s.error("file", format!("{file}: not UTF-8 text")))?;
-            let motion = replay::read_motion_csv(text)
-                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            Ok(motion
-                .into_iter()
-                .map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad })
-                .collect())
+            let text = std::str::from_utf8(&bytes).map_err(|_| s.error("file", format!("{file}: not UTF-8 text")))?;
+            let motion = replay::read_motion_csv(text).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            Ok(motion.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
         }
     }
 }
 
 fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
     let accepted = "write [[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
-    let points = s
-        .get("path")
-        .and_then(|item| item.as_array())
-        .filter(|points| !points.is_empty());
+    let points = s.get("path").and_then(|item| item.as_array()).filter(|points| !points.is_empty());
     let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;
     let mut path: Vec<PathPoint> = Vec::new();
     for (index, point) in points.iter().enumerate() {
@@ -113,10 +86,7 @@ fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
         let time_s = number(0, &q::TIME, NotNegative)?;
         let angle_rad = number(1, axis.position, Any)?;
         if let Some(before) = path.last().filter(|before| time_s <= before.time_s) {
-            let reason = format!(
-                "times must increase: {time_s} s follows {} s",
-                before.time_s
-            );
+            let reason = format!("times must increase: {time_s} s follows {} s", before.time_s);
             return Err(s.error(&format!("{key}[0]"), reason));
         }
         path.push(PathPoint { time_s, angle_rad });

@@ -23,11 +23,7 @@ pub(super) struct Section<'a> {
 
 impl<'a> Section<'a> {
     pub fn root(places: &'a Places, table: &'a dyn TableLike) -> Self {
-        Self {
-            places,
-            path: String::new(),
-            table: Some(table),
-        }
+        Self { places, path: String::new(), table: Some(table) }
     }
 
     pub fn key(&self, key: &str) -> String {
@@ -44,18 +40,11 @@ impl<'a> Section<'a> {
             Some(item) => match item.as_table_like() {
                 Some(table) => Some(table),
                 None => {
-                    return Err(self.error(
-                        key,
-                        format!("a section is expected; write [{}]", self.key(key)),
-                    ));
+                    return Err(self.error(key, format!("a section is expected; write [{}]", self.key(key))));
                 }
             },
         };
-        Ok(Section {
-            places: self.places,
-            path: self.key(key),
-            table,
-        })
+        Ok(Section { places: self.places, path: self.key(key), table })
     }
 
     pub fn get(&self, key: &str) -> Option<&'a Item> {
@@ -78,30 +67,14 @@ impl<'a> Section<'a> {
         Err(self.places.key_error(&self.key(unknown), reason))
     }
 
-    pub fn choice<T: Copy>(
-        &self,
-        key: &str,
-        options: &[(&str, T)],
-        default: Option<T>,
-    ) -> Result<T, SceneError> {
-        let accepted = || {
-            options
-                .iter()
-                .map(|(name, _)| format!("\"{name}\""))
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
+    pub fn choice<T: Copy>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError> {
+        let accepted = || options.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         match (self.get(key), default) {
             (None, Some(default)) => Ok(default),
             (None, None) => Err(self.error(key, format!("missing; write one of {}", accepted()))),
             (Some(item), _) => {
-                let chosen = options
-                    .iter()
-                    .find(|(name, _)| item.as_str() == Some(name))
-                    .map(|(_, option)| *option);
-                chosen.ok_or_else(|| {
-                    self.error(key, format!("{} is none of {}", shown(item), accepted()))
-                })
+                let chosen = options.iter().find(|(name, _)| item.as_str() == Some(name)).map(|(_, option)| *option);
+                chosen.ok_or_else(|| self.error(key, format!("{} is none of {}", shown(item), accepted())))
             }
         }
     }
@@ -115,43 +88,22 @@ impl<'a> Section<'a> {
     ) -> Result<f64, SceneError> {
         match (self.get(key), default) {
             (None, Some(default)) => Ok(default),
-            (None, None) => Err(self.error(
-                key,
-                format!(
-                    "missing; write {} as {}",
-                    dimension.name,
-                    dimension.accepted()
-                ),
-            )),
+            (None, None) => {
+                Err(self.error(key, format!("missing; write {} as {}", dimension.name, dimension.accepted())))
+            }
             (Some(item), _) => self.quantity_of(key, item, dimension, sign),
         }
     }
 
-    pub fn quantity_of(
-        &self,
-        key: &str,
-        item: &Item,
-        dimension: &Dimension,
-        sign: Sign,
-    ) -> Result<f64, SceneError> {
+    pub fn quantity_of(&self, key: &str, item: &Item, dimension: &Dimension, sign: Sign) -> Result<f64, SceneError> {
         let value = match item {
             Item::Value(Value::Integer(number)) => Some(*number.value() as f64),
-            Item::Value(Value::Float(number)) => {
-                Some(*number.value()).filter(|number| number.is_finite())
-            }
+            Item::Value(Value::Float(number)) => Some(*number.value()).filter(|number| number.is_finite()),
             Item::Value(Value::String(text)) => dimension.parse(text.value()),
             _ => None,
         };
         let value = value.ok_or_else(|| {
-            self.error(
-                key,
-                format!(
-                    "{} is not {}: write {}",
-                    shown(item),
-                    dimension.name,
-                    dimension.accepted()
-                ),
-            )
+            self.error(key, format!("{} is not {}: write {}", shown(item), dimension.name, dimension.accepted()))
         })?;
         let refused = match sign {
             Sign::Any => None,
@@ -164,13 +116,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub fn integer(
-        &self,
-        key: &str,
-        least: u64,
-        most: u64,
-        default: Option<u64>,
-    ) -> Result<u64, SceneError> {
+    pub fn integer(&self, key: &str, least: u64, most: u64, default: Option<u64>) -> Result<u64, SceneError> {
         let accepted = format!("a whole number from {least} to {most}");
         match (self.get(key), default) {
             (None, Some(default)) => Ok(default),
@@ -192,9 +138,9 @@ impl<'a> Section<'a> {
     pub fn flag(&self, key: &str, default: bool) -> Result<bool, SceneError> {
         match self.get(key) {
             None => Ok(default),
-            Some(item) => item
-                .as_bool()
-                .ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item)))),
+            Some(item) => {
+                item.as_bool().ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item))))
+            }
         }
     }
 
@@ -211,21 +157,12 @@ impl<'a> Section<'a> {
     /// The format of a gain: unsigned, no bit worth less than the fraction bits say.
     pub fn gain_format(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
         let Some(item) = self.get(key) else {
-            return Format::new(false, default.0, default.1)
-                .map_err(|error| self.error(key, error.to_string()));
+            return Format::new(false, default.0, default.1).map_err(|error| self.error(key, error.to_string()));
         };
         let text = item.as_str().ok_or_else(|| {
-            self.error(
-                key,
-                format!(
-                    "{} is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"",
-                    shown(item)
-                ),
-            )
+            self.error(key, format!("{} is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"", shown(item)))
         })?;
-        let format: Format = text
-            .parse()
-            .map_err(|error: FormatError| self.error(key, error.to_string()))?;
+        let format: Format = text.parse().map_err(|error: FormatError| self.error(key, error.to_string()))?;
         if format.is_signed() || format.frac() < 0 || !(2..=32).contains(&format.width()) {
             let rule = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
             return Err(self.error(key, format!("{format}: {rule}")));

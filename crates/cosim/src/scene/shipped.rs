@@ -20,12 +20,7 @@ impl Shipped {
     ///
     /// [`SceneError`] when an override is refused, or names a file that is not shipped.
     pub fn parse(&self, overrides: &[(String, String)]) -> Result<Scene, SceneError> {
-        Scene::parse(
-            &format!("testbench/scenes/{}.toml", self.name),
-            self.text,
-            overrides,
-            &mut shipped_file,
-        )
+        Scene::parse(&format!("testbench/scenes/{}.toml", self.name), self.text, overrides, &mut shipped_file)
     }
 }
 
@@ -55,10 +50,8 @@ static SCENES: &[Shipped] = scenes![
     "replay-motion",
 ];
 
-static FILES: &[(&str, &str)] = &[
-    ("replay-capture.vcd", text!("replay-capture.vcd")),
-    ("replay-motion.csv", text!("replay-motion.csv")),
-];
+static FILES: &[(&str, &str)] =
+    &[("replay-capture.vcd", text!("replay-capture.vcd")), ("replay-motion.csv", text!("replay-motion.csv"))];
 
 /// The shipped scenes.
 #[must_use]
@@ -73,6 +66,5 @@ pub fn shipped() -> &'static [Shipped] {
 /// [`io::ErrorKind::NotFound`] for any other name.
 pub fn shipped_file(name: &str) -> io::Result<Vec<u8>> {
     let file = FILES.iter().find(|(file, _)| *file == name);
-    file.map(|(_, text)| text.as_bytes().to_vec())
-        .ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
+    file.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
 }

@@ -56,35 +56,22 @@ impl Places {
                 (None, None) => break format!("{}:1:1", self.file),
             }
         };
-        SceneError {
-            place,
-            key: key.to_string(),
-            reason,
-        }
+        SceneError { place, key: key.to_string(), reason }
     }
 
     fn note(&mut self, text: &str, path: &str, key: Option<&Key>, item: &Item) {
         let at = |byte: usize| place(&self.file, text, byte);
         let value = item.span().map(|span| at(span.start));
-        let key = key
-            .and_then(Key::span)
-            .map(|span| at(span.start))
-            .or_else(|| value.clone());
+        let key = key.and_then(Key::span).map(|span| at(span.start)).or_else(|| value.clone());
         self.keys.extend(key.map(|place| (path.to_string(), place)));
-        self.values
-            .extend(value.map(|place| (path.to_string(), place)));
+        self.values.extend(value.map(|place| (path.to_string(), place)));
         if let Some(table) = item.as_table_like() {
             for (name, item) in table.iter() {
                 self.note(text, &join(path, name), table.key(name), item);
             }
         } else if let Some(array) = item.as_array() {
             for (index, value) in array.iter().enumerate() {
-                self.note(
-                    text,
-                    &format!("{path}[{index}]"),
-                    None,
-                    &Item::Value(value.clone()),
-                );
+                self.note(text, &format!("{path}[{index}]"), None, &Item::Value(value.clone()));
             }
         }
     }
@@ -93,8 +80,7 @@ impl Places {
     fn replace(&mut self, path: &str, place: &str) {
         for places in [&mut self.keys, &mut self.values] {
             places.retain(|key, _| {
-                !key.strip_prefix(path)
-                    .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+                !key.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
             });
             places.insert(path.to_string(), place.to_string());
         }
@@ -108,26 +94,15 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub fn parse(
-        file: &str,
-        text: &str,
-        overrides: &[(String, String)],
-    ) -> Result<Self, SceneError> {
+    pub fn parse(file: &str, text: &str, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let document = Document::parse(text.to_string()).map_err(|error| SceneError {
             place: place(file, text, error.span().map_or(0, |span| span.start)),
             key: String::new(),
             reason: format!("not TOML: {}", error.message().replace('\n', "; ")),
         })?;
-        let mut places = Places {
-            file: file.to_string(),
-            keys: BTreeMap::new(),
-            values: BTreeMap::new(),
-        };
+        let mut places = Places { file: file.to_string(), keys: BTreeMap::new(), values: BTreeMap::new() };
         places.note(text, "", None, document.as_item());
-        let mut source = Self {
-            document: document.into_mut(),
-            places,
-        };
+        let mut source = Self { document: document.into_mut(), places };
         for (key, value) in overrides {
             source.set(key, value)?;
         }
@@ -136,30 +111,19 @@ impl Source {
 
     fn set(&mut self, key: &str, text: &str) -> Result<(), SceneError> {
         let place = format!("--set {key}={text}");
-        let refuse = |reason: &str| SceneError {
-            place: place.clone(),
-            key: key.to_string(),
-            reason: reason.to_string(),
-        };
-        let keys = Key::parse(key)
-            .map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;
-        let (last, sections) = keys
-            .split_last()
-            .ok_or_else(|| refuse("no key before the `=`"))?;
+        let refuse =
+            |reason: &str| SceneError { place: place.clone(), key: key.to_string(), reason: reason.to_string() };
+        let keys = Key::parse(key).map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;
+        let (last, sections) = keys.split_last().ok_or_else(|| refuse("no key before the `=`"))?;
         let mut table: &mut dyn TableLike = self.document.as_table_mut();
         let mut path = String::new();
         for section in sections {
             path = join(&path, section.get());
             if table.get(section.get()).is_none() {
-                table.insert(
-                    section.get(),
-                    Item::Value(Value::InlineTable(InlineTable::new())),
-                );
+                table.insert(section.get(), Item::Value(Value::InlineTable(InlineTable::new())));
                 self.places.replace(&path, &place);
             }
-            let below = table
-                .get_mut(section.get())
-                .and_then(Item::as_table_like_mut);
+            let below = table.get_mut(section.get()).and_then(Item::as_table_like_mut);
             table = below.ok_or_else(|| refuse(&format!("{path} is a value, not a section")))?;
         }
         let value = text.parse::<Value>().unwrap_or_else(|_| Value::from(text));
@@ -174,11 +138,7 @@ impl Source {
 }
 
 pub(super) fn join(path: &str, key: &str) -> String {
-    if path.is_empty() {
-        key.to_string()
-    } else {
-        format!("{path}.{key}")
-    }
+    if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
 }
 
 fn place(file: &str, text: &str, byte: usize) -> String {

@@ -59,15 +59,12 @@ impl Scene {
     /// a datapath.
     pub fn words(&self) -> Result<LoopWords, SceneError> {
         let Device::Motor(motor) = &self.device else {
-            return Err(self
-                .places
-                .error("device.kind", "\"mass\" has no datapath; write \"motor\""));
+            return Err(self.places.error("device.kind", "\"mass\" has no datapath; write \"motor\""));
         };
         let method = &self.method;
         let resistance_ohm = motor.resistance_ohm + 2.0 * self.bridge.on_resistance_ohm;
         let stall_nm = motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm;
-        let torque_quantum_nm =
-            stall_nm * Format::new(false, 1, method.pwm.bits as i32).map_or(0.0, Format::lsb);
+        let torque_quantum_nm = stall_nm * Format::new(false, 1, method.pwm.bits as i32).map_or(0.0, Format::lsb);
         let count_rad = self.encoder.count_rad();
         let period = self.check_period()?;
         let period_s = self.sample_period_s();
@@ -110,8 +107,7 @@ impl Scene {
         let start_counts = (self.initial_angle_rad() / count_rad).floor();
         let position = Format::unsigned(method.position_bits);
         let stiffness_nm_per_rad = method.stiffness_format.to_f64(stiffness) * stiffness_unit;
-        let damping_nm_s_per_rad =
-            method.damping_format.to_f64(damping) * damping_unit * scale_share;
+        let damping_nm_s_per_rad = method.damping_format.to_f64(damping) * damping_unit * scale_share;
         Ok(LoopWords {
             config: self.loop_config()?,
             reference: position.wrap((wall_counts - start_counts) as i128),
@@ -124,10 +120,7 @@ impl Scene {
                 count_rad,
                 wall_position_rad: wall_counts * count_rad,
                 stiffness_nm_per_rad,
-                stiffness_error: relative_error(
-                    stiffness_nm_per_rad,
-                    self.wall.stiffness_nm_per_rad,
-                ),
+                stiffness_error: relative_error(stiffness_nm_per_rad, self.wall.stiffness_nm_per_rad),
                 damping_nm_s_per_rad,
                 damping_error: relative_error(damping_nm_s_per_rad, self.wall.damping_nm_s_per_rad),
                 sample_rate_hz: 1.0 / period_s,
@@ -139,16 +132,11 @@ impl Scene {
         let method = &self.method;
         let dead_time = u32::try_from(self.clock.edges(method.pwm.dead_time_s));
         let most = 1u32 << (method.pwm.bits - 1);
-        let dead_time = dead_time
-            .ok()
-            .filter(|clocks| *clocks <= most)
-            .ok_or_else(|| {
-                let most_s = f64::from(most) * self.clock.period_s();
-                self.places.error(
-                    "method.pwm.dead_time",
-                    format!("longer than half a PWM period; write at most {most_s:e} s"),
-                )
-            })?;
+        let dead_time = dead_time.ok().filter(|clocks| *clocks <= most).ok_or_else(|| {
+            let most_s = f64::from(most) * self.clock.period_s();
+            self.places
+                .error("method.pwm.dead_time", format!("longer than half a PWM period; write at most {most_s:e} s"))
+        })?;
         Ok(LoopConfig {
             position_width: method.position_bits,
             stiffness: method.stiffness_format,
@@ -186,24 +174,13 @@ impl Scene {
     }
 
     /// The word nearest to `value / unit`; the value is in `si`.
-    fn gain(
-        &self,
-        key: &str,
-        value: f64,
-        unit: f64,
-        si: &str,
-        format: Format,
-    ) -> Result<i64, SceneError> {
+    fn gain(&self, key: &str, value: f64, unit: f64, si: &str, format: Format) -> Result<i64, SceneError> {
         let exact = value / unit / format.lsb();
         let nearest = exact.round();
-        let (least, most) = (
-            format.lsb() * unit,
-            format.max() as f64 * format.lsb() * unit,
-        );
+        let (least, most) = (format.lsb() * unit, format.max() as f64 * format.lsb() * unit);
         if nearest > format.max() as f64 {
-            let reason = format!(
-                "{value} {si} does not fit {format}; write at most {most:.6} {si}, or more integer bits"
-            );
+            let reason =
+                format!("{value} {si} does not fit {format}; write at most {most:.6} {si}, or more integer bits");
             return Err(self.places.error(key, reason));
         }
         if nearest == 0.0 && value > 0.0 {
@@ -217,9 +194,5 @@ impl Scene {
 }
 
 fn relative_error(realised: f64, asked: f64) -> f64 {
-    if asked == 0.0 {
-        0.0
-    } else {
-        realised / asked - 1.0
-    }
+    if asked == 0.0 { 0.0 } else { realised / asked - 1.0 }
 }
