@@ -1,1 +1,59 @@
-fn main() {}
+//! The `hpu` command: arguments, files and colours. All else lives in the libraries.
+
+mod block;
+mod block_csv;
+mod check;
+mod exit;
+mod files;
+mod interrupt;
+mod pictures;
+mod run;
+mod run_json;
+mod run_text;
+mod scene;
+mod terminal;
+mod units;
+mod vectors;
+mod waves;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use exit::{Exit, Failure};
+
+/// Cycle-accurate emulator of haptic FPGA datapaths.
+///
+/// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a needed
+/// tool is missing; 4 a bad scene, vector or data file, a write that failed; 130 interrupted.
+#[derive(Parser)]
+#[command(name = "hpu", version, max_term_width = 100)]
+struct Command {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Run(run::Args),
+    Scenes(scene::ListArgs),
+    Block(block::Args),
+    Vectors(vectors::Args),
+    Check(check::Args),
+}
+
+fn main() -> ExitCode {
+    let command = Command::parse();
+    let done = interrupt::listen().and_then(|()| match command.verb {
+        Verb::Run(args) => run::run(&args),
+        Verb::Scenes(args) => scene::list(args.json),
+        Verb::Block(args) => block::run(&args),
+        Verb::Vectors(args) => vectors::run(&args),
+        Verb::Check(args) => check::run(&args),
+    });
+    let exit = done.unwrap_or_else(|failure: Failure| {
+        terminal::complain(&failure);
+        failure.exit()
+    });
+    ExitCode::from(exit as u8)
+}

@@ -39,12 +39,8 @@ fn files(name: &str) -> io::Result<Vec<u8>> {
 }
 
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Scene, String> {
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|(k, v)| (k.to_string(), v.to_string()))
-        .collect();
-    Scene::parse("testbench/scenes/x.toml", text, &overrides, &mut files)
-        .map_err(|error| error.to_string())
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    Scene::parse("testbench/scenes/x.toml", text, &overrides, &mut files).map_err(|error| error.to_string())
 }
 
 /// The message for the good scene with `from` replaced.
@@ -66,10 +62,7 @@ fn says(message: String, expected: &str) {
 #[test]
 fn the_scene_that_the_tests_spoil_is_good() {
     let scene = parse(GOOD, &[]).unwrap();
-    assert_eq!(
-        (scene.name.as_str(), scene.about.as_str()),
-        ("x", "A wall.")
-    );
+    assert_eq!((scene.name.as_str(), scene.about.as_str()), ("x", "A wall."));
     assert_eq!(scene.edges(), 50_000_000);
     assert_eq!(scene.period_clocks(), 50_000);
 }
@@ -77,16 +70,10 @@ fn the_scene_that_the_tests_spoil_is_good() {
 #[test]
 fn malformed_toml_is_refused_where_it_breaks() {
     let message = refused("sample_rate = \"1 kHz\"", "sample_rate = ");
-    assert!(
-        message.starts_with("testbench/scenes/x.toml:8:"),
-        "{message}"
-    );
+    assert!(message.starts_with("testbench/scenes/x.toml:8:"), "{message}");
     assert!(message.contains("not TOML"), "{message}");
     let message = refused("[wall]", "[method]");
-    assert!(
-        message.starts_with("testbench/scenes/x.toml:9:"),
-        "{message}"
-    );
+    assert!(message.starts_with("testbench/scenes/x.toml:9:"), "{message}");
 }
 
 #[test]
@@ -116,11 +103,7 @@ fn a_key_of_another_kind_of_hand_is_unknown() {
 #[test]
 fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
     says(
-        parse(
-            &format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"),
-            &[],
-        )
-        .unwrap_err(),
+        parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
          amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges",
     );
@@ -129,17 +112,10 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
 #[test]
 fn an_expected_number_needs_a_tolerance_in_its_own_unit() {
     says(
-        parse(
-            &format!("{GOOD}[expect]\npeak_angle = {{ value = 1 }}\n"),
-            &[],
-        )
-        .unwrap_err(),
+        parse(&format!("{GOOD}[expect]\npeak_angle = {{ value = 1 }}\n"), &[]).unwrap_err(),
         "17:14: expect.peak_angle.tolerance: missing; write an angle as rad, mrad, deg, rev or a number in rad",
     );
-    let message = parse(
-        &format!("{GOOD}[expect]\npeak_angle = {{ value = 1, tolerance = \"1 N.m\" }}\n"),
-        &[],
-    );
+    let message = parse(&format!("{GOOD}[expect]\npeak_angle = {{ value = 1, tolerance = \"1 N.m\" }}\n"), &[]);
     says(
         message.unwrap_err(),
         "17:39: expect.peak_angle.tolerance: `1 N.m` is not an angle: write rad, mrad, deg, rev or a number in rad",
@@ -156,10 +132,7 @@ fn a_missing_key_is_told_at_its_section() {
         refused("[run]\nduration = \"1 s\"\n", ""),
         "1:1: run.duration: missing; write a time as s, ms, min or a number in s",
     );
-    says(
-        refused("about = \"A wall.\"\n", ""),
-        "1:1: about: missing; write a few sentences that say what to look for",
-    );
+    says(refused("about = \"A wall.\"\n", ""), "1:1: about: missing; write a few sentences that say what to look for");
 }
 
 #[test]
@@ -176,29 +149,17 @@ fn a_wrong_unit_is_refused_with_the_units_there_are() {
 
 #[test]
 fn a_wrong_sign_is_refused() {
+    says(refused("\"1.5 N.m/rad\"", "-2"), "11:13: wall.stiffness: `-2` must not be negative");
     says(
-        refused("\"1.5 N.m/rad\"", "-2"),
-        "11:13: wall.stiffness: `-2` must not be negative",
-    );
-    says(
-        refused(
-            "kind = \"motor\"",
-            "kind = \"motor\"\nresistance = \"0 Ohm\"",
-        ),
+        refused("kind = \"motor\"", "kind = \"motor\"\nresistance = \"0 Ohm\""),
         "4:14: device.resistance: `0 Ohm` must be above zero",
     );
     says(
-        refused(
-            "kind = \"motor\"",
-            "kind = \"motor\"\nrotor_inertia = \"-1 g.cm2\"",
-        ),
+        refused("kind = \"motor\"", "kind = \"motor\"\nrotor_inertia = \"-1 g.cm2\""),
         "4:17: device.rotor_inertia: `-1 g.cm2` must be above zero",
     );
     says(
-        refused(
-            "kind = \"motor\"",
-            "kind = \"motor\"\ncoulomb_friction = -1e-3",
-        ),
+        refused("kind = \"motor\"", "kind = \"motor\"\ncoulomb_friction = -1e-3"),
         "4:20: device.coulomb_friction: `-1e-3` must not be negative",
     );
 }
@@ -207,80 +168,43 @@ fn a_wrong_sign_is_refused() {
 fn nan_and_infinity_are_refused() {
     for number in ["nan", "inf", "-inf", "\"nan rad\"", "\"inf\"", "1e999"] {
         let message = refused("\"1.5 rad\"", number);
-        assert!(
-            message.starts_with("testbench/scenes/x.toml:10:12: "),
-            "{number}: {message}"
-        );
+        assert!(message.starts_with("testbench/scenes/x.toml:10:12: "), "{number}: {message}");
     }
 }
 
 #[test]
 fn a_clock_of_zero_and_a_fraction_of_a_hertz_are_refused() {
-    says(
-        refused("50 MHz", "0 Hz"),
-        "5:13: clock.frequency: `0 Hz` must be above zero",
-    );
+    says(refused("50 MHz", "0 Hz"), "5:13: clock.frequency: `0 Hz` must be above zero");
     let accepted = "a clock runs at a whole number of hertz from 1 Hz to 10 GHz, as in \"50 MHz\" or \"25.175 MHz\"";
-    says(
-        refused("50 MHz", "2.5 Hz"),
-        &format!("5:13: clock.frequency: 2.5 Hz: {accepted}"),
-    );
-    says(
-        refused("50 MHz", "11 GHz"),
-        &format!("5:13: clock.frequency: 11000000000 Hz: {accepted}"),
-    );
+    says(refused("50 MHz", "2.5 Hz"), &format!("5:13: clock.frequency: 2.5 Hz: {accepted}"));
+    says(refused("50 MHz", "11 GHz"), &format!("5:13: clock.frequency: 11000000000 Hz: {accepted}"));
 }
 
 #[test]
 fn an_impossible_format_is_refused() {
-    let format = |text: &str| {
-        refused(
-            "sample_rate = \"1 kHz\"",
-            &format!("sample_rate = 1000\nstiffness_format = {text}"),
-        )
-    };
-    says(
-        format("\"(0,60,10)\""),
-        "9:20: method.stiffness_format: format (0,60,10) has 70 bits; a word has 1 to 64",
-    );
+    let format =
+        |text: &str| refused("sample_rate = \"1 kHz\"", &format!("sample_rate = 1000\nstiffness_format = {text}"));
+    says(format("\"(0,60,10)\""), "9:20: method.stiffness_format: format (0,60,10) has 70 bits; a word has 1 to 64");
     says(
         format("\"12.0\""),
         "9:20: method.stiffness_format: `12.0` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, \
          fraction bits, as in (1,9,22)",
     );
-    says(
-        format("12"),
-        "9:20: method.stiffness_format: `12` is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"",
-    );
-    let gain =
-        "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
+    says(format("12"), "9:20: method.stiffness_format: `12` is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"");
+    let gain = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
     for wrong in ["(1,11,0)", "(0,12,-1)", "(0,30,10)", "(0,1,0)"] {
-        says(
-            format(&format!("\"{wrong}\"")),
-            &format!("9:20: method.stiffness_format: {wrong}: {gain}"),
-        );
+        says(format(&format!("\"{wrong}\"")), &format!("9:20: method.stiffness_format: {wrong}: {gain}"));
     }
 }
 
 #[test]
 fn a_width_that_no_block_has_is_refused() {
-    for (width, range) in [
-        ("position_bits = 1", "2 to 32"),
-        ("period_bits = 31", "2 to 30"),
-        ("pwm.bits = 40", "2 to 24"),
-    ] {
-        let message = refused(
-            "sample_rate = \"1 kHz\"",
-            &format!("sample_rate = 1000\n{width}"),
-        );
-        assert!(
-            message.starts_with("testbench/scenes/x.toml:9:"),
-            "{message}"
-        );
-        assert!(
-            message.ends_with(&format!("is not a whole number from {range}")),
-            "{message}"
-        );
+    for (width, range) in
+        [("position_bits = 1", "2 to 32"), ("period_bits = 31", "2 to 30"), ("pwm.bits = 40", "2 to 24")]
+    {
+        let message = refused("sample_rate = \"1 kHz\"", &format!("sample_rate = 1000\n{width}"));
+        assert!(message.starts_with("testbench/scenes/x.toml:9:"), "{message}");
+        assert!(message.ends_with(&format!("is not a whole number from {range}")), "{message}");
     }
 }
 
@@ -309,75 +233,45 @@ fn a_sample_period_that_is_no_clock_or_too_many_is_refused() {
          2.980232 Hz to 50000000 Hz",
     );
     let message = refused("1 kHz", "1 Hz");
-    assert!(
-        message.contains("1 Hz takes 50000000 clocks a sample"),
-        "{message}"
-    );
+    assert!(message.contains("1 Hz takes 50000000 clocks a sample"), "{message}");
 }
 
 #[test]
 fn a_run_of_no_time_or_of_too_many_edges_is_refused() {
-    says(
-        refused("\"1 s\"", "0"),
-        "15:12: run.duration: `0` must be above zero",
-    );
-    says(
-        refused("\"1 s\"", "\"1 ns\""),
-        "15:12: run.duration: 0.050 clock edges; a run has 1 to 2^62",
-    );
+    says(refused("\"1 s\"", "0"), "15:12: run.duration: `0` must be above zero");
+    says(refused("\"1 s\"", "\"1 ns\""), "15:12: run.duration: 0.050 clock edges; a run has 1 to 2^62");
     let message = refused("\"1 s\"", "1e12");
-    assert!(
-        message.ends_with("clock edges; a run has 1 to 2^62"),
-        "{message}"
-    );
+    assert!(message.ends_with("clock edges; a run has 1 to 2^62"), "{message}");
 }
 
 #[test]
 fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
     says(
-        refused(
-            "sample_rate = \"1 kHz\"",
-            "sample_rate = 1000\npwm.dead_time = \"1 ms\"",
-        ),
+        refused("sample_rate = \"1 kHz\"", "sample_rate = 1000\npwm.dead_time = \"1 ms\""),
         "9:17: method.pwm.dead_time: longer than half a PWM period; write at most 4.096e-5 s",
     );
 }
 
 #[test]
 fn a_choice_that_is_none_is_refused_with_the_choices() {
-    says(
-        refused("\"hybrid\"", "\"hybird\""),
-        "7:8: method.kind: `hybird` is none of \"hybrid\", \"conventional\"",
-    );
-    says(
-        refused("\"hybrid\"", "3"),
-        "7:8: method.kind: `3` is none of \"hybrid\", \"conventional\"",
-    );
+    says(refused("\"hybrid\"", "\"hybird\""), "7:8: method.kind: `hybird` is none of \"hybrid\", \"conventional\"");
+    says(refused("\"hybrid\"", "3"), "7:8: method.kind: `3` is none of \"hybrid\", \"conventional\"");
 }
 
 #[test]
 fn a_value_where_a_section_is_expected_is_refused() {
     let text = GOOD.replace("[run]\nduration = \"1 s\"\n", "");
-    says(
-        parse(&format!("run = 3\n{text}"), &[]).unwrap_err(),
-        "1:7: run: a section is expected; write [run]",
-    );
+    says(parse(&format!("run = 3\n{text}"), &[]).unwrap_err(), "1:7: run: a section is expected; write [run]");
 }
 
 #[test]
 fn a_reference_rate_without_rescaling_is_refused_and_with_it_required() {
     says(
-        refused(
-            "sample_rate = \"1 kHz\"",
-            "sample_rate = 1000\nreference_rate = \"1 kHz\"",
-        ),
+        refused("sample_rate = \"1 kHz\"", "sample_rate = 1000\nreference_rate = \"1 kHz\""),
         "9:18: method.reference_rate: only a rescaled velocity has one; write rescaled = true beside it",
     );
     says(
-        refused(
-            "sample_rate = \"1 kHz\"",
-            "sample_rate = 1000\nrescaled = true",
-        ),
+        refused("sample_rate = \"1 kHz\"", "sample_rate = 1000\nrescaled = true"),
         "6:1: method.reference_rate: missing; write a frequency as Hz, MHz or a number in Hz",
     );
 }
@@ -386,22 +280,10 @@ fn a_reference_rate_without_rescaling_is_refused_and_with_it_required() {
 fn a_path_is_points_in_the_order_of_time() {
     let path = |path: &str| refused_hand(&format!("kind = \"prescribed\"\npath = {path}"));
     let accepted = "write [[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
-    says(
-        path("[]"),
-        &format!("14:8: hand.path: not a path; {accepted}"),
-    );
-    says(
-        path("3"),
-        &format!("14:8: hand.path: not a path; {accepted}"),
-    );
-    says(
-        path("[[0, 1], [2]]"),
-        &format!("14:17: hand.path[1]: not a pair; {accepted}"),
-    );
-    says(
-        path("[[0, 1], [\"1 s\", 1], [1, 2]]"),
-        "14:30: hand.path[2][0]: times must increase: 1 s follows 1 s",
-    );
+    says(path("[]"), &format!("14:8: hand.path: not a path; {accepted}"));
+    says(path("3"), &format!("14:8: hand.path: not a path; {accepted}"));
+    says(path("[[0, 1], [2]]"), &format!("14:17: hand.path[1]: not a pair; {accepted}"));
+    says(path("[[0, 1], [\"1 s\", 1], [1, 2]]"), "14:30: hand.path[2][0]: times must increase: 1 s follows 1 s");
     says(
         path("[[0, \"1 V\"]]"),
         "14:13: hand.path[0][1]: `1 V` is not an angle: write rad, mrad, deg, rev or a number in rad",
@@ -419,14 +301,8 @@ fn a_path_is_points_in_the_order_of_time() {
 #[test]
 fn a_missing_file_is_told_with_the_key_that_names_it() {
     let message = refused_hand("kind = \"prescribed\"\nfile = \"gone.csv\"");
-    assert!(
-        message.starts_with("testbench/scenes/x.toml:14:8: hand.file: cannot read `gone.csv` ("),
-        "{message}"
-    );
-    assert!(
-        message.ends_with("write the name of a file beside the scene"),
-        "{message}"
-    );
+    assert!(message.starts_with("testbench/scenes/x.toml:14:8: hand.file: cannot read `gone.csv` ("), "{message}");
+    assert!(message.ends_with("write the name of a file beside the scene"), "{message}");
 }
 
 #[test]
@@ -436,14 +312,9 @@ fn a_bad_line_of_a_recording_is_told_with_its_number() {
         "14:8: hand.file: backwards.csv:4: time must increase from line to line: 0.5 s follows 1 s",
     );
     let capture = |file: &str, b: &str| {
-        refused_hand(&format!(
-            "kind = \"capture\"\nfile = \"{file}\"\nchannel_a = \"D0\"\nchannel_b = \"{b}\""
-        ))
+        refused_hand(&format!("kind = \"capture\"\nfile = \"{file}\"\nchannel_a = \"D0\"\nchannel_b = \"{b}\""))
     };
-    says(
-        capture("backwards.vcd", "D1"),
-        "14:8: hand.file: backwards.vcd:6: time runs backwards, from #9 to #5",
-    );
+    says(capture("backwards.vcd", "D1"), "14:8: hand.file: backwards.vcd:6: time runs backwards, from #9 to #5");
     says(
         capture("good.vcd", "D7"),
         "14:8: hand.file: good.vcd:4: no channel `D7`; one-bit channels of this file: D0, D1",
@@ -453,29 +324,15 @@ fn a_bad_line_of_a_recording_is_told_with_its_number() {
 #[test]
 fn parts_that_do_not_agree_are_refused() {
     let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005";
-    let text = GOOD
-        .replace("kind = \"motor\"", mass)
-        .replace("1.5 rad", "2 cm")
-        .replace("1.5 N.m/rad", "1 N/mm");
-    assert!(
-        parse(&text, &[])
-            .unwrap_err()
-            .contains("`2 cm` is not a length: write m, mm or a number in m")
-    );
+    let text = GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 cm").replace("1.5 N.m/rad", "1 N/mm");
+    assert!(parse(&text, &[]).unwrap_err().contains("`2 cm` is not a length: write m, mm or a number in m"));
     let text = text.replace("2 cm", "20 mm");
     says(
         parse(&text, &[]).unwrap_err(),
         "3:8: device.kind: \"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"",
     );
-    let linear = parse(
-        &text,
-        &[("model.datapath", "linear"), ("model.delay", "1.1 ms")],
-    )
-    .unwrap();
-    assert_eq!(
-        (linear.wall.position_rad, linear.wall.stiffness_nm_per_rad),
-        (0.02, 1000.0)
-    );
+    let linear = parse(&text, &[("model.datapath", "linear"), ("model.delay", "1.1 ms")]).unwrap();
+    assert_eq!((linear.wall.position_rad, linear.wall.stiffness_nm_per_rad), (0.02, 1000.0));
     assert_eq!(linear.model.delay_s, 1.1e-3);
     says(
         refused("[hand]", "[model]\ndelay = \"1 ms\"\n[hand]"),
@@ -495,37 +352,12 @@ fn a_start_that_the_hand_overrules_is_refused() {
 
 #[test]
 fn an_override_replaces_a_key_and_creates_its_section() {
-    let scene = parse(
-        GOOD,
-        &[
-            ("wall.stiffness", "2"),
-            ("method.pwm.bits", "10"),
-            ("hand.kind", "none"),
-        ],
-    )
-    .unwrap();
-    assert_eq!(
-        (scene.wall.stiffness_nm_per_rad, scene.method.pwm.bits),
-        (2.0, 10)
-    );
-    let scene = parse(
-        GOOD,
-        &[("wall.stiffness", "2"), ("wall.stiffness", "800 mN.m/rad")],
-    )
-    .unwrap();
+    let scene = parse(GOOD, &[("wall.stiffness", "2"), ("method.pwm.bits", "10"), ("hand.kind", "none")]).unwrap();
+    assert_eq!((scene.wall.stiffness_nm_per_rad, scene.method.pwm.bits), (2.0, 10));
+    let scene = parse(GOOD, &[("wall.stiffness", "2"), ("wall.stiffness", "800 mN.m/rad")]).unwrap();
     assert_eq!(scene.wall.stiffness_nm_per_rad, 0.8);
-    let scene = parse(
-        GOOD,
-        &[(
-            "hand",
-            "{ kind = \"constant_torque\", torque = \"5 mN.m\" }",
-        )],
-    )
-    .unwrap();
-    assert_eq!(
-        scene.hand,
-        hpu_cosim::scene::Hand::ConstantTorque { torque_nm: 0.005 }
-    );
+    let scene = parse(GOOD, &[("hand", "{ kind = \"constant_torque\", torque = \"5 mN.m\" }")]).unwrap();
+    assert_eq!(scene.hand, hpu_cosim::scene::Hand::ConstantTorque { torque_nm: 0.005 });
 }
 
 #[test]
@@ -535,10 +367,7 @@ fn a_bad_override_is_told_as_the_override_it_is() {
         set("wall.stifness", "2"),
         "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping"
     );
-    assert!(
-        set("wal.stiffness", "2")
-            .starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,")
-    );
+    assert!(set("wal.stiffness", "2").starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,"));
     assert_eq!(
         set("wall.stiffness", "25 mm"),
         "--set wall.stiffness=25 mm: wall.stiffness: `25 mm` is not a torsional stiffness: write N.m/rad, mN.m/rad, \
@@ -548,14 +377,8 @@ fn a_bad_override_is_told_as_the_override_it_is() {
         set("hand", "{ kind = \"constant_torque\" }"),
         "--set hand={ kind = \"constant_torque\" }: hand.torque: missing; write a torque as N.m, mN.m or a number in N.m"
     );
-    assert_eq!(
-        set("about.x", "1"),
-        "--set about.x=1: about.x: about is a value, not a section"
-    );
-    assert_eq!(
-        set("", "1"),
-        "--set =1: not a key; write section.key, as in wall.stiffness"
-    );
+    assert_eq!(set("about.x", "1"), "--set about.x=1: about.x: about is a value, not a section");
+    assert_eq!(set("", "1"), "--set =1: not a key; write section.key, as in wall.stiffness");
 }
 
 proptest! {

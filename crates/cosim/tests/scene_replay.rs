@@ -4,11 +4,7 @@ use hpu_cosim::replay::{PinEdge, read_capture, read_motion_csv};
 use proptest::prelude::*;
 
 fn edge(picoseconds: u64, a: u8, b: u8) -> PinEdge {
-    PinEdge {
-        picoseconds,
-        a: a == 1,
-        b: b == 1,
-    }
+    PinEdge { picoseconds, a: a == 1, b: b == 1 }
 }
 
 /// Two lines in the form of sigrok's VCD output: one line a time, all changes on it.
@@ -26,23 +22,11 @@ fn read(text: &str) -> Result<Vec<PinEdge>, String> {
 
 #[test]
 fn a_capture_is_read_in_picoseconds_whatever_its_timescale() {
-    for (timescale, picoseconds) in [
-        ("1 s", 1_000_000_000_000),
-        ("10 ms", 10_000_000_000),
-        ("1us", 1_000_000),
-        ("100 ns", 100_000),
-        ("1 ps", 1),
-    ] {
+    for (timescale, picoseconds) in
+        [("1 s", 1_000_000_000_000), ("10 ms", 10_000_000_000), ("1us", 1_000_000), ("100 ns", 100_000), ("1 ps", 1)]
+    {
         let edges = read(&capture(timescale, "#0 1! 0\"\n#3 1\"\n#7 0! 0\"\n#9\n")).unwrap();
-        assert_eq!(
-            edges,
-            [
-                edge(0, 1, 0),
-                edge(3 * picoseconds, 1, 1),
-                edge(7 * picoseconds, 0, 0)
-            ],
-            "{timescale}"
-        );
+        assert_eq!(edges, [edge(0, 1, 0), edge(3 * picoseconds, 1, 1), edge(7 * picoseconds, 0, 0)], "{timescale}");
     }
     let femtoseconds = read(&capture("100 fs", "#0 0! 0\"\n#19 1!\n#20 1\"\n")).unwrap();
     assert_eq!(femtoseconds, [edge(0, 0, 0), edge(1, 1, 0), edge(2, 1, 1)]);
@@ -51,24 +35,15 @@ fn a_capture_is_read_in_picoseconds_whatever_its_timescale() {
 #[test]
 fn initial_levels_are_those_dumped_or_zero() {
     let dumped = "$dumpvars\n1!\n1\"\n$end\n#5\n0!\n";
-    assert_eq!(
-        read(&capture("1 ps", dumped)).unwrap(),
-        [edge(0, 1, 1), edge(5, 0, 1)]
-    );
-    assert_eq!(
-        read(&capture("1 ps", "#5 1!")).unwrap(),
-        [edge(0, 0, 0), edge(5, 1, 0)]
-    );
+    assert_eq!(read(&capture("1 ps", dumped)).unwrap(), [edge(0, 1, 1), edge(5, 0, 1)]);
+    assert_eq!(read(&capture("1 ps", "#5 1!")).unwrap(), [edge(0, 0, 0), edge(5, 1, 0)]);
     assert_eq!(read(&capture("1 ps", "")).unwrap(), [edge(0, 0, 0)]);
 }
 
 #[test]
 fn changes_at_one_time_are_one_and_no_change_is_none() {
     let text = capture("1 ps", "#0 0! 0\"\n#4 1!\n#4 1\"\n#6 1!\n#8 0!\n");
-    assert_eq!(
-        read(&text).unwrap(),
-        [edge(0, 0, 0), edge(4, 1, 1), edge(8, 0, 1)]
-    );
+    assert_eq!(read(&text).unwrap(), [edge(0, 0, 0), edge(4, 1, 1), edge(8, 0, 1)]);
 }
 
 #[test]
@@ -78,79 +53,38 @@ fn a_channel_is_found_by_its_scopes_too_and_among_wider_ones() {
     let edges = read_capture(text.as_bytes(), "one.A", "two.A").unwrap();
     assert_eq!(edges, [edge(0, 0, 0), edge(2, 0, 1)]);
     let refused = |a, b| read_capture(text.as_bytes(), a, b).unwrap_err().to_string();
-    assert_eq!(
-        refused("A", "two.A"),
-        "9: several channels are named `A`; write the scopes too: one.A, two.A"
-    );
-    assert_eq!(
-        refused("one.A", "C"),
-        "9: no channel `C`; one-bit channels of this file: one.A, two.A"
-    );
-    assert_eq!(
-        refused("BUS", "two.A"),
-        "9: channel `one.BUS` has 8 bits; an encoder line has one"
-    );
-    assert_eq!(
-        refused("one.A", "one.A"),
-        "9: `one.A` and `one.A` are one channel; name two"
-    );
+    assert_eq!(refused("A", "two.A"), "9: several channels are named `A`; write the scopes too: one.A, two.A");
+    assert_eq!(refused("one.A", "C"), "9: no channel `C`; one-bit channels of this file: one.A, two.A");
+    assert_eq!(refused("BUS", "two.A"), "9: channel `one.BUS` has 8 bits; an encoder line has one");
+    assert_eq!(refused("one.A", "one.A"), "9: `one.A` and `one.A` are one channel; name two");
 }
 
 #[test]
 fn a_capture_without_channels_is_refused() {
     let text = "$timescale 1 ps $end\n$enddefinitions $end\n";
-    assert_eq!(
-        read(text).unwrap_err(),
-        "2: no channel `A`; one-bit channels of this file: none"
-    );
+    assert_eq!(read(text).unwrap_err(), "2: no channel `A`; one-bit channels of this file: none");
 }
 
 #[test]
 fn a_bad_capture_is_refused_by_line() {
-    assert_eq!(
-        read(&capture("1 ps", "#9 1!\n#4 0!\n")).unwrap_err(),
-        "13: time runs backwards, from #9 to #4"
-    );
-    assert_eq!(
-        read(&capture("1 ps", "#9 1!\n#10 x!\n")).unwrap_err(),
-        "13: the level `x` is neither 0 nor 1"
-    );
-    assert_eq!(
-        read(&capture("100 s", "#9 1!\n#18446744073\n")).unwrap_err(),
-        "13: #18446744073 is beyond 2^64 ps"
-    );
-    for (text, line) in [
-        ("", 1),
-        ("nonsense", 1),
-        ("$timescale 1 parsec $end\n", 1),
-        (&capture("1 ps", "#0 1!\n?\n"), 13),
-    ] {
+    assert_eq!(read(&capture("1 ps", "#9 1!\n#4 0!\n")).unwrap_err(), "13: time runs backwards, from #9 to #4");
+    assert_eq!(read(&capture("1 ps", "#9 1!\n#10 x!\n")).unwrap_err(), "13: the level `x` is neither 0 nor 1");
+    assert_eq!(read(&capture("100 s", "#9 1!\n#18446744073\n")).unwrap_err(), "13: #18446744073 is beyond 2^64 ps");
+    for (text, line) in
+        [("", 1), ("nonsense", 1), ("$timescale 1 parsec $end\n", 1), (&capture("1 ps", "#0 1!\n?\n"), 13)]
+    {
         let message = read(text).unwrap_err();
-        assert!(
-            message.starts_with(&format!("{line}: not VCD: ")),
-            "{message}"
-        );
+        assert!(message.starts_with(&format!("{line}: not VCD: ")), "{message}");
     }
-    assert_eq!(
-        read(&capture("3 us", "")).unwrap_err(),
-        "11: a timescale of 3; VCD knows 1, 10 and 100"
-    );
-    assert_eq!(
-        read("$enddefinitions $end\n").unwrap_err(),
-        "1: no $timescale, as in `1 us`"
-    );
+    assert_eq!(read(&capture("3 us", "")).unwrap_err(), "11: a timescale of 3; VCD knows 1, 10 and 100");
+    assert_eq!(read("$enddefinitions $end\n").unwrap_err(), "1: no $timescale, as in `1 us`");
 }
 
 #[test]
 fn a_motion_is_read_in_radians() {
-    let degrees =
-        read_motion_csv("\u{feff}# by hand\r\ntime_s, angle_deg\r\n0, 0\r\n\r\n0.5,-180\r\n")
-            .unwrap();
+    let degrees = read_motion_csv("\u{feff}# by hand\r\ntime_s, angle_deg\r\n0, 0\r\n\r\n0.5,-180\r\n").unwrap();
     assert_eq!(degrees, [(0.0, 0.0), (0.5, -std::f64::consts::PI)]);
-    assert_eq!(
-        read_motion_csv("time_s,angle_rad\n1e-3,2.5").unwrap(),
-        [(1e-3, 2.5)]
-    );
+    assert_eq!(read_motion_csv("time_s,angle_rad\n1e-3,2.5").unwrap(), [(1e-3, 2.5)]);
 }
 
 #[test]
@@ -158,44 +92,16 @@ fn a_bad_motion_is_refused_by_line() {
     let accepted = "write `time_s,angle_rad` or `time_s,angle_deg`";
     for (text, message) in [
         ("", format!("1: no header; {accepted}")),
-        (
-            "t,x\n0,0\n",
-            format!("1: the header `t,x` is not known; {accepted}"),
-        ),
-        (
-            "0,0\n1,1\n",
-            format!("1: the header `0,0` is not known; {accepted}"),
-        ),
-        (
-            "time_s,angle_rad\n",
-            "1: no point follows the header".to_string(),
-        ),
-        (
-            "time_s,angle_rad\n0,0\n1\n",
-            "3: 1 columns; the header has 2".to_string(),
-        ),
-        (
-            "time_s,angle_rad\n0,0,0\n",
-            "2: 3 columns; the header has 2".to_string(),
-        ),
-        (
-            "time_s,angle_rad\n0,nan\n",
-            "2: `nan` is not a finite number".to_string(),
-        ),
-        (
-            "time_s,angle_rad\n0,0\n1,one\n",
-            "3: `one` is not a finite number".to_string(),
-        ),
-        (
-            "time_s,angle_rad\n0,0\n#\n0,1\n",
-            "4: time must increase from line to line: 0 s follows 0 s".to_string(),
-        ),
+        ("t,x\n0,0\n", format!("1: the header `t,x` is not known; {accepted}")),
+        ("0,0\n1,1\n", format!("1: the header `0,0` is not known; {accepted}")),
+        ("time_s,angle_rad\n", "1: no point follows the header".to_string()),
+        ("time_s,angle_rad\n0,0\n1\n", "3: 1 columns; the header has 2".to_string()),
+        ("time_s,angle_rad\n0,0,0\n", "2: 3 columns; the header has 2".to_string()),
+        ("time_s,angle_rad\n0,nan\n", "2: `nan` is not a finite number".to_string()),
+        ("time_s,angle_rad\n0,0\n1,one\n", "3: `one` is not a finite number".to_string()),
+        ("time_s,angle_rad\n0,0\n#\n0,1\n", "4: time must increase from line to line: 0 s follows 0 s".to_string()),
     ] {
-        assert_eq!(
-            read_motion_csv(text).unwrap_err().to_string(),
-            message,
-            "{text}"
-        );
+        assert_eq!(read_motion_csv(text).unwrap_err().to_string(), message, "{text}");
     }
 }
 

@@ -17,11 +17,7 @@ fn every_shipped_scene_parses_under_its_name_and_expects_something() {
         let parsed = scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(parsed.name, scene.name);
         let expect = &parsed.expect;
-        assert!(
-            expect.outcome.is_some() || !expect.numbers.is_empty(),
-            "{}",
-            scene.name
-        );
+        assert!(expect.outcome.is_some() || !expect.numbers.is_empty(), "{}", scene.name);
         parsed.words().unwrap_or_else(|error| panic!("{error}"));
     }
 }
@@ -37,52 +33,29 @@ fn every_file_of_the_scenes_folder_is_shipped_and_unaltered() {
         match name.strip_suffix(".toml") {
             Some(stem) => {
                 let scene = shipped().iter().find(|scene| scene.name == stem);
-                assert_eq!(
-                    scene
-                        .unwrap_or_else(|| panic!("{name} is not shipped"))
-                        .text
-                        .as_bytes(),
-                    text
-                );
+                assert_eq!(scene.unwrap_or_else(|| panic!("{name} is not shipped")).text.as_bytes(), text);
                 found.insert(stem.to_string());
             }
-            None => assert_eq!(
-                shipped_file(&name).unwrap_or_else(|_| panic!("{name} is not shipped")),
-                text
-            ),
+            None => assert_eq!(shipped_file(&name).unwrap_or_else(|_| panic!("{name} is not shipped")), text),
         }
     }
-    let names: BTreeSet<_> = shipped()
-        .iter()
-        .map(|scene| scene.name.to_string())
-        .collect();
+    let names: BTreeSet<_> = shipped().iter().map(|scene| scene.name.to_string()).collect();
     assert_eq!(found, names);
 }
 
 #[test]
 fn the_walls_that_are_compared_differ_in_nothing_but_the_loop() {
     let hybrid = parsed("hybrid-wall");
-    for (name, rate_hz) in [
-        ("conventional-wall-100hz", 100.0),
-        ("conventional-wall-1khz", 1e3),
-        ("conventional-wall-10khz", 1e4),
-    ] {
+    for (name, rate_hz) in
+        [("conventional-wall-100hz", 100.0), ("conventional-wall-1khz", 1e3), ("conventional-wall-10khz", 1e4)]
+    {
         let mut method = parsed(name).method;
-        assert_eq!(
-            (method.kind, method.sample_rate_hz),
-            (Loop::Conventional, rate_hz)
-        );
+        assert_eq!((method.kind, method.sample_rate_hz), (Loop::Conventional, rate_hz));
         (method.kind, method.sample_rate_hz) = (hybrid.method.kind, hybrid.method.sample_rate_hz);
         assert_eq!(method, hybrid.method);
         let scene = parsed(name);
-        assert_eq!(
-            (scene.device, scene.wall, scene.hand),
-            (hybrid.device, hybrid.wall, hybrid.hand.clone())
-        );
-        assert_eq!(
-            (scene.bridge, scene.clock, scene.run),
-            (hybrid.bridge, hybrid.clock, hybrid.run)
-        );
+        assert_eq!((scene.device, scene.wall, scene.hand), (hybrid.device, hybrid.wall, hybrid.hand.clone()));
+        assert_eq!((scene.bridge, scene.clock, scene.run), (hybrid.bridge, hybrid.clock, hybrid.run));
     }
 }
 
@@ -90,8 +63,7 @@ fn the_walls_that_are_compared_differ_in_nothing_but_the_loop() {
 fn every_shipped_scene_does_what_it_expects() {
     for shipped in shipped() {
         let scene = shipped.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-        let session =
-            Session::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
+        let session = Session::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
         let mut trace = session.trace(&[]);
         let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
         if scene.expect.outcome.is_some() {
@@ -114,9 +86,7 @@ fn every_shipped_scene_does_what_it_expects() {
 
 #[test]
 fn the_shipped_capture_moves_one_count_at_a_time_and_returns() {
-    let Hand::Capture { edges } = parsed("replay-capture").hand else {
-        panic!("a capture")
-    };
+    let Hand::Capture { edges } = parsed("replay-capture").hand else { panic!("a capture") };
     // Position of (a, b) in the forward order 00, 01, 11, 10.
     let phase = |a: bool, b: bool| i64::from(a) * 2 + i64::from(a != b);
     let (mut count, mut peak) = (0, 0);
@@ -127,29 +97,17 @@ fn the_shipped_capture_moves_one_count_at_a_time_and_returns() {
         peak = peak.max(count);
     }
     // 1.9 rad of 256 counts a turn.
-    assert_eq!(
-        (count, peak),
-        (0, (1.9 * 256.0 / (2.0 * std::f64::consts::PI)) as i64)
-    );
+    assert_eq!((count, peak), (0, (1.9 * 256.0 / (2.0 * std::f64::consts::PI)) as i64));
 }
 
 #[test]
 fn the_shipped_motion_is_the_formula_it_says() {
-    let Hand::Prescribed { path } = parsed("replay-motion").hand else {
-        panic!("a motion")
-    };
+    let Hand::Prescribed { path } = parsed("replay-motion").hand else { panic!("a motion") };
     for point in path {
         let push = |start_s: f64| {
             let turn = (point.time_s - start_s) / 0.4;
-            if (0.0..=1.0).contains(&turn) {
-                (1.0 - (2.0 * std::f64::consts::PI * turn).cos()) / 2.0
-            } else {
-                0.0
-            }
+            if (0.0..=1.0).contains(&turn) { (1.0 - (2.0 * std::f64::consts::PI * turn).cos()) / 2.0 } else { 0.0 }
         };
-        assert!(
-            (point.angle_rad - 1.65 * (push(0.05) + push(0.5))).abs() <= 0.5e-6 + 1e-12,
-            "{point:?}"
-        );
+        assert!((point.angle_rad - 1.65 * (push(0.05) + push(0.5))).abs() <= 0.5e-6 + 1e-12, "{point:?}");
     }
 }

@@ -109,14 +109,10 @@ impl<'a> Device<'a> {
         self.motion.at(edge - self.anchor)
     }
 
-    /// The same for edges asked in rising order, one by one: remembers what 64 neighbours share.
+    /// The same for edges asked in rising order, one by one: remembers what neighbours share.
     #[inline(always)]
     pub fn state_next(&mut self, edge: u64) -> State {
-        let edges = edge - self.anchor;
-        if self.prefix.0 != edges >> 6 {
-            self.prefix = (edges >> 6, self.motion.prefix(edges >> 6));
-        }
-        self.motion.within(&self.prefix.1, edges & 63)
+        self.motion.at_next(edge - self.anchor, &mut self.prefix)
     }
 
     /// The outputs named by [`REALS`] at an edge.
@@ -200,7 +196,7 @@ impl<'a> Device<'a> {
         while a.edge < last {
             // Look about as far as the next encoder edge is at this speed.
             let gap_s = (high_rad - low_rad) / a.x[SPEED].abs();
-            let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 8192.0) as u64;
+            let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = Point::of(&self.motion, last.min(a.edge + guess));
             let mut end = b;
             let mut found = None;

@@ -2,7 +2,7 @@
 //!
 //! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w`, `P(t) = ∫₀ᵗ e^{As} ds`: the
 //! change is computed, never the sum of state and change, so that a short leap of a long motion loses nothing. `P` is
-//! tabulated for the digits of the edge count in base 64; a leap of any length costs one small product a digit.
+//! tabulated for the digits of the edge count in base 128; a leap of any length costs one small product a digit.
 //!
 //! The same digits give the exact integrals of the trajectory that an energy audit needs ([`Integrals`]).
 
@@ -22,7 +22,7 @@ pub(crate) const ANGLE: usize = 2;
 /// Index of the hand's intended angle.
 pub(crate) const INTENT: usize = 3;
 
-const BITS: u32 = 6;
+const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
 const MASK: u64 = RADIX as u64 - 1;
 
@@ -71,7 +71,7 @@ pub struct Linear {
     /// How fast it moves, in 1/s.
     rate: f64,
     edge_s: f64,
-    /// `P` for digit `d` (1 to 63) of level `k`, at `64 k + d`.
+    /// `P` for digit `d` of level `k`, at `128 k + d`.
     p: Vec<Columns>,
     /// Quadratures, made when first asked for: many runs never audit.
     leaps: OnceLock<Vec<Leap>>,
@@ -281,12 +281,6 @@ impl Linear {
         self.edge_s
     }
 
-    /// The longest leap in edges.
-    #[must_use]
-    pub fn longest(&self) -> u64 {
-        (1 << (self.p.len() / RADIX * BITS as usize)) - 1
-    }
-
     /// `A x + f`.
     #[inline(always)]
     pub(crate) fn slope(&self, x: &State, f: &State) -> State {
@@ -318,7 +312,7 @@ impl Linear {
     }
 }
 
-/// `unit` repeated 0 to 63 times, by doubling, so that rounding grows with the number of bits only; and 64 times.
+/// `unit` repeated 0 to 127 times, by doubling, so that rounding grows with the number of bits only; and 128 times.
 fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, T) {
     let mut all = vec![nothing, unit];
     for d in 2..=RADIX {
@@ -375,7 +369,7 @@ impl<'a> Trajectory<'a> {
         self.system.slope(x, &self.f)
     }
 
-    /// State and slope at the last multiple of 64 edges: the part that 64 successive edges share.
+    /// State and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline]
     #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
@@ -397,7 +391,7 @@ impl<'a> Trajectory<'a> {
         (x, w)
     }
 
-    /// The state `digit` edges (0 to 63) after a [`prefix`](Self::prefix).
+    /// The state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
@@ -409,6 +403,15 @@ impl<'a> Trajectory<'a> {
     #[must_use]
     pub fn at(&self, edges: u64) -> State {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
+    }
+
+    /// The same for edges asked one after the other: keeps in `cache` what neighbours share.
+    #[inline(always)]
+    pub(crate) fn at_next(&self, edges: u64, cache: &mut (u64, (State, State))) -> State {
+        if cache.0 != edges >> BITS {
+            *cache = (edges >> BITS, self.prefix(edges >> BITS));
+        }
+        self.within(&cache.1, edges & MASK)
     }
 
     /// The exact integrals from the anchor to `edges` edges later, and the state there, equal to [`at`](Self::at).

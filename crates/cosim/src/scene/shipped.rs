@@ -37,6 +37,7 @@ macro_rules! scenes {
 static SCENES: &[Shipped] = scenes![
     "hybrid-wall",
     "hybrid-wall-25mhz",
+    "friction-wall",
     "conventional-wall-100hz",
     "conventional-wall-1khz",
     "conventional-wall-10khz",

@@ -1,0 +1,141 @@
+//! Scenes on the command line: by path or by shipped name, with `--set`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use hpu_cosim::scene::{Scene, SceneError, Shipped, shipped, shipped_file};
+use hpu_rtl::LoopOptions;
+use serde_json::json;
+
+use crate::exit::{Exit, Failure};
+use crate::terminal::{print, print_json};
+
+/// List the shipped scenes
+#[derive(Args)]
+pub struct ListArgs {
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A scene and what of it is changed.
+#[derive(Args)]
+pub struct Set {
+    /// Change a key of the scene, as in wall.stiffness=2
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = pair)]
+    pub set: Vec<(String, String)>,
+}
+
+fn pair(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as in wall.stiffness=2")?;
+    Ok((key.to_string(), value.to_string()))
+}
+
+/// A scene, and where it came from.
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    name: String,
+    text: String,
+    overrides: Vec<(String, String)>,
+    data: PathBuf,
+    is_shipped: bool,
+}
+
+impl Loaded {
+    /// Reads a scene; `edges`, when given, replace its duration.
+    pub fn new(scene: &str, overrides: &[(String, String)], edges: Option<u64>) -> Result<Self, Failure> {
+        let source = source(scene)?;
+        let mut overrides = overrides.to_vec();
+        let mut parsed = source.parse(&overrides)?;
+        if let Some(edges) = edges {
+            let duration_s = edges as f64 / parsed.clock.frequency_hz() as f64;
+            overrides.push(("run.duration".to_string(), format!("{duration_s:?}")));
+            parsed = source.parse(&overrides)?;
+        }
+        let Source { name, text, data, is_shipped } = source;
+        Ok(Self { scene: parsed, name, text, overrides, data, is_shipped })
+    }
+
+    /// The scene for GHDL.
+    pub fn in_vhdl(&self, hdl: &Path, edges: u64) -> LoopOptions {
+        LoopOptions {
+            hdl: hdl.to_path_buf(),
+            name: self.name.clone(),
+            text: self.text.clone(),
+            overrides: self.overrides.clone(),
+            data: self.data.clone(),
+            edges,
+        }
+    }
+
+    /// The command that runs this scene.
+    pub fn command(&self) -> String {
+        let place = if self.is_shipped { &self.scene.name } else { &self.name };
+        let set = self.overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value)));
+        format!("hpu run {place}{}", set.collect::<String>())
+    }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-+/:,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.to_string() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
+/// Text of a scene.
+struct Source {
+    name: String,
+    text: String,
+    data: PathBuf,
+    is_shipped: bool,
+}
+
+fn source(scene: &str) -> Result<Source, Failure> {
+    let is_path = scene.contains('/') || scene.ends_with(".toml");
+    if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene)) {
+        let name = format!("testbench/scenes/{name}.toml");
+        return Ok(Source { name, text: (*text).to_string(), data: PathBuf::from("."), is_shipped: true });
+    }
+    let path = Path::new(scene);
+    if !is_path && !path.exists() {
+        let names: Vec<_> = shipped().iter().map(|shipped| shipped.name).collect();
+        return Err(Failure::file(format!(
+            "no scene `{scene}`: neither a file nor one of the shipped {}",
+            names.join(", ")
+        )));
+    }
+    let text = fs::read_to_string(path).map_err(|error| Failure::at(path, error))?;
+    let data = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    Ok(Source { name: scene.to_string(), text, data, is_shipped: false })
+}
+
+impl Source {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Scene, Failure> {
+        let mut load = |file: &str| {
+            let read = fs::read(self.data.join(file));
+            if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
+        };
+        Scene::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
+    }
+}
+
+/// `hpu scenes`: the shipped scenes, one line each.
+pub fn list(as_json: bool) -> Result<Exit, Failure> {
+    let scenes: Vec<_> =
+        shipped().iter().map(|shipped| shipped.parse(&[])).collect::<Result<_, SceneError>>().map_err(Failure::file)?;
+    if as_json {
+        let rows: Vec<_> = scenes.iter().map(|scene| json!({ "name": scene.name, "about": scene.about })).collect();
+        print_json(&json!({ "scenes": rows }))?;
+    } else {
+        let lines = scenes.iter().map(|scene| format!("{:<24} {}\n", scene.name, first_sentence(&scene.about)));
+        print(&lines.collect::<String>())?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn first_sentence(about: &str) -> String {
+    let text = about.split_whitespace().collect::<Vec<_>>().join(" ");
+    text.split_once(". ").map_or(text.clone(), |(first, _)| format!("{first}."))
+}
