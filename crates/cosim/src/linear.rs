@@ -82,7 +82,7 @@ impl LinearLoop {
                 for value in x.iter_mut().chain([&mut previous, &mut held]).chain(&mut waiting) {
                     *value /= size;
                 }
-                scale += size.ln();
+                scale += libm::log(size);
             }
         }
     }
@@ -103,10 +103,10 @@ impl LinearLoop {
                 sum = (0.0, scale);
             }
             // A window in which the scale moved is summed in its latest scale.
-            sum = (sum.0 * (2.0 * (sum.1 - scale)).exp(), scale);
+            sum = (sum.0 * libm::exp(2.0 * (sum.1 - scale)), scale);
             let phase = std::f64::consts::TAU * (index % window) as f64 / window as f64;
-            sum.0 += (1.0 - phase.cos()) * position * position;
-            logs[index / window] = sum.0.ln() + 2.0 * sum.1;
+            sum.0 += (1.0 - libm::cos(phase)) * position * position;
+            logs[index / window] = libm::log(sum.0) + 2.0 * sum.1;
             index += 1;
         });
         let window_s = (window as u64 * self.period) as f64 * self.system.edge_s();

@@ -1,0 +1,38 @@
+#!/bin/sh
+# The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL.
+# Installs GHDL where it may; ends with the counts of tests.
+set -eu
+cd "$(dirname "$0")/.."
+
+if ! command -v ghdl >/dev/null 2>&1; then
+    if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
+        apt-get update -qq
+        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends ghdl-mcode
+    else
+        echo "error: GHDL is missing; install it and run this again: sudo apt-get install ghdl-mcode" >&2
+        exit 3
+    fi
+fi
+
+cargo fmt --all --check
+cargo clippy --locked --workspace --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --quiet
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+# The shell has no pipefail: the status travels through a file beside the log.
+{ cargo test --locked --workspace --no-fail-fast 2>&1 && echo passed >"$log.status" || echo failed >"$log.status"; } | tee "$log"
+status=$(cat "$log.status")
+rm -f "$log.status"
+
+# The VHDL: blocks on their vectors, loops closed around the plant, edge by edge.
+checked=passed
+cargo run --locked --quiet -p hpu -- check || checked=failed
+
+awk -v checked="$checked" '
+    /^test result:/ { passed += $4; failed += $6 }
+    END {
+        if (checked == "passed") passed++; else failed++
+        printf "%d passed, %d failed\n", passed, failed
+    }' "$log"
+[ "$status" = passed ] && [ "$checked" = passed ]
