@@ -119,10 +119,12 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
 }
 
 /// An instance whose ports, inputs first, are connected to these nets.
-fn instance<B: Block>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
+fn instance<B: Block + Clone + 'static>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
     let mut ports = flatten(&block.inputs());
     ports.extend(flatten(&block.outputs()));
     debug_assert_eq!(ports.len(), nets.len());
     let connections = ports.into_iter().zip(nets).map(|(port, &net)| Connection { port, net }).collect();
-    Instance { label, block: B::NAME, clocked: B::CLOCKED, connections }
+    let mut model = Box::new(block.clone());
+    Block::reset(&mut *model);
+    Instance { label, model, connections }
 }

@@ -2,7 +2,7 @@
 
 use hpu_signal::{Ports, Signal, SignalUse};
 
-use crate::Block;
+use crate::{AnyBlock, Block};
 
 hpu_signal::ports! {
     /// Inputs of a haptic loop: the encoder's pins and the words that the scene sets.
@@ -26,10 +26,8 @@ pub struct Connection {
 pub struct Instance {
     /// Instance label; the scope's name in a waveform.
     pub label: &'static str,
-    /// Name of the block.
-    pub block: &'static str,
-    /// Whether it has `clk` and `rst`.
-    pub clocked: bool,
+    /// The block, configured as it stands here, after reset: its name is the entity's.
+    pub model: Box<dyn AnyBlock>,
     /// Its ports, in order.
     pub connections: Vec<Connection>,
 }

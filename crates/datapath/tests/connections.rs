@@ -28,7 +28,7 @@ fn connections(wiring: &impl Wiring) -> Vec<String> {
             format!("{}={}", connection.port.name, net.name)
         });
         let ports: Vec<String> = ports.collect();
-        format!("{}: {}({})", instance.label, instance.block, ports.join(" "))
+        format!("{}: {}({})", instance.label, instance.model.name(), ports.join(" "))
     };
     wiring.instances().into_iter().map(instance).collect()
 }

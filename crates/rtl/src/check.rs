@@ -35,14 +35,7 @@ impl CheckOptions {
     #[must_use]
     pub fn new(hdl: impl Into<PathBuf>) -> Self {
         let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-        Self {
-            hdl: hdl.into(),
-            blocks: Vec::new(),
-            rows: 2000,
-            seed: 1,
-            exhaustive: false,
-            jobs,
-        }
+        Self { hdl: hdl.into(), blocks: Vec::new(), rows: 2000, seed: 1, exhaustive: false, jobs }
     }
 }
 
@@ -55,10 +48,8 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
     let library = library(&options.hdl)?;
     let wanted = || -> Vec<_> {
         let all = variants().into_iter();
-        all.filter(|(_, block)| {
-            options.blocks.is_empty() || options.blocks.iter().any(|name| name == block.name())
-        })
-        .collect()
+        all.filter(|(_, block)| options.blocks.is_empty() || options.blocks.iter().any(|name| name == block.name()))
+            .collect()
     };
     let mut report = CheckReport::default();
     let mut jobs = Vec::new();
@@ -76,32 +67,19 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
             let start = Instant::now();
             block.reset();
             let stimuli = stimuli(&**block, set, options);
-            let result = run(
-                &library,
-                &format!("{label}-{set}"),
-                &Vectors::record(&mut **block, stimuli),
-            );
+            let result = run(&library, &format!("{label}-{set}"), &Vectors::record(&mut **block, stimuli));
             done.push((index, set, result, start.elapsed().as_secs_f64()));
         }
         done
     };
     let mut done: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..options.jobs.max(1))
-            .map(|_| scope.spawn(work))
-            .collect();
-        threads
-            .into_iter()
-            .flat_map(|thread| thread.join().expect("a checking thread does not panic"))
-            .collect()
+        let threads: Vec<_> = (0..options.jobs.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("a checking thread does not panic")).collect()
     });
     done.sort_by_key(|&(index, set, ..)| (index, set));
     let blocks = wanted();
     for (index, _, result, seconds) in done {
-        report.rows[index].add(
-            result.map_err(|error| error.to_string()),
-            blocks[index].1.clocked(),
-            seconds,
-        );
+        report.rows[index].add(result.map_err(|error| error.to_string()), blocks[index].1.clocked(), seconds);
     }
     Ok(report)
 }
@@ -110,24 +88,10 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
 fn library(hdl: &Path) -> Result<Library, GhdlError> {
     let blocks = registry();
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
-    packages.extend(
-        blocks
-            .iter()
-            .map(|block| (format!("{}_pkg.vhd", block.name()), package(&**block))),
-    );
-    let files: Vec<_> = blocks
-        .iter()
-        .map(|block| hdl.join(format!("{}.vhd", block.name())))
-        .collect();
+    packages.extend(blocks.iter().map(|block| (format!("{}_pkg.vhd", block.name()), package(&**block))));
+    let files: Vec<_> = blocks.iter().map(|block| hdl.join(format!("{}.vhd", block.name()))).collect();
     let testbench = |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block));
-    Library::analyse(
-        &packages,
-        &files,
-        &blocks
-            .iter()
-            .map(|block| testbench(&**block))
-            .collect::<Vec<_>>(),
-    )
+    Library::analyse(&packages, &files, &blocks.iter().map(|block| testbench(&**block)).collect::<Vec<_>>())
 }
 
 /// Whether this is the multiplier whose products are taken all, or in strata.
@@ -148,23 +112,11 @@ fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
 fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimulus> {
     if set == 0 {
         let has_pwm = block.outputs()[0].name == "a_high";
-        let rows = if has_pwm {
-            10 * options.rows
-        } else {
-            options.rows
-        };
-        return [
-            stimuli::directed(block),
-            stimuli::random(block, options.seed, rows),
-        ]
-        .concat();
+        let rows = if has_pwm { 10 * options.rows } else { options.rows };
+        return [stimuli::directed(block), stimuli::random(block, options.seed, rows)].concat();
     }
     let (a, b) = (block.inputs()[0].format, block.inputs()[1].format);
-    if options.exhaustive {
-        stimuli::chunk(a, b, set - 1)
-    } else {
-        stimuli::stratified(a, b, options.seed)
-    }
+    if options.exhaustive { stimuli::chunk(a, b, set - 1) } else { stimuli::stratified(a, b, options.seed) }
 }
 
 /// Runs a testbench over one set.
@@ -172,18 +124,11 @@ fn run(library: &Library, label: &str, vectors: &Vectors) -> Result<Tally, GhdlE
     let header = &vectors.header;
     let file = format!("{}-{label}.txt", header.block);
     library.write(&file, &vectors.to_text())?;
-    let mut generics: Vec<_> = header
-        .generics
-        .iter()
-        .map(|&(name, value)| (name, literal(value)))
-        .collect();
+    let mut generics: Vec<_> = header.generics.iter().map(|&(name, value)| (name, literal(value))).collect();
     generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
     let unit = format!("tb_{}", header.block);
     let said = library.run(&unit, &generics, &[])?;
     library.remove(&file)?;
     let tally = tally(&said).filter(|tally| tally.rows == vectors.rows.len() as u64);
-    tally.ok_or_else(|| GhdlError::Failed {
-        step: format!("finish {unit}"),
-        said,
-    })
+    tally.ok_or_else(|| GhdlError::Failed { step: format!("finish {unit}"), said })
 }

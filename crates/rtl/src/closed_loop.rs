@@ -50,14 +50,7 @@ pub struct LoopOptions {
 /// mismatch is a result.
 pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     let start = Instant::now();
-    let LoopOptions {
-        name,
-        text,
-        overrides,
-        data,
-        edges,
-        ..
-    } = options;
+    let LoopOptions { name, text, overrides, data, edges, .. } = options;
     let scene = parse(name, text, overrides, data).map_err(|said| refused(name, said))?;
     let session = Session::new(&scene).map_err(|error| refused(name, error.to_string()))?;
     let wiring: &dyn AnyBlock = match session.wiring() {
@@ -68,16 +61,9 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     let shared = shared_library()?;
     fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;
 
-    let mut generics: Vec<_> = wiring
-        .generics()
-        .into_iter()
-        .map(|(name, value)| (name, literal(value)))
-        .collect();
+    let mut generics: Vec<_> = wiring.generics().into_iter().map(|(name, value)| (name, literal(value))).collect();
     generics.push(("FORMAT", Header::of(wiring).to_string()));
-    let set: Vec<_> = overrides
-        .iter()
-        .map(|(key, value)| format!("{key}={value}"))
-        .collect();
+    let set: Vec<_> = overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let environment = [
         ("HPU_SCENE_NAME", name.clone()),
         ("HPU_SCENE_TEXT", text.clone()),
@@ -87,20 +73,14 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     ];
     let unit = format!("tb_loop_{}", wiring.name());
     let said = library.run(&unit, &generics, &environment)?;
-    let tally = tally(&said).ok_or_else(|| GhdlError::Failed {
-        step: format!("finish {unit}"),
-        said,
-    })?;
+    let tally = tally(&said).ok_or_else(|| GhdlError::Failed { step: format!("finish {unit}"), said })?;
     let mut row = CheckRow::new(wiring.name(), &scene.name);
     row.add(Ok(tally), true, start.elapsed().as_secs_f64());
     Ok(row)
 }
 
 fn refused(name: &str, said: String) -> GhdlError {
-    GhdlError::Failed {
-        step: format!("close the loop of {name}"),
-        said,
-    }
+    GhdlError::Failed { step: format!("close the loop of {name}"), said }
 }
 
 /// The scene and the number of edges that the runner asks its child process for.
@@ -112,27 +92,13 @@ pub(crate) fn scene_from_environment() -> Result<(Scene, u64), String> {
         .filter_map(|line| line.split_once('='))
         .map(|(key, value)| (key.to_string(), value.to_string()))
         .collect();
-    let scene = parse(
-        &get("HPU_SCENE_NAME")?,
-        &get("HPU_SCENE_TEXT")?,
-        &overrides,
-        get("HPU_SCENE_DATA")?.as_ref(),
-    )?;
-    let edges = get("HPU_LOOP_EDGES")?
-        .parse()
-        .map_err(|error| format!("HPU_LOOP_EDGES: {error}"))?;
+    let scene = parse(&get("HPU_SCENE_NAME")?, &get("HPU_SCENE_TEXT")?, &overrides, get("HPU_SCENE_DATA")?.as_ref())?;
+    let edges = get("HPU_LOOP_EDGES")?.parse().map_err(|error| format!("HPU_LOOP_EDGES: {error}"))?;
     Ok((scene, edges))
 }
 
-fn parse(
-    name: &str,
-    text: &str,
-    overrides: &[(String, String)],
-    data: &Path,
-) -> Result<Scene, String> {
-    let mut load = |file: &str| {
-        fs::read(data.join(file)).or_else(|error| shipped_file(file).map_err(|_| error))
-    };
+fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Scene, String> {
+    let mut load = |file: &str| fs::read(data.join(file)).or_else(|error| shipped_file(file).map_err(|_| error));
     Scene::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
 }
 
@@ -144,10 +110,7 @@ fn library(hdl: &Path, wiring: &dyn AnyBlock) -> Result<Library, GhdlError> {
     let text = fs::read_to_string(&path).map_err(|error| GhdlError::Io(path.clone(), error))?;
     // The last one ends the architecture.
     let Some(end) = text.to_lowercase().rfind("end architecture") else {
-        return Err(refused(
-            name,
-            format!("{} has no `end architecture`", path.display()),
-        ));
+        return Err(refused(name, format!("{} has no `end architecture`", path.display())));
     };
     let probed = format!("{}{}{}", &text[..end], probe_instance(wiring), &text[end..]);
     let packages = [
@@ -156,29 +119,20 @@ fn library(hdl: &Path, wiring: &dyn AnyBlock) -> Result<Library, GhdlError> {
         (format!("{name}_pkg.vhd"), package(&*by_default)),
         (format!("probe_{name}.vhd"), probe(wiring)),
     ];
-    let is_wiring =
-        |block: &dyn AnyBlock| block.outputs()[0].name == "a_high" && block.name() != "pwm";
+    let is_wiring = |block: &dyn AnyBlock| block.outputs()[0].name == "a_high" && block.name() != "pwm";
     let files: Vec<_> = registry()
         .iter()
         .filter(|block| !is_wiring(&***block))
         .map(|block| hdl.join(format!("{}.vhd", block.name())))
         .collect();
-    let benches = [
-        (format!("{name}.vhd"), probed),
-        (format!("tb_loop_{name}.vhd"), loop_bench(&*by_default)),
-    ];
+    let benches = [(format!("{name}.vhd"), probed), (format!("tb_loop_{name}.vhd"), loop_bench(&*by_default))];
     Library::analyse(&packages, &files, &benches)
 }
 
 /// The shared library of this build.
 fn shared_library() -> Result<PathBuf, GhdlError> {
-    let exe = env::current_exe()
-        .map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
+    let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
     let beside = exe.parent().unwrap_or(Path::new("."));
     let places = [beside.join("deps").join(LIBRARY), beside.join(LIBRARY)];
-    places
-        .iter()
-        .find(|place| place.exists())
-        .cloned()
-        .ok_or_else(|| GhdlError::NoLibrary(places.to_vec()))
+    places.iter().find(|place| place.exists()).cloned().ok_or_else(|| GhdlError::NoLibrary(places.to_vec()))
 }

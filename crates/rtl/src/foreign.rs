@@ -18,8 +18,7 @@ thread_local! {
 /// The scene lives as long as the process.
 fn open() -> Lockstep<'static> {
     let (scene, edges) = scene_from_environment().unwrap_or_else(|error| panic!("{error}"));
-    let session =
-        Session::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
+    let session = Session::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
     Lockstep::new(Box::leak(Box::new(session)), edges)
 }
 

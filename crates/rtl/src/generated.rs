@@ -21,30 +21,15 @@ pub fn generated() -> Vec<(PathBuf, String)> {
     for block in registry() {
         let name = block.name();
         files.push((format!("hdl/generated/{name}_pkg.vhd"), package(&*block)));
-        files.push((
-            format!("testbench/vhdl/generated/tb_{name}.vhd"),
-            testbench(&*block),
-        ));
+        files.push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block)));
     }
-    for wiring in [
-        &HybridLoop::default() as &dyn AnyBlock,
-        &ConventionalLoop::default(),
-    ] {
+    for wiring in [&HybridLoop::default() as &dyn AnyBlock, &ConventionalLoop::default()] {
         let name = wiring.name();
-        files.push((
-            format!("testbench/vhdl/generated/probe_{name}.vhd"),
-            probe(wiring),
-        ));
-        files.push((
-            format!("testbench/vhdl/generated/tb_loop_{name}.vhd"),
-            loop_bench(wiring),
-        ));
+        files.push((format!("testbench/vhdl/generated/probe_{name}.vhd"), probe(wiring)));
+        files.push((format!("testbench/vhdl/generated/tb_loop_{name}.vhd"), loop_bench(wiring)));
     }
     for (label, mut block) in variants() {
-        let directed: Vec<_> = stimuli::directed(&*block)
-            .into_iter()
-            .take(COMMITTED_ROWS)
-            .collect();
+        let directed: Vec<_> = stimuli::directed(&*block).into_iter().take(COMMITTED_ROWS).collect();
         let random = stimuli::random(&*block, 1, COMMITTED_ROWS);
         for (set, stimuli) in [("directed", directed), ("random", random)] {
             block.reset();
@@ -52,23 +37,14 @@ pub fn generated() -> Vec<(PathBuf, String)> {
             files.push((format!("vectors/{}/{label}-{set}.txt", block.name()), text));
         }
     }
-    files
-        .into_iter()
-        .map(|(path, text)| (path.into(), text))
-        .collect()
+    files.into_iter().map(|(path, text)| (path.into(), text)).collect()
 }
 
 /// The generated files that are absent below `root`, or not what the blocks say now.
 #[must_use]
 pub fn stale(root: &Path) -> Vec<PathBuf> {
-    let differs = |(path, text): &(PathBuf, String)| {
-        fs::read_to_string(root.join(path)).ok().as_ref() != Some(text)
-    };
-    generated()
-        .into_iter()
-        .filter(differs)
-        .map(|(path, _)| path)
-        .collect()
+    let differs = |(path, text): &(PathBuf, String)| fs::read_to_string(root.join(path)).ok().as_ref() != Some(text);
+    generated().into_iter().filter(differs).map(|(path, _)| path).collect()
 }
 
 /// Writes the stale ones of the generated files below `root` (`hpu vectors --update`) and tells which; each beside its
@@ -79,10 +55,7 @@ pub fn stale(root: &Path) -> Vec<PathBuf> {
 /// The first I/O error.
 pub fn write_committed(root: &Path) -> io::Result<Vec<PathBuf>> {
     let stale = stale(root);
-    for (path, text) in generated()
-        .into_iter()
-        .filter(|(path, _)| stale.contains(path))
-    {
+    for (path, text) in generated().into_iter().filter(|(path, _)| stale.contains(path)) {
         let place = root.join(path);
         fs::create_dir_all(place.parent().expect("a generated file is in a folder"))?;
         let beside = place.with_extension("new");

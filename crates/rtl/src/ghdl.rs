@@ -27,20 +27,10 @@ pub enum GhdlError {
 impl fmt::Display for GhdlError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::Missing => write!(
-                f,
-                "`ghdl` is not installed; on Debian: apt install ghdl-mcode"
-            ),
+            Self::Missing => write!(f, "`ghdl` is not installed; on Debian: apt install ghdl-mcode"),
             Self::NoLibrary(places) => {
-                let places: Vec<_> = places
-                    .iter()
-                    .map(|place| place.display().to_string())
-                    .collect();
-                write!(
-                    f,
-                    "no {}; `cargo build` leaves the library beside the program",
-                    places.join(", no ")
-                )
+                let places: Vec<_> = places.iter().map(|place| place.display().to_string()).collect();
+                write!(f, "no {}; `cargo build` leaves the library beside the program", places.join(", no "))
             }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Failed { step, said } => write!(f, "ghdl could not {step}:\n{}", said.trim_end()),
@@ -82,8 +72,7 @@ impl Library {
             command.arg(name);
         }
         for file in files {
-            command
-                .arg(fs::canonicalize(file).map_err(|error| GhdlError::Io(file.clone(), error))?);
+            command.arg(fs::canonicalize(file).map_err(|error| GhdlError::Io(file.clone(), error))?);
         }
         for (name, text) in testbenches {
             library.write(name, text)?;
@@ -134,11 +123,7 @@ impl Library {
         command.arg(unit);
         // Words are unknown before the first edge; the comparison sees that, a warning a row does not help.
         command.arg("--ieee-asserts=disable");
-        command.args(
-            generics
-                .iter()
-                .map(|(name, value)| format!("-g{name}={value}")),
-        );
+        command.args(generics.iter().map(|(name, value)| format!("-g{name}={value}")));
         command.envs(environment.iter().map(|(name, value)| (name, value)));
         output(command, || format!("run {unit}"))
     }

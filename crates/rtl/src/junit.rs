@@ -16,12 +16,8 @@ pub fn junit(report: &CheckReport) -> String {
     );
     for row in report.all() {
         let (block, variant) = (escape(&row.block), escape(&row.variant));
-        write!(
-            xml,
-            "<testcase classname=\"{block}\" name=\"{variant}\" time=\"{:.3}\"",
-            row.seconds
-        )
-        .expect("a string grows");
+        write!(xml, "<testcase classname=\"{block}\" name=\"{variant}\" time=\"{:.3}\"", row.seconds)
+            .expect("a string grows");
         if row.ok() {
             xml += "/>\n";
             continue;
@@ -32,12 +28,8 @@ pub fn junit(report: &CheckReport) -> String {
             (None, None) => "nothing was compared".to_string(),
         };
         let brief = escape(detail.trim().lines().next().unwrap_or(""));
-        writeln!(
-            xml,
-            "><failure message=\"{brief}\">{}</failure></testcase>",
-            escape(&detail)
-        )
-        .expect("a string grows");
+        writeln!(xml, "><failure message=\"{brief}\">{}</failure></testcase>", escape(&detail))
+            .expect("a string grows");
     }
     xml + "</testsuite>\n</testsuites>\n"
 }
@@ -53,9 +45,7 @@ fn escape(text: &str) -> String {
             '"' => escaped += "&quot;",
             '\'' => escaped += "&apos;",
             '\n' | '\t' => escaped.push(character),
-            control if control < ' ' || matches!(control, '\u{fffe}' | '\u{ffff}') => {
-                escaped.push('?')
-            }
+            control if control < ' ' || matches!(control, '\u{fffe}' | '\u{ffff}') => escaped.push('?'),
             plain => escaped.push(plain),
         }
     }

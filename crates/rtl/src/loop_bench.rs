@@ -12,15 +12,8 @@ pub const LOOP_BRIDGE: &str = include_str!("../../../testbench/vhdl/loop_bridge.
 
 /// All nets of a wiring, by its name.
 fn nets(wiring: &dyn AnyBlock) -> Vec<Signal> {
-    let either = [
-        TheLoop::Hybrid(HybridLoop::default()),
-        TheLoop::Conventional(ConventionalLoop::default()),
-    ];
-    either
-        .iter()
-        .find(|either| either.name() == wiring.name())
-        .map(TheLoop::nets)
-        .expect("one of two wirings")
+    let either = [TheLoop::Hybrid(HybridLoop::default()), TheLoop::Conventional(ConventionalLoop::default())];
+    either.iter().find(|either| either.name() == wiring.name()).map(TheLoop::nets).expect("one of two wirings")
 }
 
 /// The text of `testbench/vhdl/generated/probe_<wiring>.vhd`.
@@ -28,11 +21,7 @@ fn nets(wiring: &dyn AnyBlock) -> Vec<Signal> {
 pub fn probe(wiring: &dyn AnyBlock) -> String {
     let name = wiring.name();
     let port = |net: &Signal| {
-        let kind = if net.format.width() == 1 {
-            "std_logic"
-        } else {
-            "std_logic_vector"
-        };
+        let kind = if net.format.width() == 1 { "std_logic" } else { "std_logic_vector" };
         format!("    {} : in {kind}", net.name)
     };
     let ports: Vec<_> = nets(wiring).iter().map(port).collect();
@@ -63,15 +52,8 @@ begin
 
 /// The statement that is added to the copy.
 pub(crate) fn probe_instance(wiring: &dyn AnyBlock) -> String {
-    let map: Vec<_> = nets(wiring)
-        .iter()
-        .map(|net| format!("{0} => {0}", net.name))
-        .collect();
-    format!(
-        "  probe : entity work.probe_{} port map ({});\n\n",
-        wiring.name(),
-        map.join(", ")
-    )
+    let map: Vec<_> = nets(wiring).iter().map(|net| format!("{0} => {0}", net.name)).collect();
+    format!("  probe : entity work.probe_{} port map ({});\n\n", wiring.name(), map.join(", "))
 }
 
 /// The text of `testbench/vhdl/generated/tb_loop_<wiring>.vhd`. The wiring must be in its default configuration.
@@ -85,9 +67,7 @@ pub fn loop_bench(wiring: &dyn AnyBlock) -> String {
         .map(|signal| format!("  signal {} : {};\n", signal.name, port_type(signal)))
         .collect();
     let constants: String = (inputs.iter().enumerate().skip(2))
-        .map(|(index, Signal { name, .. })| {
-            format!("    {name} <= take({index}, {name}'length);\n")
-        })
+        .map(|(index, Signal { name, .. })| format!("    {name} <= take({index}, {name}'length);\n"))
         .collect();
     format!(
         "{GENERATED}--

@@ -59,10 +59,7 @@ impl fmt::Display for VectorError {
         write!(f, "line {}: ", self.line)?;
         match &self.problem {
             Problem::Stale { expected, found } => {
-                write!(
-                    f,
-                    "made for another configuration; expected `{expected}`, found `{found}`"
-                )
+                write!(f, "made for another configuration; expected `{expected}`, found `{found}`")
             }
             Problem::Truncated => {
                 write!(f, "the file is cut: its last line should be `# end N rows`")
@@ -73,11 +70,7 @@ impl fmt::Display for VectorError {
             Problem::Words { expected, found } => {
                 write!(f, "{expected} words expected, {found} found")
             }
-            Problem::Word {
-                column,
-                format,
-                found,
-            } => write!(f, "`{found}` is not a word of {column}{format}"),
+            Problem::Word { column, format, found } => write!(f, "`{found}` is not a word of {column}{format}"),
             Problem::Trailing => write!(f, "text after the last line `# end N rows`"),
         }
     }
@@ -96,26 +89,14 @@ impl Vectors {
         let mut lines = text.lines().zip(1..);
         let found = lines.next().map_or("", |(line, _)| line);
         if found != header.to_string() {
-            return Err(at(
-                1,
-                Problem::Stale {
-                    expected: header.to_string(),
-                    found: found.to_string(),
-                },
-            ));
+            return Err(at(1, Problem::Stale { expected: header.to_string(), found: found.to_string() }));
         }
         let columns: Vec<_> = header.columns().cloned().collect();
         let mut rows = Vec::new();
         for (line, number) in &mut lines {
             if line.starts_with('#') {
                 if line != format!("# end {} rows", rows.len()) {
-                    return Err(at(
-                        number,
-                        Problem::Count {
-                            found: rows.len(),
-                            told: line.to_string(),
-                        },
-                    ));
+                    return Err(at(number, Problem::Count { found: rows.len(), told: line.to_string() }));
                 }
                 return match lines.next() {
                     None => Ok(Self { header, rows }),
@@ -124,19 +105,9 @@ impl Vectors {
             }
             let words: Vec<_> = line.split(' ').collect();
             if words.len() != columns.len() {
-                return Err(at(
-                    number,
-                    Problem::Words {
-                        expected: columns.len(),
-                        found: words.len(),
-                    },
-                ));
+                return Err(at(number, Problem::Words { expected: columns.len(), found: words.len() }));
             }
-            let row = columns
-                .iter()
-                .zip(words)
-                .map(|(column, found)| hex(column, found))
-                .collect::<Result<_, _>>();
+            let row = columns.iter().zip(words).map(|(column, found)| hex(column, found)).collect::<Result<_, _>>();
             rows.push(row.map_err(|problem| at(number, problem))?);
         }
         Err(at(rows.len() + 2, Problem::Truncated))
@@ -146,16 +117,10 @@ impl Vectors {
 /// A word in hex: exactly the column's digits, no bit beyond its width.
 fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
     let Column { name, format } = *column;
-    let plain =
-        found.len() == digits(format) && found.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let plain = found.len() == digits(format) && found.bytes().all(|digit| digit.is_ascii_hexdigit());
     let bits = plain.then(|| u64::from_str_radix(found, 16).ok()).flatten();
     let bits = bits.filter(|&bits| format.bits(format.from_bits(bits)) == bits);
-    bits.map(|bits| format.from_bits(bits))
-        .ok_or(Problem::Word {
-            column: name,
-            format,
-            found: found.to_string(),
-        })
+    bits.map(|bits| format.from_bits(bits)).ok_or(Problem::Word { column: name, format, found: found.to_string() })
 }
 
 /// Reads stimuli as CSV: a line with the block's input names in order (`rst` may be left out), then decimal rows in
@@ -166,47 +131,21 @@ fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
 /// [`VectorError`], with the line, for another first line, a row of the wrong length, a number that does not fit.
 pub fn stimuli_from_csv(text: &str, header: &Header) -> Result<Vec<Stimulus>, VectorError> {
     let at = |line, problem| VectorError { line, problem };
-    let names = |columns: &[Column]| {
-        columns
-            .iter()
-            .map(|column| column.name)
-            .collect::<Vec<_>>()
-            .join(",")
-    };
+    let names = |columns: &[Column]| columns.iter().map(|column| column.name).collect::<Vec<_>>().join(",");
     let first = text.lines().next().unwrap_or("").trim();
     let with_rst = first == names(&header.inputs);
     let columns = &header.inputs[usize::from(header.clocked && !with_rst)..];
     if first != names(columns) {
-        return Err(at(
-            1,
-            Problem::Stale {
-                expected: names(&header.inputs),
-                found: first.to_string(),
-            },
-        ));
+        return Err(at(1, Problem::Stale { expected: names(&header.inputs), found: first.to_string() }));
     }
     let mut stimuli = Vec::new();
-    for (line, number) in text
-        .lines()
-        .zip(1..)
-        .skip(1)
-        .filter(|(line, _)| !line.trim().is_empty())
-    {
+    for (line, number) in text.lines().zip(1..).skip(1).filter(|(line, _)| !line.trim().is_empty()) {
         let cells: Vec<_> = line.split(',').map(str::trim).collect();
         if cells.len() != columns.len() {
-            return Err(at(
-                number,
-                Problem::Words {
-                    expected: columns.len(),
-                    found: cells.len(),
-                },
-            ));
+            return Err(at(number, Problem::Words { expected: columns.len(), found: cells.len() }));
         }
         let word = |(column, found): (&Column, &&str)| {
-            let value = found
-                .parse()
-                .ok()
-                .filter(|&value| column.format.holds(value));
+            let value = found.parse().ok().filter(|&value| column.format.holds(value));
             let Column { name, format } = *column;
             value.map(|value| format.wrap(value)).ok_or(Problem::Word {
                 column: name,
@@ -214,12 +153,8 @@ pub fn stimuli_from_csv(text: &str, header: &Header) -> Result<Vec<Stimulus>, Ve
                 found: found.to_string(),
             })
         };
-        let mut words: Vec<i64> = columns
-            .iter()
-            .zip(&cells)
-            .map(word)
-            .collect::<Result<_, _>>()
-            .map_err(|problem| at(number, problem))?;
+        let mut words: Vec<i64> =
+            columns.iter().zip(&cells).map(word).collect::<Result<_, _>>().map_err(|problem| at(number, problem))?;
         let rst = header.clocked && with_rst && words.remove(0) == 1;
         stimuli.push(Stimulus { rst, words });
     }

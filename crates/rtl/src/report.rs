@@ -105,19 +105,8 @@ impl fmt::Display for CheckReport {
             "block", "variant", "vectors", "edges", "mismatches", "s"
         )?;
         for row in self.all() {
-            let CheckRow {
-                block,
-                variant,
-                vectors,
-                edges,
-                mismatches,
-                seconds,
-                ..
-            } = row;
-            writeln!(
-                f,
-                "{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}"
-            )?;
+            let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
+            writeln!(f, "{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}")?;
             if let Some(first) = &row.first {
                 write!(f, "{first}")?;
             }
@@ -131,17 +120,8 @@ impl fmt::Display for CheckReport {
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self {
-            row,
-            signal,
-            expected,
-            got,
-            history,
-        } = self;
-        writeln!(
-            f,
-            "  first at {row}: {signal} expected {expected}, got {got}"
-        )?;
+        let Self { row, signal, expected, got, history } = self;
+        writeln!(f, "  first at {row}: {signal} expected {expected}, got {got}")?;
         history.iter().try_for_each(|row| writeln!(f, "    {row}"))
     }
 }
@@ -157,22 +137,12 @@ pub(crate) struct Tally {
 pub(crate) fn tally(said: &str) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
-    let first = said
-        .lines()
-        .find_map(|line| first(line.strip_prefix("MISMATCH row=")?));
-    let history = || {
-        said.lines()
-            .filter_map(|line| line.strip_prefix("HISTORY "))
-            .map(str::to_string)
-            .collect()
-    };
+    let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?));
+    let history = || said.lines().filter_map(|line| line.strip_prefix("HISTORY ")).map(str::to_string).collect();
     Some(Tally {
         rows: number(result, "rows=")?,
         mismatches: number(result, "mismatches=")?,
-        first: first.map(|first| Mismatch {
-            history: history(),
-            ..first
-        }),
+        first: first.map(|first| Mismatch { history: history(), ..first }),
     })
 }
 

@@ -1,4 +1,4 @@
-//! Vectors of a whole loop, recorded from a scene.
+//! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
 use hpu_cosim::{ClosedLoop, Session, TheLoop};
 use hpu_datapath::{AnyBlock, Wiring};
@@ -6,31 +6,57 @@ use hpu_signal::Ports;
 
 use crate::vector::{Stimulus, Vectors};
 
-/// The wiring's golden vectors over a scene's first edges, after one of reset.
+/// Golden vectors over a scene's first edges, after one of reset: the wiring's own first, then those of each instance in
+/// it, by label. A combinational block keeps the rows in which an input has changed.
 #[must_use]
-pub fn scene_vectors(session: &Session, edges: u64) -> Vectors {
+pub fn scene_vectors(session: &Session, edges: u64) -> Vec<(&'static str, Vectors)> {
     match session.wiring() {
         TheLoop::Hybrid(wiring) => record(wiring, session, edges),
         TheLoop::Conventional(wiring) => record(wiring, session, edges),
     }
 }
 
-fn record<W: Wiring + Clone + 'static>(wiring: &W, session: &Session, edges: u64) -> Vectors {
+fn record<W: Wiring + Clone + 'static>(wiring: &W, session: &Session, edges: u64) -> Vec<(&'static str, Vectors)> {
     let mut constants = Vec::new();
     session.input().each(|&word| constants.push(word));
-    let reset = Stimulus {
-        rst: true,
-        words: constants,
-    };
-    let inputs = reset.words.len();
+    let inputs = constants.len();
     let mut run = ClosedLoop::new(wiring.clone(), session.plant(), session.input(), u64::MAX);
-    let rows = (0..edges).map(|_| {
+    let mut instances = wiring.instances();
+    // The words that each edge samples: the pins as it finds them, all other nets as the edge before has left them.
+    let mut sampled = Vec::new();
+    let mut before = run.wiring.words().to_vec();
+    for _ in 0..edges {
         run.step(&mut ());
-        Stimulus {
-            rst: false,
-            words: run.wiring.words()[..inputs].to_vec(),
-        }
-    });
-    let mut again: Box<dyn AnyBlock> = Box::new(wiring.clone());
-    Vectors::record(&mut *again, std::iter::once(reset).chain(rows))
+        let after = run.wiring.words().to_vec();
+        before[..inputs].copy_from_slice(&after[..inputs]);
+        sampled.push(std::mem::replace(&mut before, after));
+    }
+    let rows = |nets: &[usize]| -> Vec<Vec<i64>> {
+        sampled.iter().map(|words| nets.iter().map(|&net| words[net]).collect()).collect()
+    };
+    let name = session.wiring().name();
+    let own = rows(&(0..inputs).collect::<Vec<_>>());
+    let mut all = vec![(name, clocked(&mut wiring.clone(), constants, own))];
+    for instance in &mut instances {
+        let count = AnyBlock::inputs(&*instance.model).len();
+        let nets: Vec<usize> = instance.connections[..count].iter().map(|connection| connection.net).collect();
+        let mut rows = rows(&nets);
+        let model = &mut *instance.model;
+        let vectors = if model.clocked() {
+            let first = rows[0].clone();
+            clocked(model, first, rows)
+        } else {
+            rows.dedup();
+            Vectors::record(model, rows.into_iter().map(|words| Stimulus { rst: false, words }))
+        };
+        all.push((instance.label, vectors));
+    }
+    all
+}
+
+/// The rows after one edge of reset.
+fn clocked(block: &mut dyn AnyBlock, first: Vec<i64>, rows: Vec<Vec<i64>>) -> Vectors {
+    let reset = Stimulus { rst: true, words: first };
+    let rows = rows.into_iter().map(|words| Stimulus { rst: false, words });
+    Vectors::record(block, std::iter::once(reset).chain(rows))
 }

@@ -18,27 +18,16 @@ fn reset(words: Vec<i64>) -> Stimulus {
 
 /// An integer generic of the block.
 fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
-    block
-        .generics()
-        .iter()
-        .find_map(|&(found, value)| match value {
-            Generic::Integer(value) if found == name => Some(value),
-            _ => None,
-        })
+    block.generics().iter().find_map(|&(found, value)| match value {
+        Generic::Integer(value) if found == name => Some(value),
+        _ => None,
+    })
 }
 
 /// The words where formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without repetition.
 #[must_use]
 pub fn corners(format: Format) -> Vec<i64> {
-    let wanted = [
-        0,
-        1,
-        -1,
-        format.max(),
-        format.min(),
-        format.max() - 1,
-        format.max() / 2 + 1,
-    ];
+    let wanted = [0, 1, -1, format.max(), format.min(), format.max() - 1, format.max() / 2 + 1];
     let mut words = Vec::new();
     for word in wanted.map(|value| format.wrap(value)) {
         if !words.contains(&word) {
@@ -51,9 +40,7 @@ pub fn corners(format: Format) -> Vec<i64> {
 /// Every combination of one word from each list, the last list fastest.
 fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
     lists.iter().fold(vec![vec![]], |rows, list| {
-        rows.iter()
-            .flat_map(|row| list.iter().map(move |&word| [&row[..], &[word]].concat()))
-            .collect()
+        rows.iter().flat_map(|row| list.iter().map(move |&word| [&row[..], &[word]].concat())).collect()
     })
 }
 
@@ -76,19 +63,11 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
 
 /// Combinational: corners against corners, then each bit alone against all zeros and all ones elsewhere.
 fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
-    let mut rows = product(
-        &inputs
-            .iter()
-            .map(|signal| corners(signal.format))
-            .collect::<Vec<_>>(),
-    );
+    let mut rows = product(&inputs.iter().map(|signal| corners(signal.format)).collect::<Vec<_>>());
     for (index, signal) in inputs.iter().enumerate() {
         for bit in 0..signal.format.width() {
             for others in [0, -1] {
-                let mut row: Vec<_> = inputs
-                    .iter()
-                    .map(|signal| signal.format.wrap(others))
-                    .collect();
+                let mut row: Vec<_> = inputs.iter().map(|signal| signal.format.wrap(others)).collect();
                 row[index] = signal.format.wrap(1 << bit);
                 rows.push(row);
             }
@@ -134,9 +113,7 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     let rest = &inputs[1..];
     let mut rows = Vec::new();
     for &period in &[1, 0, 2, 3, -1] {
-        rows.push(reset(
-            inputs.iter().map(|signal| signal.format.wrap(-1)).collect(),
-        ));
+        rows.push(reset(inputs.iter().map(|signal| signal.format.wrap(-1)).collect()));
         for (turn, &word) in corners(inputs[0].format).iter().enumerate() {
             let other = |signal: &Signal| match signal.name {
                 "period" => signal.format.wrap(period),
@@ -162,11 +139,7 @@ fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
             let constants: Vec<_> = inputs[2..].iter().map(constant).collect();
             let row = |phase: usize| [&FORWARD[phase % 4][..], &constants].concat();
             rows.push(reset(row(0)));
-            rows.extend(
-                (0..steps)
-                    .chain((0..steps).rev())
-                    .flat_map(|phase| vec![edge(row(phase)); 2]),
-            );
+            rows.extend((0..steps).chain((0..steps).rev()).flat_map(|phase| vec![edge(row(phase)); 2]));
         }
     }
     rows
@@ -178,18 +151,13 @@ fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
         "damping" => signal.format.wrap(-1),
         "period" => 7,
         "scale" => 1 << signal.format.frac(),
-        _ => signal
-            .format
-            .wrap(if signal.name == "reference" { -1 } else { 1 }),
+        _ => signal.format.wrap(if signal.name == "reference" { -1 } else { 1 }),
     };
     let constants: Vec<_> = inputs[2..].iter().map(constant).collect();
     let row = |count: i64| [&FORWARD[count.rem_euclid(4) as usize][..], &constants].concat();
     let deepest = period * 5 / 8;
     let walk = (0..deepest).chain((-deepest..deepest).rev());
-    [reset(row(0))]
-        .into_iter()
-        .chain(walk.map(|count| edge(row(count))))
-        .collect()
+    [reset(row(0))].into_iter().chain(walk.map(|count| edge(row(count)))).collect()
 }
 
 /// Random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short sample
@@ -200,19 +168,12 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let inputs = block.inputs();
     let with_lines = inputs[0].name.starts_with("a") && inputs[0].format == Format::BIT;
     let is_loop = inputs[0].name == "a_pin" && inputs.len() > 2;
-    let mut words: Vec<_> = inputs
-        .iter()
-        .map(|signal| draw(random, signal, 0))
-        .collect();
+    let mut words: Vec<_> = inputs.iter().map(|signal| draw(random, signal, 0)).collect();
     let (mut phase, mut direction) = (0, 1);
     // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
     let resets = if is_loop { 6000 } else { 700 };
     let mut next = |row: usize| {
-        for (index, signal) in inputs
-            .iter()
-            .enumerate()
-            .skip(if with_lines { 2 } else { 0 })
-        {
+        for (index, signal) in inputs.iter().enumerate().skip(if with_lines { 2 } else { 0 }) {
             let odds = match signal.name {
                 _ if !block.clocked() => 1,
                 _ if is_loop => 500,
@@ -224,23 +185,12 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
             }
         }
         if with_lines {
-            direction = if random.one_in(200) {
-                4 - direction
-            } else {
-                direction
-            };
-            let moves = if random.one_in(500) {
-                2
-            } else {
-                direction * u64::from(random.one_in(3))
-            };
+            direction = if random.one_in(200) { 4 - direction } else { direction };
+            let moves = if random.one_in(500) { 2 } else { direction * u64::from(random.one_in(3)) };
             phase = (phase + moves) % 4;
             words[..2].copy_from_slice(&FORWARD[phase as usize]);
         }
-        Stimulus {
-            rst: block.clocked() && (row == 0 || random.one_in(resets)),
-            words: words.clone(),
-        }
+        Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() }
     };
     (0..rows).map(&mut next).collect()
 }
@@ -248,9 +198,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
 /// A word of the signal: a corner, a neighbour of the last one, or any.
 fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     let format = signal.format;
-    let near = |random: &mut SplitMix64, word: i64| {
-        format.wrap(i128::from(word) + i128::from(random.below(9)) - 4)
-    };
+    let near = |random: &mut SplitMix64, word: i64| format.wrap(i128::from(word) + i128::from(random.below(9)) - 4);
     match (signal.name, random.below(4)) {
         // A long period holds a sampling block still; one in eight is plenty.
         ("period", _) if !random.one_in(8) => format.from_bits(random.below(12)),
@@ -274,9 +222,7 @@ pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
         format.from_bits(cell << low | random.below(1 << low))
     };
     let cells = (0..256).flat_map(|x| (0..256).map(move |y| (x, y)));
-    cells
-        .map(|(x, y)| edge(vec![pick(a, x), pick(b, y)]))
-        .collect()
+    cells.map(|(x, y)| edge(vec![pick(a, x), pick(b, y)])).collect()
 }
 
 /// All pairs of words whose first factor has these upper eight bits: 256 such chunks hold every pair there is.
@@ -284,9 +230,6 @@ pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
 pub fn chunk(a: Format, b: Format, upper: u64) -> Vec<Stimulus> {
     let low = a.width() - 8;
     let first = upper << low;
-    let pairs =
-        (first..first + (1 << low)).flat_map(|x| (0..1 << b.width()).map(move |y: u64| (x, y)));
-    pairs
-        .map(|(x, y)| edge(vec![a.from_bits(x), b.from_bits(y)]))
-        .collect()
+    let pairs = (first..first + (1 << low)).flat_map(|x| (0..1 << b.width()).map(move |y: u64| (x, y)));
+    pairs.map(|(x, y)| edge(vec![a.from_bits(x), b.from_bits(y)])).collect()
 }

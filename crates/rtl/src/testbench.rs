@@ -10,56 +10,28 @@ pub const VECTOR_READER: &str = include_str!("../../../testbench/vhdl/vector_rea
 
 /// Generics of the entity, with the package's values as defaults, one a line.
 pub(crate) fn generic_clause(block: &dyn AnyBlock) -> String {
-    let clause = |(name, value)| {
-        format!(
-            "    {name} : {} := work.{}_pkg.{name};\n",
-            vhdl_type(value),
-            block.name()
-        )
-    };
+    let clause = |(name, value)| format!("    {name} : {} := work.{}_pkg.{name};\n", vhdl_type(value), block.name());
     block.generics().into_iter().map(clause).collect()
 }
 
 /// The device under test, its generics and ports connected to signals of the same names.
 pub(crate) fn instance(block: &dyn AnyBlock) -> String {
-    let clock = if block.clocked() {
-        &["clk", "rst"][..]
-    } else {
-        &[]
-    };
+    let clock = if block.clocked() { &["clk", "rst"][..] } else { &[] };
     let (inputs, outputs) = (block.inputs(), block.outputs());
-    let ports = clock
-        .iter()
-        .copied()
-        .chain(inputs.iter().chain(&outputs).map(|signal| signal.name));
+    let ports = clock.iter().copied().chain(inputs.iter().chain(&outputs).map(|signal| signal.name));
     let map = |kind: &str, names: Vec<&str>| {
-        let all: Vec<_> = names
-            .iter()
-            .map(|name| format!("{name} => {name}"))
-            .collect();
-        if all.is_empty() {
-            String::new()
-        } else {
-            format!("\n    {kind} map ({})", all.join(", "))
-        }
+        let all: Vec<_> = names.iter().map(|name| format!("{name} => {name}")).collect();
+        if all.is_empty() { String::new() } else { format!("\n    {kind} map ({})", all.join(", ")) }
     };
     let generics = block.generics().iter().map(|(name, _)| *name).collect();
-    format!(
-        "  dut : entity work.{}{}{};\n",
-        block.name(),
-        map("generic", generics),
-        map("port", ports.collect())
-    )
+    format!("  dut : entity work.{}{}{};\n", block.name(), map("generic", generics), map("port", ports.collect()))
 }
 
 /// VHDL type of a port whose width the format line tells. A port of one bit is a scalar.
 pub(crate) fn port_type(signal: &Signal) -> String {
     match signal.format.width() {
         1 => "std_logic".to_string(),
-        _ => format!(
-            "std_logic_vector(bits(FORMAT, \"{}\") - 1 downto 0)",
-            signal.name
-        ),
+        _ => format!("std_logic_vector(bits(FORMAT, \"{}\") - 1 downto 0)", signal.name),
     }
 }
 
@@ -68,11 +40,8 @@ pub(crate) fn port_type(signal: &Signal) -> String {
 pub fn testbench(block: &dyn AnyBlock) -> String {
     let name = block.name();
     let (inputs, outputs) = (block.inputs(), block.outputs());
-    let clock = if block.clocked() {
-        "  signal clk : std_logic := '0';\n  signal rst : std_logic := '0';\n"
-    } else {
-        ""
-    };
+    let clock =
+        if block.clocked() { "  signal clk : std_logic := '0';\n  signal rst : std_logic := '0';\n" } else { "" };
     let signals: String = inputs
         .iter()
         .chain(&outputs)
@@ -82,29 +51,12 @@ pub fn testbench(block: &dyn AnyBlock) -> String {
         1 => format!("      {name} <= rows.word;\n"),
         _ => format!("      {name} <= rows.word({name}'length);\n"),
     };
-    let rst = if block.clocked() {
-        take("rst", 1)
-    } else {
-        String::new()
-    };
-    let drive: String = inputs
-        .iter()
-        .map(|signal| take(signal.name, signal.format.width()))
-        .collect();
-    let rise = if block.clocked() {
-        "      clk <= '1';\n      wait for 5 ns;\n"
-    } else {
-        ""
-    };
-    let fall = if block.clocked() {
-        "      clk <= '0';\n"
-    } else {
-        ""
-    };
-    let check: String = outputs
-        .iter()
-        .map(|Signal { name, .. }| format!("      rows.check(\"{name}\", {name});\n"))
-        .collect();
+    let rst = if block.clocked() { take("rst", 1) } else { String::new() };
+    let drive: String = inputs.iter().map(|signal| take(signal.name, signal.format.width())).collect();
+    let rise = if block.clocked() { "      clk <= '1';\n      wait for 5 ns;\n" } else { "" };
+    let fall = if block.clocked() { "      clk <= '0';\n" } else { "" };
+    let check: String =
+        outputs.iter().map(|Signal { name, .. }| format!("      rows.check(\"{name}\", {name});\n")).collect();
     format!(
         "{GENERATED}--
 -- Holds {name} against a vector file, one row an edge. Ends with the line

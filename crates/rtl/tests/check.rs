@@ -12,15 +12,11 @@ fn project() -> PathBuf {
 
 #[test]
 fn the_vhdl_of_every_configuration_of_every_block_equals_the_emulator_row_by_row() {
-    let report =
-        check(&CheckOptions::new(project().join("hdl"))).unwrap_or_else(|error| panic!("{error}"));
+    let report = check(&CheckOptions::new(project().join("hdl"))).unwrap_or_else(|error| panic!("{error}"));
     assert!(report.ok(), "{report}");
     let variants = hpu_datapath::variants();
     assert_eq!(report.rows.len(), variants.len());
-    let products = report
-        .rows
-        .iter()
-        .find(|row| row.block == "truncating_multiplier" && row.variant == "default");
+    let products = report.rows.iter().find(|row| row.block == "truncating_multiplier" && row.variant == "default");
     assert!(products.expect("the multiplier is checked").vectors >= 1 << 16);
     println!("{report}");
 }
@@ -49,49 +45,29 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
         "unsigned(position) - unsigned(reference)",
         "unsigned(position) + unsigned(reference)",
     );
-    let options = CheckOptions {
-        blocks: vec!["displacement".to_string()],
-        ..CheckOptions::new(&hdl)
-    };
+    let options = CheckOptions { blocks: vec!["displacement".to_string()], ..CheckOptions::new(&hdl) };
     let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     assert!(!report.ok());
-    let row = report
-        .rows
-        .iter()
-        .find(|row| row.variant == "default")
-        .expect("the default configuration");
+    let row = report.rows.iter().find(|row| row.variant == "default").expect("the default configuration");
     let first = row.first.as_ref().expect("a first mismatch");
     // Corners of (position, reference) in order: (0, 0) agrees either way; (0, 1) is -1 and not 1.
     assert_eq!((first.row, first.signal.as_str()), (2, "delta"));
     assert_eq!(first.expected, "111111111111 (-1)");
     assert_eq!(first.got, "000000000001 (1)");
-    assert_eq!(
-        first.history,
-        ["row=1 000 000 000 got 000", "row=2 000 001 fff got 001"]
-    );
+    assert_eq!(first.history, ["row=1 000 000 000 got 000", "row=2 000 001 fff got 001"]);
 }
 
 #[test]
 fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before() {
     let hdl = broken("reset", "position_counter.vhd", "rst = '1'", "rst = 'X'");
-    let options = CheckOptions {
-        blocks: vec!["position_counter".to_string()],
-        ..CheckOptions::new(&hdl)
-    };
+    let options = CheckOptions { blocks: vec!["position_counter".to_string()], ..CheckOptions::new(&hdl) };
     let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let first = report.rows[0].first.as_ref().expect("a first mismatch");
     assert_eq!(first.signal, "position");
     let last = format!("row={} ", first.row);
-    assert!(
-        first
-            .history
-            .last()
-            .expect("the row itself")
-            .starts_with(&last),
-        "{first}"
-    );
+    assert!(first.history.last().expect("the row itself").starts_with(&last), "{first}");
     assert!(first.history.len() <= 16);
     let xml = junit(&report);
     assert!(xml.contains("<failure message=\"first at "), "{xml}");
@@ -99,15 +75,8 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
 
 #[test]
 fn vhdl_that_does_not_analyse_is_told_in_ghdls_own_words() {
-    let hdl = broken(
-        "syntax",
-        "saturator.vhd",
-        "end architecture",
-        "end architect",
-    );
-    let error = check(&CheckOptions::new(&hdl))
-        .expect_err("a syntax error")
-        .to_string();
+    let hdl = broken("syntax", "saturator.vhd", "end architecture", "end architect");
+    let error = check(&CheckOptions::new(&hdl)).expect_err("a syntax error").to_string();
     fs::remove_dir_all(hdl).expect("removed");
     assert!(error.contains("saturator.vhd:"), "{error}");
 }
@@ -124,15 +93,6 @@ fn without_ghdl_the_check_names_the_package_to_install() {
     // The same test in a process that finds no program at all.
     let name = "without_ghdl_the_check_names_the_package_to_install";
     let mut child = Command::new(std::env::current_exe().expect("this test"));
-    let child = child
-        .args(["--exact", name])
-        .env("PATH", "")
-        .env(CHILD, "1")
-        .output()
-        .expect("a child");
-    assert!(
-        child.status.success(),
-        "{}",
-        String::from_utf8_lossy(&child.stdout)
-    );
+    let child = child.args(["--exact", name]).env("PATH", "").env(CHILD, "1").output().expect("a child");
+    assert!(child.status.success(), "{}", String::from_utf8_lossy(&child.stdout));
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
 use hpu_cosim::{Control, Driver, NetUse, Session};
+use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopOptions, closed_loop, scene_vectors};
 
 const EDGES: u64 = 60_000;
@@ -15,21 +16,14 @@ fn project() -> PathBuf {
 
 /// A shipped scene, thrown at the wall so fast that even a millisecond has hundreds of encoder edges.
 fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
-    let scene = shipped()
-        .iter()
-        .find(|scene| scene.name == name)
-        .expect("a shipped scene");
+    let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let thrown = [
         ("device.initial_speed", "300 rad/s"),
         ("wall.position", "0.05 rad"),
         ("wall.damping", "1e-4 N.m.s/rad"),
         ("run.duration", "1.2 ms"),
     ];
-    let overrides = thrown
-        .iter()
-        .chain(more)
-        .map(|(key, value)| (key.to_string(), value.to_string()))
-        .collect();
+    let overrides = thrown.iter().chain(more).map(|(key, value)| (key.to_string(), value.to_string())).collect();
     LoopOptions {
         hdl: project().join("hdl"),
         name: format!("{name}.toml"),
@@ -41,12 +35,7 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
 }
 
 fn scene(options: &LoopOptions) -> Scene {
-    let scene = Scene::parse(
-        &options.name,
-        &options.text,
-        &options.overrides,
-        &mut shipped_file,
-    );
+    let scene = Scene::parse(&options.name, &options.text, &options.overrides, &mut shipped_file);
     scene.unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -55,24 +44,9 @@ fn scene(options: &LoopOptions) -> Scene {
 fn does_something(options: &LoopOptions) -> Vec<NetUse> {
     let scene = scene(options);
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let run = session.run(
-        Driver::Events,
-        &mut session.trace(&[]),
-        &mut (),
-        &Control::default(),
-    );
-    assert!(
-        run.encoder_edges > 100,
-        "{} encoder edges",
-        run.encoder_edges
-    );
-    let net = |name| {
-        run.nets
-            .iter()
-            .find(|net| net.signal.name == name)
-            .expect("a net")
-            .usage
-    };
+    let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+    assert!(run.encoder_edges > 100, "{} encoder edges", run.encoder_edges);
+    let net = |name| run.nets.iter().find(|net| net.signal.name == name).expect("a net").usage;
     assert!(net("contact").min == 0 && net("contact").max == 1);
     assert!(net("velocity").max > 0 && net("command").max > 0);
     assert!(net("a_high").max + net("b_high").max > 0);
@@ -83,10 +57,7 @@ fn equal(options: &LoopOptions) {
     does_something(options);
     let row = closed_loop(options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (EDGES, 0), "{:?}", row.first);
-    println!(
-        "{} {} edges in {:.2} s",
-        row.variant, row.edges, row.seconds
-    );
+    println!("{} {} edges in {:.2} s", row.variant, row.edges, row.seconds);
 }
 
 #[test]
@@ -96,11 +67,7 @@ fn the_hybrid_loop_in_vhdl_equals_the_emulator_at_every_edge() {
 
 #[test]
 fn the_hybrid_loop_with_dead_time_and_locked_antiphase_equals_the_emulator_at_every_edge() {
-    let pwm = [
-        ("method.pwm.mode", "locked_antiphase"),
-        ("method.pwm.dead_time", "200 ns"),
-        ("method.pwm.bits", "9"),
-    ];
+    let pwm = [("method.pwm.mode", "locked_antiphase"), ("method.pwm.dead_time", "200 ns"), ("method.pwm.bits", "9")];
     equal(&fast("hybrid-wall", &pwm));
 }
 
@@ -112,10 +79,7 @@ fn the_conventional_loop_in_vhdl_equals_the_emulator_at_every_edge() {
 #[test]
 fn the_wrapping_product_in_vhdl_wraps_as_the_emulators_does() {
     let options = fast("wrap-product", &[("wall.position", "1.42 rad")]);
-    let spring = does_something(&options)
-        .into_iter()
-        .find(|net| net.signal.name == "spring")
-        .expect("a net");
+    let spring = does_something(&options).into_iter().find(|net| net.signal.name == "spring").expect("a net");
     assert!(spring.usage.overflowed > 0, "no product overflowed");
     equal(&options);
 }
@@ -139,37 +103,20 @@ fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
 #[test]
 fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
     // Contact everywhere: wrong from the first edge on, for the wall lies ahead.
-    let hdl = patched(
-        "unilateral.vhd",
-        "contact     <= not delta(delta'high);",
-        "contact     <= '1';",
-    );
-    let options = LoopOptions {
-        hdl: hdl.clone(),
-        edges: 100,
-        ..fast("hybrid-wall", &[])
-    };
+    let hdl = patched("unilateral.vhd", "contact     <= not delta(delta'high);", "contact     <= '1';");
+    let options = LoopOptions { hdl: hdl.clone(), edges: 100, ..fast("hybrid-wall", &[]) };
     let row = closed_loop(&options).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let first = row.first.expect("a mismatch");
     assert_eq!((first.row, first.signal.as_str()), (1, "contact"));
-    assert_eq!(
-        (first.expected.as_str(), first.got.as_str()),
-        ("0 (0)", "1 (1)")
-    );
-    assert!(
-        first.history[0].contains(" contact=0(vhdl 1) "),
-        "{}",
-        first.history[0]
-    );
+    assert_eq!((first.expected.as_str(), first.got.as_str()), ("0 (0)", "1 (1)"));
+    assert!(first.history[0].contains(" contact=0(vhdl 1) "), "{}", first.history[0]);
 }
 
 #[test]
 fn a_scene_that_is_refused_is_refused_with_its_own_message() {
     let options = fast("hybrid-wall", &[("wall.stifness", "1")]);
-    let error = closed_loop(&options)
-        .expect_err("an unknown key")
-        .to_string();
+    let error = closed_loop(&options).expect_err("an unknown key").to_string();
     assert!(error.contains("wall.stifness"), "{error}");
 }
 
@@ -177,7 +124,9 @@ fn a_scene_that_is_refused_is_refused_with_its_own_message() {
 fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
     let scene = scene(&fast("hybrid-wall", &[]));
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let vectors = scene_vectors(&session, EDGES);
+    let all = scene_vectors(&session, EDGES);
+    let (name, vectors) = &all[0];
+    assert_eq!(*name, "hybrid_loop");
     let mut world = hpu_cosim::World::new(session.plant());
     assert_eq!(vectors.rows.len() as u64, EDGES + 1);
     assert_eq!(vectors.rows[0][0], 1);
@@ -185,18 +134,36 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
     for row in &vectors.rows[1..] {
         let pins = world.sense();
         assert_eq!(row[..3], [0, pins.a, pins.b]);
-        let [a_high, a_low, b_high, b_low] = row[8..] else {
-            panic!("four gates")
-        };
-        world.drive(
-            hpu_datapath::LoopOut {
-                a_high,
-                a_low,
-                b_high,
-                b_low,
-            },
-            0,
-        );
+        let [a_high, a_low, b_high, b_low] = row[8..] else { panic!("four gates") };
+        world.drive(hpu_datapath::LoopOut { a_high, a_low, b_high, b_low }, 0);
     }
     assert!(world.encoder_edges() > 100);
+}
+
+#[test]
+fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
+    let scene = scene(&fast("hybrid-wall", &[]));
+    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let hpu_cosim::TheLoop::Hybrid(wiring) = session.wiring() else { panic!("a hybrid loop") };
+    let all = scene_vectors(&session, EDGES);
+    let mut run = hpu_cosim::ClosedLoop::new(wiring.clone(), session.plant(), session.input(), u64::MAX);
+    let instances = wiring.instances();
+    assert_eq!(all.len(), 1 + instances.len());
+    for edge in 1..=EDGES as usize {
+        run.step(&mut ());
+        for (instance, (label, vectors)) in instances.iter().zip(&all[1..]) {
+            assert_eq!(instance.label, *label);
+            if !instance.model.clocked() {
+                continue;
+            }
+            let outputs = AnyBlock::outputs(&*instance.model).len();
+            let row = &vectors.rows[edge];
+            let nets = &instance.connections[instance.connections.len() - outputs..];
+            for (word, connection) in row[row.len() - outputs..].iter().zip(nets) {
+                assert_eq!(*word, run.wiring.words()[connection.net], "{label} at edge {edge}");
+            }
+        }
+    }
+    let spring = &all.iter().find(|(label, _)| *label == "spring_mult").expect("a spring").1;
+    assert!(spring.rows.iter().any(|row| row[2] > 0), "the wall was touched");
 }

@@ -26,11 +26,7 @@ fn a_report_is_a_suite_with_a_case_a_configuration_and_special_characters_as_ent
     };
     let report = CheckReport {
         rows: vec![row("default", None, None), row("8_bit", Some(first), None)],
-        loops: vec![row(
-            "hybrid-wall",
-            None,
-            Some("ghdl: <bound check> & \u{7}"),
-        )],
+        loops: vec![row("hybrid-wall", None, Some("ghdl: <bound check> & \u{7}"))],
     };
     assert!(!report.ok());
     let expected = "\
@@ -53,15 +49,6 @@ ghdl: &lt;bound check&gt; &amp; ?</failure></testcase>
 #[test]
 fn a_report_of_nothing_is_not_fine() {
     assert!(!CheckReport::default().ok());
-    let nothing = CheckRow {
-        vectors: 0,
-        ..row("default", None, None)
-    };
-    assert!(
-        !CheckReport {
-            rows: vec![nothing],
-            loops: vec![]
-        }
-        .ok()
-    );
+    let nothing = CheckRow { vectors: 0, ..row("default", None, None) };
+    assert!(!CheckReport { rows: vec![nothing], loops: vec![] }.ok());
 }

@@ -21,21 +21,12 @@ fn run(vectors: &str) -> Result<String, String> {
     ];
     let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl/position_counter.vhd");
     let benches = [("tb_position_counter.vhd".to_string(), testbench(&*block))];
-    let library =
-        Library::analyse(&packages, &[hdl], &benches).unwrap_or_else(|error| panic!("{error}"));
-    library
-        .write("v.txt", vectors)
-        .unwrap_or_else(|error| panic!("{error}"));
-    library
-        .run(
-            "tb_position_counter",
-            &[("VECTORS", "v.txt".to_string())],
-            &[],
-        )
-        .map_err(|error| match error {
-            GhdlError::Failed { said, .. } => said,
-            other => panic!("{other}"),
-        })
+    let library = Library::analyse(&packages, &[hdl], &benches).unwrap_or_else(|error| panic!("{error}"));
+    library.write("v.txt", vectors).unwrap_or_else(|error| panic!("{error}"));
+    library.run("tb_position_counter", &[("VECTORS", "v.txt".to_string())], &[]).map_err(|error| match error {
+        GhdlError::Failed { said, .. } => said,
+        other => panic!("{other}"),
+    })
 }
 
 #[test]
@@ -57,24 +48,13 @@ RESULT rows=2 mismatches=1
 #[test]
 fn a_stale_file_is_refused_with_both_format_lines_and_the_remedy() {
     let said = run(&VECTORS.replace("WIDTH=12", "WIDTH=11")).expect_err("another configuration");
-    assert!(
-        said.contains("expected `# position_counter in rst(0,1,0)"),
-        "{said}"
-    );
-    assert!(
-        said.contains("WIDTH=11`; refresh them with `hpu vectors --update`"),
-        "{said}"
-    );
+    assert!(said.contains("expected `# position_counter in rst(0,1,0)"), "{said}");
+    assert!(said.contains("WIDTH=11`; refresh them with `hpu vectors --update`"), "{said}");
 }
 
 #[test]
 fn a_cut_file_is_refused_wherever_it_is_cut() {
-    for cut in [
-        "# end 2 rows\n",
-        "0 3 fff\n# end 2 rows\n",
-        " fff\n# end 2 rows\n",
-        "nd 2 rows\n",
-    ] {
+    for cut in ["# end 2 rows\n", "0 3 fff\n# end 2 rows\n", " fff\n# end 2 rows\n", "nd 2 rows\n"] {
         let said = run(VECTORS.strip_suffix(cut).expect("its end")).expect_err("a cut file");
         assert!(!said.contains("RESULT"), "{said}");
     }

@@ -6,16 +6,7 @@ use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Recording, Sink, Source, Vcd};
 use hpu_signal::{Clock, Cycle, Observe, Real};
 
-const REALS: [Real; 2] = [
-    Real {
-        name: "angle_rad",
-        doc: "angle",
-    },
-    Real {
-        name: "current_a",
-        doc: "current",
-    },
-];
+const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 
 fn wiring() -> HybridLoop {
     HybridLoop::new(LoopConfig::default()).expect("the default is valid")
@@ -28,11 +19,7 @@ fn clock() -> Clock {
 /// Words of all nets, every bit equal to bit `edge` modulo 2: each net changes at each edge.
 fn alternating(edge: u64) -> Vec<i64> {
     let word = if edge.is_multiple_of(2) { 0 } else { u64::MAX };
-    wiring()
-        .nets()
-        .iter()
-        .map(|net| net.format.from_bits(word))
-        .collect()
+    wiring().nets().iter().map(|net| net.format.from_bits(word)).collect()
 }
 
 /// A disk with room for so many bytes.
@@ -62,10 +49,7 @@ impl Seek for Disk {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.position = match to {
             SeekFrom::Start(position) => position,
-            SeekFrom::Current(offset) => self
-                .position
-                .checked_add_signed(offset)
-                .ok_or(io::ErrorKind::InvalidInput)?,
+            SeekFrom::Current(offset) => self.position.checked_add_signed(offset).ok_or(io::ErrorKind::InvalidInput)?,
             SeekFrom::End(_) => return Err(io::ErrorKind::Unsupported.into()),
         };
         Ok(self.position)
@@ -82,17 +66,10 @@ fn record<S: Sink>(mut recording: Recording<S>) -> io::Result<S::Out> {
 /// Tries many sizes of disk; a write that the disk refused is an error, and is not tried again for ever.
 fn tells_that_the_disk_is_full(record: impl Fn(&mut Disk) -> io::Result<()>) {
     let results = (0..1_000_000).step_by(9_973).map(|room| {
-        let mut disk = Disk {
-            room,
-            ..Disk::default()
-        };
+        let mut disk = Disk { room, ..Disk::default() };
         let result = record(&mut disk);
         // A buffer tries once more when it is dropped.
-        assert!(
-            disk.refusals <= 2,
-            "{} refusals with room for {room} bytes",
-            disk.refusals
-        );
+        assert!(disk.refusals <= 2, "{} refusals with room for {room} bytes", disk.refusals);
         assert_eq!(
             result.as_ref().map_err(io::Error::kind),
             match disk.refusals {
@@ -103,10 +80,7 @@ fn tells_that_the_disk_is_full(record: impl Fn(&mut Disk) -> io::Result<()>) {
         result.is_ok()
     });
     let fitted: Vec<bool> = results.collect();
-    assert!(
-        fitted.is_sorted() && !fitted[0] && fitted[fitted.len() - 1],
-        "{fitted:?}"
-    );
+    assert!(fitted.is_sorted() && !fitted[0] && fitted[fitted.len() - 1], "{fitted:?}");
 }
 
 #[test]
@@ -130,10 +104,7 @@ fn going_back_in_time_is_an_error_and_nothing_more_is_written() {
     vcd.nets(Cycle(8), &alternating(0));
     let error = vcd.finish(Cycle(9)).expect_err("edge 6 is before edge 7");
     assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
-    assert_eq!(
-        error.to_string(),
-        "a waveform at edge 7 cannot go back to edge 6"
-    );
+    assert_eq!(error.to_string(), "a waveform at edge 7 cannot go back to edge 6");
 }
 
 #[test]
@@ -147,8 +118,7 @@ fn a_file_lasts_until_the_end_of_the_run_though_nothing_changes() {
         let vcd = vcd.finish(Cycle(end)).expect("memory");
         let fst = fst.finish(Cycle(end)).expect("memory").into_inner();
         for file in [vcd, fst] {
-            let read =
-                wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+            let read = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
             assert_eq!(read.time_table(), times, "end {end}");
         }
     }
@@ -163,27 +133,14 @@ fn an_fst_of_several_sections_is_read_back_whole() {
     let words = [alternating(0), alternating(1)];
     (0..edges).for_each(|edge| fst.nets(Cycle(edge), &words[(edge % 2) as usize]));
     let file = fst.finish(Cycle(edges)).expect("memory").into_inner();
-    let mut read =
-        wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
-    let position = read
-        .hierarchy()
-        .lookup_var(&["hybrid_loop"], "position")
-        .expect("a net");
+    let mut read = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+    let position = read.hierarchy().lookup_var(&["hybrid_loop"], "position").expect("a net");
     let position = read.hierarchy()[position].signal_ref();
     read.load_signals(&[position]);
-    let changes = read
-        .get_signal(position)
-        .expect("just loaded")
-        .iter_changes();
-    let changes: Vec<_> = changes
-        .map(|(time, word)| (read.time_table()[time as usize], word.to_bit_string()))
-        .collect();
-    let put = (0..edges).map(|edge| {
-        (
-            edge * 20_000,
-            Some(["0", "1"][(edge % 2) as usize].repeat(12)),
-        )
-    });
+    let changes = read.get_signal(position).expect("just loaded").iter_changes();
+    let changes: Vec<_> =
+        changes.map(|(time, word)| (read.time_table()[time as usize], word.to_bit_string())).collect();
+    let put = (0..edges).map(|edge| (edge * 20_000, Some(["0", "1"][(edge % 2) as usize].repeat(12))));
     assert!(changes.iter().cloned().eq(put));
 }
 
@@ -227,27 +184,16 @@ fn an_analyser_shows_its_channels_under_their_own_names() {
 #[test]
 fn an_unknown_net_is_refused_with_those_there_are() {
     let error = Layout::analyser(&wiring(), &[("a_pim", "A")]).expect_err("no such net");
-    assert!(
-        error
-            .to_string()
-            .starts_with("there is no net `a_pim`; there are a_pin, b_pin, reference, "),
-        "{error}"
-    );
+    assert!(error.to_string().starts_with("there is no net `a_pim`; there are a_pin, b_pin, reference, "), "{error}");
 }
 
 #[test]
 fn a_layout_without_the_clock_differs_in_nothing_but_the_clock() {
     let without = Layout::new(&wiring(), &REALS);
     let with = without.clone().with_clock();
-    let names: Vec<String> = with
-        .names()
-        .into_iter()
-        .filter(|name| !name.ends_with(".clk"))
-        .collect();
+    let names: Vec<String> = with.names().into_iter().filter(|name| !name.ends_with(".clk")).collect();
     assert_eq!(names, without.names());
-    assert!(
-        with.shows(Source::Clock) && !without.shows(Source::Clock) && without.shows(Source::Reset)
-    );
+    assert!(with.shows(Source::Clock) && !without.shows(Source::Clock) && without.shows(Source::Reset));
 }
 
 #[test]
@@ -256,15 +202,9 @@ fn ports_of_instances_share_the_code_of_their_net() {
     let layout = Layout::new(&wiring, &[]);
     let file = Vcd::new(Vec::new(), &layout, clock()).and_then(|vcd| vcd.finish(Cycle(1)));
     let text = String::from_utf8(file.expect("memory")).expect("ASCII");
-    let vars = text
-        .lines()
-        .filter_map(|line| line.strip_prefix("$var reg "));
+    let vars = text.lines().filter_map(|line| line.strip_prefix("$var reg "));
     let codes: Vec<&str> = vars.filter_map(|var| var.split(' ').nth(1)).collect();
     let signals: std::collections::BTreeSet<&str> = codes.iter().copied().collect();
     assert_eq!(codes.len(), layout.names().len());
-    assert_eq!(
-        signals.len(),
-        wiring.nets().len() + 1,
-        "every net, and the reset"
-    );
+    assert_eq!(signals.len(), wiring.nets().len() + 1, "every net, and the reset");
 }

@@ -16,10 +16,7 @@ fn variables(dump: &[u8], top: &str) -> Vec<String> {
         list.push(format!("{} {path}", scope.scope_type));
         for item in &scope.items {
             match item {
-                ScopeItem::Var(var) => list.push(format!(
-                    "{} {} {path}{}",
-                    var.var_type, var.size, var.reference
-                )),
+                ScopeItem::Var(var) => list.push(format!("{} {} {path}{}", var.var_type, var.size, var.reference)),
                 ScopeItem::Scope(inner) => walk(inner, &path, list),
                 _ => {}
             }
@@ -27,54 +24,30 @@ fn variables(dump: &[u8], top: &str) -> Vec<String> {
     }
     let header = Parser::new(dump).parse_header().expect("a VCD header");
     let mut list = Vec::new();
-    walk(
-        header.find_scope(&[top]).expect("the top scope"),
-        "",
-        &mut list,
-    );
+    walk(header.find_scope(&[top]).expect("the top scope"), "", &mut list);
     list
 }
 
 fn ghdl(directory: &Path, arguments: &[&str]) {
-    let output = Command::new("ghdl")
-        .current_dir(directory)
-        .args(arguments)
-        .output();
+    let output = Command::new("ghdl").current_dir(directory).args(arguments).output();
     let output = output.expect("ghdl can be started (Debian package ghdl-mcode)");
-    assert!(
-        output.status.success(),
-        "ghdl {arguments:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "ghdl {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// What GHDL dumps when it elaborates an entity of `hdl/`.
 fn dumped_by_ghdl(entity: &str, case: &str, generics: &[String]) -> Vec<u8> {
-    let directory =
-        std::env::temp_dir().join(format!("hpu-wave-{entity}-{case}-{}", std::process::id()));
+    let directory = std::env::temp_dir().join(format!("hpu-wave-{entity}-{case}-{}", std::process::id()));
     fs::create_dir_all(&directory).expect("a work directory");
     let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
-    let files = fs::read_dir(&hdl)
-        .expect("hdl/")
-        .map(|file| file.expect("a file of hdl/").path());
-    let files: Vec<PathBuf> = files
-        .filter(|file| file.extension().is_some_and(|kind| kind == "vhd"))
-        .collect();
+    let files = fs::read_dir(&hdl).expect("hdl/").map(|file| file.expect("a file of hdl/").path());
+    let files: Vec<PathBuf> = files.filter(|file| file.extension().is_some_and(|kind| kind == "vhd")).collect();
     let mut import = vec!["-i", "--std=08"];
-    import.extend(
-        files
-            .iter()
-            .map(|file| file.to_str().expect("a path in UTF-8")),
-    );
+    import.extend(files.iter().map(|file| file.to_str().expect("a path in UTF-8")));
     ghdl(&directory, &import);
     ghdl(&directory, &["-m", "--std=08", entity]);
     let mut run = vec!["-r", "--std=08", entity];
     run.extend(generics.iter().map(String::as_str));
-    run.extend([
-        "--ieee-asserts=disable",
-        "--vcd=dump.vcd",
-        "--stop-time=1ns",
-    ]);
+    run.extend(["--ieee-asserts=disable", "--vcd=dump.vcd", "--stop-time=1ns"]);
     ghdl(&directory, &run);
     let dump = fs::read(directory.join("dump.vcd")).expect("the dump");
     fs::remove_dir_all(&directory).expect("the work directory can go");
@@ -82,37 +55,21 @@ fn dumped_by_ghdl(entity: &str, case: &str, generics: &[String]) -> Vec<u8> {
 }
 
 fn agrees<W: Wiring>(wiring: &W, case: &str, generics: &[String]) {
-    let reals = [Real {
-        name: "angle_rad",
-        doc: "beside the design",
-    }];
+    let reals = [Real { name: "angle_rad", doc: "beside the design" }];
     let layout = Layout::new(wiring, &reals).with_clock();
     let clock = Clock::new(50_000_000).expect("valid");
-    let ours = Vcd::new(Vec::new(), &layout, clock)
-        .and_then(|vcd| vcd.finish(Cycle(0)))
-        .expect("memory");
-    assert_eq!(
-        variables(&ours, W::NAME),
-        variables(&dumped_by_ghdl(W::NAME, case, generics), W::NAME)
-    );
+    let ours = Vcd::new(Vec::new(), &layout, clock).and_then(|vcd| vcd.finish(Cycle(0))).expect("memory");
+    assert_eq!(variables(&ours, W::NAME), variables(&dumped_by_ghdl(W::NAME, case, generics), W::NAME));
 }
 
 #[test]
 fn the_hybrid_loop_has_the_variables_that_ghdl_dumps() {
-    agrees(
-        &HybridLoop::new(LoopConfig::default()).expect("valid"),
-        "default",
-        &[],
-    );
+    agrees(&HybridLoop::new(LoopConfig::default()).expect("valid"), "default", &[]);
 }
 
 #[test]
 fn the_conventional_loop_has_the_variables_that_ghdl_dumps() {
-    agrees(
-        &ConventionalLoop::new(LoopConfig::default()).expect("valid"),
-        "default",
-        &[],
-    );
+    agrees(&ConventionalLoop::new(LoopConfig::default()).expect("valid"), "default", &[]);
 }
 
 #[test]
@@ -121,22 +78,10 @@ fn other_widths_are_the_widths_that_ghdl_dumps() {
         position_width: 16,
         velocity_width: 10,
         period_width: 20,
-        pwm: PwmConfig {
-            width: 9,
-            ..PwmConfig::default()
-        },
+        pwm: PwmConfig { width: 9, ..PwmConfig::default() },
         ..LoopConfig::default()
     };
-    let generics = [
-        "POSITION_WIDTH=16",
-        "VELOCITY_WIDTH=10",
-        "PERIOD_WIDTH=20",
-        "PWM_WIDTH=9",
-    ];
+    let generics = ["POSITION_WIDTH=16", "VELOCITY_WIDTH=10", "PERIOD_WIDTH=20", "PWM_WIDTH=9"];
     let generics = generics.map(|generic| format!("-g{generic}"));
-    agrees(
-        &HybridLoop::new(config).expect("valid"),
-        "widths",
-        &generics,
-    );
+    agrees(&HybridLoop::new(config).expect("valid"), "widths", &generics);
 }

@@ -4,50 +4,26 @@ use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig};
 use hpu_rtl::wave::{Layout, gtkw};
 use hpu_signal::{Clock, Cycle, Format, Real};
 
-const REALS: [Real; 2] = [
-    Real {
-        name: "angle_rad",
-        doc: "angle",
-    },
-    Real {
-        name: "current_a",
-        doc: "current",
-    },
-];
+const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 
 fn save(layout: &Layout) -> String {
-    gtkw(
-        layout,
-        "run.fst",
-        Clock::new(50_000_000).expect("valid"),
-        Cycle(1_000)..Cycle(51_000),
-    )
+    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000))
 }
 
 fn config() -> LoopConfig {
-    LoopConfig {
-        stiffness: Format::new(false, 8, 4).expect("12 bits"),
-        ..LoopConfig::default()
-    }
+    LoopConfig { stiffness: Format::new(false, 8, 4).expect("12 bits"), ..LoopConfig::default() }
 }
 
 /// The names of the traces, without the aliases they are shown under.
 fn traces(save: &str) -> Vec<&str> {
-    let lines = save
-        .lines()
-        .filter(|line| !line.starts_with(['[', '@', '-', '*']));
-    lines
-        .map(|line| line.rsplit_once("} ").map_or(line, |(_, name)| name))
-        .collect()
+    let lines = save.lines().filter(|line| !line.starts_with(['[', '@', '-', '*']));
+    lines.map(|line| line.rsplit_once("} ").map_or(line, |(_, name)| name)).collect()
 }
 
 /// The two lines before the one that ends so.
 fn before<'a>(save: &'a str, trace: &str) -> [&'a str; 2] {
     let lines: Vec<&str> = save.lines().collect();
-    let at = lines
-        .iter()
-        .position(|line| line.ends_with(trace))
-        .expect("the trace");
+    let at = lines.iter().position(|line| line.ends_with(trace)).expect("the trace");
     [lines[at - 2], lines[at - 1]]
 }
 
@@ -61,10 +37,7 @@ fn each_net_and_each_output_of_the_plant_has_one_trace() {
         found.sort_unstable();
         let top = |scope: &str| ["hybrid_loop", "conventional_loop", "plant"].contains(&scope);
         let names = layout.names();
-        let is_net = |name: &&str| {
-            name.split_once('.')
-                .is_some_and(|(scope, net)| top(scope) && !net.contains('.'))
-        };
+        let is_net = |name: &&str| name.split_once('.').is_some_and(|(scope, net)| top(scope) && !net.contains('.'));
         let mut nets: Vec<&str> = names.iter().map(String::as_str).filter(is_net).collect();
         nets.retain(|name| !name.ends_with(".rst"));
         nets.sort_unstable();
@@ -81,62 +54,34 @@ fn the_clock_comes_first_when_it_is_recorded() {
 
 #[test]
 fn groups_open_and_close_in_the_order_of_the_signal_flow() {
-    let save = save(&Layout::new(
-        &HybridLoop::new(config()).expect("valid"),
-        &REALS,
-    ));
+    let save = save(&Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS));
     let lines: Vec<&str> = save.lines().collect();
-    let with = |flags: &str| -> Vec<&str> {
-        lines
-            .windows(2)
-            .filter(|pair| pair[0] == flags)
-            .map(|pair| pair[1])
-            .collect()
-    };
-    let groups = [
-        "-Encoder",
-        "-Position",
-        "-Torque path",
-        "-PWM & bridge",
-        "-Plant",
-    ];
+    let with =
+        |flags: &str| -> Vec<&str> { lines.windows(2).filter(|pair| pair[0] == flags).map(|pair| pair[1]).collect() };
+    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", "-Plant"];
     assert_eq!(with("@800200"), groups);
     assert_eq!(with("@1000200"), groups);
 }
 
 #[test]
 fn words_are_drawn_by_their_formats() {
-    let save = save(&Layout::new(
-        &HybridLoop::new(config()).expect("valid"),
-        &REALS,
-    ));
+    let save = save(&Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS));
     // GTKWave's flags: 8 binary, 4 decimal, 400 signed, 8000 steps, 10000 lines, 80000 scaled to the whole run,
     // 40000000 fixed point, 20 right-justified.
     assert_eq!(before(&save, "hybrid_loop.a_pin")[1], "@28");
     assert_eq!(before(&save, "hybrid_loop.step[1:0]")[1], "@420");
     assert_eq!(before(&save, "hybrid_loop.spring[11:0]")[1], "@24");
     assert_eq!(before(&save, "hybrid_loop.torque[13:0]")[1], "@88420");
-    assert_eq!(
-        before(&save, "hybrid_loop.stiffness[11:0]"),
-        ["@40000024", "[fpshift_count] 4"]
-    );
+    assert_eq!(before(&save, "hybrid_loop.stiffness[11:0]"), ["@40000024", "[fpshift_count] 4"]);
     assert_eq!(before(&save, "plant.angle_rad")[1], "@90420");
 }
 
 #[test]
 fn the_window_opens_on_the_span() {
-    let save = save(&Layout::new(
-        &HybridLoop::new(config()).expect("valid"),
-        &REALS,
-    ));
-    assert!(
-        save.contains("\n[timestart] 20000000\n"),
-        "1000 edges of 20 ns"
-    );
-    let zoom: f64 = save
-        .lines()
-        .find_map(|line| line.strip_prefix('*')?.split(' ').next()?.parse().ok())
-        .expect("a zoom");
+    let save = save(&Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS));
+    assert!(save.contains("\n[timestart] 20000000\n"), "1000 edges of 20 ns");
+    let zoom: f64 =
+        save.lines().find_map(|line| line.strip_prefix('*')?.split(' ').next()?.parse().ok()).expect("a zoom");
     let pixels = 50_000.0 * 20_000.0 / (-zoom).exp2() * 200.0;
     // 1500 less a tree of 280 and names of 340 leaves 880 for the waves and their frame.
     assert!((800.0..880.0).contains(&pixels), "{pixels} pixels");

@@ -7,16 +7,7 @@ use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
-const REALS: [Real; 2] = [
-    Real {
-        name: "angle_rad",
-        doc: "angle",
-    },
-    Real {
-        name: "current_a",
-        doc: "current",
-    },
-];
+const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 /// 25.175 MHz: edges do not fall on whole picoseconds.
 const FREQUENCY_HZ: u64 = 25_175_000;
 const END: u64 = 5_000;
@@ -37,9 +28,7 @@ fn wiring() -> HybridLoop {
 fn events(nets: &[Signal]) -> Vec<Event> {
     let mut state = 1u64;
     let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         state ^ (state >> 29)
     };
     let mut events = Vec::new();
@@ -51,8 +40,7 @@ fn events(nets: &[Signal]) -> Vec<Event> {
             _ => random(),
         };
         // Some nets keep their word on most steps, as real ones do.
-        let hold =
-            |index: usize| step > 66 && !(step + index as u64).is_multiple_of(1 + index as u64 % 7);
+        let hold = |index: usize| step > 66 && !(step + index as u64).is_multiple_of(1 + index as u64 % 7);
         let last = events.iter().rev().find_map(|event| match event {
             Event::Nets(_, words) => Some(words.clone()),
             Event::Reals(..) => None,
@@ -65,10 +53,7 @@ fn events(nets: &[Signal]) -> Vec<Event> {
         events.push(Event::Nets(step * 6, words));
         if step % 3 == 0 {
             let angle_rad = [0.1, -0.0, 5e-324, -1.797e308, 1.0 / 3.0][(step / 3 % 5) as usize];
-            events.push(Event::Reals(
-                step * 6 + step % 2,
-                [angle_rad, (step / 30) as f64],
-            ));
+            events.push(Event::Reals(step * 6 + step % 2, [angle_rad, (step / 30) as f64]));
         }
     }
     events
@@ -90,11 +75,7 @@ fn record(events: &[Event], out: &mut impl Observe) {
 /// The word's two's complement bits, from its integer value alone.
 fn bits(net: &Signal, word: i64) -> String {
     let width = net.format.width();
-    format!(
-        "{:0width$b}",
-        i128::from(word).rem_euclid(1 << width),
-        width = width as usize
-    )
+    format!("{:0width$b}", i128::from(word).rem_euclid(1 << width), width = width as usize)
 }
 
 /// The changes that a file must show, by the name of the source.
@@ -110,26 +91,17 @@ fn expected(nets: &[Signal], events: &[Event], with_clock: bool) -> Changes {
     for event in events {
         match event {
             Event::Nets(cycle, words) => {
-                nets.iter()
-                    .zip(words)
-                    .for_each(|(net, &word)| put(net.name, picoseconds(*cycle), bits(net, word)));
+                nets.iter().zip(words).for_each(|(net, &word)| put(net.name, picoseconds(*cycle), bits(net, word)));
             }
             Event::Reals(cycle, values) => {
-                REALS
-                    .iter()
-                    .zip(values)
-                    .for_each(|(real, v)| put(real.name, picoseconds(*cycle), format!("{v:?}")));
+                REALS.iter().zip(values).for_each(|(real, v)| put(real.name, picoseconds(*cycle), format!("{v:?}")));
             }
         }
     }
     if with_clock {
         for cycle in 0..=END {
             put("clk", picoseconds(cycle), "1".to_string());
-            put(
-                "clk",
-                u64::midpoint(picoseconds(cycle), picoseconds(cycle + 1)),
-                "0".to_string(),
-            );
+            put("clk", u64::midpoint(picoseconds(cycle), picoseconds(cycle + 1)), "0".to_string());
         }
         changes.get_mut("clk").expect("just made").pop();
     }
@@ -151,34 +123,24 @@ fn spread(sources: &Changes, with_clock: bool) -> Changes {
         }
     };
     clocked(&mut put, "hybrid_loop");
-    nets.iter()
-        .for_each(|net| put("hybrid_loop", net.name, net.name));
+    nets.iter().for_each(|net| put("hybrid_loop", net.name, net.name));
     for instance in wiring.instances() {
         let path = format!("hybrid_loop.{}", instance.label);
-        if instance.clocked {
+        if instance.model.clocked() {
             clocked(&mut put, &path);
         }
-        instance
-            .connections
-            .iter()
-            .for_each(|port| put(&path, port.port.name, nets[port.net].name));
+        instance.connections.iter().for_each(|port| put(&path, port.port.name, nets[port.net].name));
     }
-    REALS
-        .iter()
-        .for_each(|real| put("plant", real.name, real.name));
+    REALS.iter().for_each(|real| put("plant", real.name, real.name));
     full
 }
 
 /// What `wellen` reads.
 fn read(file: Vec<u8>) -> Changes {
-    let mut waveform =
-        wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+    let mut waveform = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
     let vars: Vec<_> = waveform.hierarchy().all_vars().collect();
     let hierarchy = waveform.hierarchy();
-    let vars: Vec<_> = vars
-        .iter()
-        .map(|&v| (hierarchy[v].full_name(hierarchy), hierarchy[v].signal_ref()))
-        .collect();
+    let vars: Vec<_> = vars.iter().map(|&v| (hierarchy[v].full_name(hierarchy), hierarchy[v].signal_ref())).collect();
     waveform.load_signals(&vars.iter().map(|(_, signal)| *signal).collect::<Vec<_>>());
     let changes = vars.into_iter().map(|(name, signal)| {
         let signal = waveform.get_signal(signal).expect("just loaded");
@@ -195,15 +157,9 @@ fn read(file: Vec<u8>) -> Changes {
 }
 
 fn check(read: &Changes, expected: &Changes) {
-    assert_eq!(
-        read.keys().collect::<Vec<_>>(),
-        expected.keys().collect::<Vec<_>>()
-    );
+    assert_eq!(read.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
     for (name, changes) in expected {
-        let first = read[name]
-            .iter()
-            .zip(changes)
-            .position(|(read, put)| read != put);
+        let first = read[name].iter().zip(changes).position(|(read, put)| read != put);
         assert_eq!(
             first,
             None,
@@ -228,10 +184,7 @@ fn every_change_put_into_a_vcd_is_read_back_by_another_parser() {
         let mut vcd = Vcd::new(Vec::new(), &layout, clock).expect("memory");
         record(&events, &mut vcd);
         let file = vcd.finish(Cycle(END)).expect("memory");
-        check(
-            &read(file),
-            &spread(&expected(&nets, &events, with_clock), with_clock),
-        );
+        check(&read(file), &spread(&expected(&nets, &events, with_clock), with_clock));
     }
 }
 
@@ -243,9 +196,6 @@ fn every_change_put_into_an_fst_is_read_back_by_another_parser() {
         let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock).expect("memory");
         record(&events, &mut fst);
         let file = fst.finish(Cycle(END)).expect("memory").into_inner();
-        check(
-            &read(file),
-            &spread(&expected(&nets, &events, with_clock), with_clock),
-        );
+        check(&read(file), &spread(&expected(&nets, &events, with_clock), with_clock));
     }
 }

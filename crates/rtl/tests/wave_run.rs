@@ -14,26 +14,15 @@ use hpu_signal::{Clock, Cycle, Observe};
 fn scene() -> Scene {
     let text = include_str!("../../../testbench/scenes/hybrid-wall.toml");
     let set = |key: &str, value: &str| (key.to_string(), value.to_string());
-    let overrides = [
-        set("wall.position", "0.05 rad"),
-        set("run.duration", "100 ms"),
-    ];
+    let overrides = [set("wall.position", "0.05 rad"), set("run.duration", "100 ms")];
     let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
     Scene::parse("hybrid-wall.toml", text, &overrides, &mut load).expect("a shipped scene")
 }
 
 /// Runs it; the wall time, which differs, is set to zero.
 fn run(session: &Session, driver: Driver, observer: &mut impl Observe) -> Summary {
-    let summary = session.run(
-        driver,
-        &mut session.trace(&[]),
-        observer,
-        &Control::default(),
-    );
-    Summary {
-        wall_s: 0.0,
-        ..summary
-    }
+    let summary = session.run(driver, &mut session.trace(&[]), observer, &Control::default());
+    Summary { wall_s: 0.0, ..summary }
 }
 
 fn layout(session: &Session) -> Layout {
@@ -49,11 +38,7 @@ fn a_run_with_a_waveform_equals_one_without_and_both_drivers_write_the_same_file
     let session = Session::new(&scene).expect("a shipped scene");
     let end = Cycle(scene.edges());
     let unwatched = run(&session, Driver::Events, &mut ());
-    assert!(
-        unwatched.gate_changes > 100,
-        "the wall is hit: {} gate changes",
-        unwatched.gate_changes
-    );
+    assert!(unwatched.gate_changes > 100, "the wall is hit: {} gate changes", unwatched.gate_changes);
     let record = |driver| {
         let layout = layout(&session);
         let mut vcd = Vcd::new(Vec::new(), &layout, scene.clock).expect("memory");
@@ -67,14 +52,8 @@ fn a_run_with_a_waveform_equals_one_without_and_both_drivers_write_the_same_file
     let (by_events, events_vcd, events_fst) = record(Driver::Events);
     let (_, clock_vcd, clock_fst) = record(Driver::Clock);
     assert_eq!(by_events, unwatched);
-    assert!(
-        events_vcd == clock_vcd,
-        "the VCD files of the two drivers differ"
-    );
-    assert!(
-        events_fst == clock_fst,
-        "the FST files of the two drivers differ"
-    );
+    assert!(events_vcd == clock_vcd, "the VCD files of the two drivers differ");
+    assert!(events_fst == clock_fst, "the FST files of the two drivers differ");
 }
 
 #[test]
@@ -97,12 +76,7 @@ fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
         }
         let file = vcd.finish(Cycle(edge(1_001))).expect("memory");
         let read = read_capture(&file, "A", "B").expect("a capture");
-        let read = read
-            .iter()
-            .map(|pins| (clock.first_edge_at(pins.picoseconds), (pins.a, pins.b)));
-        assert!(
-            read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))),
-            "at {frequency_hz} Hz"
-        );
+        let read = read.iter().map(|pins| (clock.first_edge_at(pins.picoseconds), (pins.a, pins.b)));
+        assert!(read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))), "at {frequency_hz} Hz");
     }
 }

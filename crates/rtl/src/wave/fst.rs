@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, IntoInnerError, Seek, Write};
 
 use fst_writer::{
-    FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
-    FstVarDirection, FstVarType, FstWriteError,
+    FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType, FstVarDirection,
+    FstVarType, FstWriteError,
 };
 use hpu_signal::Clock;
 
@@ -36,8 +36,7 @@ impl<W: Write + Seek> Fst<W> {
             date: String::new(),
             file_type: FstFileType::Vhdl,
         };
-        let mut header =
-            FstHeaderWriter::new(BufWriter::with_capacity(1 << 16, out), &info).map_err(plain)?;
+        let mut header = FstHeaderWriter::new(BufWriter::with_capacity(1 << 16, out), &info).map_err(plain)?;
         let mut ids = vec![None; layout.slots()];
         for scope in layout.scopes() {
             declare(&mut header, layout, scope, &mut ids).map_err(plain)?;

@@ -10,31 +10,8 @@ use super::{Layout, Scope, Source, Var};
 /// The groups of a haptic loop and their nets; nets named nowhere go into a last group.
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
-    (
-        "Position",
-        &[
-            "position",
-            "held",
-            "reference",
-            "delta",
-            "contact",
-            "penetration",
-            "period",
-            "velocity",
-        ],
-    ),
-    (
-        "Torque path",
-        &[
-            "stiffness",
-            "spring",
-            "scale",
-            "damping",
-            "drag",
-            "torque",
-            "command",
-        ],
-    ),
+    ("Position", &["position", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
+    ("Torque path", &["stiffness", "spring", "scale", "damping", "drag", "torque", "command"]),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
 /// Nets drawn as curves, and read as signed: a counter that passes below zero goes on smoothly.
@@ -72,29 +49,14 @@ pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> St
     let mut file = header(layout, dump, clock, span);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
-        let nets = names
-            .iter()
-            .filter_map(|name| layout.nets.iter().position(|net| net.name == *name));
-        write_group(
-            &mut file,
-            group,
-            nets.filter_map(|net| net_trace(layout, net)),
-        );
+        let nets = names.iter().filter_map(|name| layout.nets.iter().position(|net| net.name == *name));
+        write_group(&mut file, group, nets.filter_map(|net| net_trace(layout, net)));
     }
     let named = |net: &Signal| GROUPS.iter().any(|(_, names)| names.contains(&net.name));
-    let others = layout
-        .nets
-        .iter()
-        .enumerate()
-        .filter(|(_, net)| !named(net));
-    write_group(
-        &mut file,
-        "Other",
-        others.filter_map(|(net, _)| net_trace(layout, net)),
-    );
+    let others = layout.nets.iter().enumerate().filter(|(_, net)| !named(net));
+    write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
-    let reals = (0..layout.reals.len())
-        .filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
+    let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
     write_group(&mut file, "Plant", reals);
     file
 }
@@ -102,23 +64,15 @@ pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> St
 fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
     let (start_ps, end_ps) = (clock.picoseconds(span.start), clock.picoseconds(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
-    let zoom =
-        -(end_ps.saturating_sub(start_ps).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let zoom = -(end_ps.saturating_sub(start_ps).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
-    let _ = writeln!(
-        text,
-        "[timestart] {start_ps}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1",
-        SIZE.0, SIZE.1
-    );
+    let _ = writeln!(text, "[timestart] {start_ps}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
     for scope in layout.scopes() {
         let _ = writeln!(text, "[treeopen] {}.", scope.name);
     }
-    let _ = writeln!(
-        text,
-        "[sst_width] {TREE_WIDTH}\n[signals_width] {NAMES_WIDTH}\n[sst_expanded] 1"
-    );
+    let _ = writeln!(text, "[sst_width] {TREE_WIDTH}\n[signals_width] {NAMES_WIDTH}\n[sst_expanded] 1");
     text
 }
 
@@ -131,9 +85,7 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 }
 
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
-    let Signal {
-        name, format, unit, ..
-    } = &layout.nets[index];
+    let Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = match *format {
         Format::BIT => BINARY | RIGHT,
         _ if CURVES.contains(name) => SIGNED | RIGHT | STEP | FULL_SCALE,
@@ -145,17 +97,8 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
 }
 
 /// A trace, or nothing when the layout does not show the source.
-fn trace(
-    layout: &Layout,
-    source: Source,
-    flags: u32,
-    frac: i32,
-    alias: Option<String>,
-) -> Option<String> {
-    let (path, name) = layout
-        .scopes()
-        .iter()
-        .find_map(|scope| find(scope, source))?;
+fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<String>) -> Option<String> {
+    let (path, name) = layout.scopes().iter().find_map(|scope| find(scope, source))?;
     let mut text = if frac > 0 {
         format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
     } else {

@@ -61,12 +61,7 @@ pub struct UnknownNet {
 
 impl fmt::Display for UnknownNet {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(
-            f,
-            "there is no net `{}`; there are {}",
-            self.name,
-            self.known.join(", ")
-        )
+        write!(f, "there is no net `{}`; there are {}", self.name, self.known.join(", "))
     }
 }
 
@@ -75,45 +70,24 @@ impl std::error::Error for UnknownNet {}
 impl Var {
     fn new(name: &str, format: Format, source: Source) -> Self {
         let width = format.width();
-        let name = if width == 1 {
-            name.to_string()
-        } else {
-            format!("{name}[{}:0]", width - 1)
-        };
-        Self {
-            name,
-            width,
-            source,
-        }
+        let name = if width == 1 { name.to_string() } else { format!("{name}[{}:0]", width - 1) };
+        Self { name, width, source }
     }
 
     fn real((index, real): (usize, &Real)) -> Self {
-        Self {
-            name: real.name.to_string(),
-            width: 64,
-            source: Source::Real(index),
-        }
+        Self { name: real.name.to_string(), width: 64, source: Source::Real(index) }
     }
 }
 
 impl Scope {
     fn new(name: &str, clocked: bool, vars: impl Iterator<Item = Var>) -> Self {
         let reset = clocked.then(|| Var::new("rst", Format::BIT, Source::Reset));
-        Self {
-            name: name.to_string(),
-            vars: reset.into_iter().chain(vars).collect(),
-            scopes: Vec::new(),
-        }
+        Self { name: name.to_string(), vars: reset.into_iter().chain(vars).collect(), scopes: Vec::new() }
     }
 
     fn add_clock(&mut self) {
-        if self
-            .vars
-            .first()
-            .is_some_and(|first| first.source == Source::Reset)
-        {
-            self.vars
-                .insert(0, Var::new("clk", Format::BIT, Source::Clock));
+        if self.vars.first().is_some_and(|first| first.source == Source::Reset) {
+            self.vars.insert(0, Var::new("clk", Format::BIT, Source::Clock));
         }
         self.scopes.iter_mut().for_each(Self::add_clock);
     }
@@ -121,9 +95,7 @@ impl Scope {
     fn names(&self, path: &str, names: &mut Vec<String>) {
         let path = format!("{path}{}.", self.name);
         names.extend(self.vars.iter().map(|var| format!("{path}{}", var.name)));
-        self.scopes
-            .iter()
-            .for_each(|scope| scope.names(&path, names));
+        self.scopes.iter().for_each(|scope| scope.names(&path, names));
     }
 }
 
@@ -132,32 +104,17 @@ impl Layout {
     #[must_use]
     pub fn new<W: Wiring>(wiring: &W, reals: &[Real]) -> Self {
         let nets = wiring.nets();
-        let net = |(index, signal): (usize, &Signal)| {
-            Var::new(signal.name, signal.format, Source::Net(index))
-        };
+        let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
         let mut top = Scope::new(W::NAME, W::CLOCKED, nets.iter().enumerate().map(net));
         for instance in wiring.instances() {
-            let ports = instance
-                .connections
-                .iter()
-                .map(|connection| net((connection.net, &connection.port)));
-            top.scopes
-                .push(Scope::new(instance.label, instance.clocked, ports));
+            let ports = instance.connections.iter().map(|connection| net((connection.net, &connection.port)));
+            top.scopes.push(Scope::new(instance.label, instance.model.clocked(), ports));
         }
         let mut scopes = vec![top];
         if !reals.is_empty() {
-            scopes.push(Scope::new(
-                "plant",
-                false,
-                reals.iter().enumerate().map(Var::real),
-            ));
+            scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        Self {
-            scopes,
-            nets,
-            reals: reals.to_vec(),
-            channels: None,
-        }
+        Self { scopes, nets, reals: reals.to_vec(), channels: None }
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two
@@ -177,26 +134,14 @@ impl Layout {
     pub fn analyser<W: Wiring>(wiring: &W, channels: &[(&str, &str)]) -> Result<Self, UnknownNet> {
         let nets = wiring.nets();
         let vars = channels.iter().map(|&(name, channel)| {
-            let index = nets
-                .iter()
-                .position(|net| net.name == name)
-                .ok_or_else(|| UnknownNet {
-                    name: name.to_string(),
-                    known: nets.iter().map(|net| net.name).collect(),
-                })?;
+            let index = nets.iter().position(|net| net.name == name).ok_or_else(|| UnknownNet {
+                name: name.to_string(),
+                known: nets.iter().map(|net| net.name).collect(),
+            })?;
             Ok(Var::new(channel, nets[index].format, Source::Net(index)))
         });
-        let scope = Scope::new(
-            "libsigrok",
-            false,
-            vars.collect::<Result<Vec<_>, _>>()?.into_iter(),
-        );
-        Ok(Self {
-            scopes: vec![scope],
-            nets,
-            reals: Vec::new(),
-            channels: Some(channels.len()),
-        })
+        let scope = Scope::new("libsigrok", false, vars.collect::<Result<Vec<_>, _>>()?.into_iter());
+        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), channels: Some(channels.len()) })
     }
 
     /// The topmost scopes.
@@ -209,9 +154,7 @@ impl Layout {
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
-        self.scopes
-            .iter()
-            .for_each(|scope| scope.names("", &mut names));
+        self.scopes.iter().for_each(|scope| scope.names("", &mut names));
         names
     }
 
@@ -219,8 +162,7 @@ impl Layout {
     #[must_use]
     pub fn shows(&self, source: Source) -> bool {
         fn has(scope: &Scope, source: Source) -> bool {
-            scope.vars.iter().any(|var| var.source == source)
-                || scope.scopes.iter().any(|inner| has(inner, source))
+            scope.vars.iter().any(|var| var.source == source) || scope.scopes.iter().any(|inner| has(inner, source))
         }
         self.scopes.iter().any(|scope| has(scope, source))
     }

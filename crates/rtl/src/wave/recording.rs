@@ -68,37 +68,15 @@ impl<S: Sink> Recording<S> {
         if layout.shows(Source::Reset) {
             sink.word(layout.slot(Source::Reset), b"0")?;
         }
-        let clk = layout
-            .shows(Source::Clock)
-            .then(|| layout.slot(Source::Clock));
+        let clk = layout.shows(Source::Clock).then(|| layout.slot(Source::Clock));
         if let Some(clk) = clk {
             sink.word(clk, b"1")?;
         }
-        let shown = layout
-            .nets
-            .iter()
-            .enumerate()
-            .filter(|&(index, _)| layout.shows(Source::Net(index)));
-        let nets = shown
-            .map(|(index, net)| Net {
-                index,
-                format: net.format,
-                word: None,
-            })
-            .collect();
+        let shown = layout.nets.iter().enumerate().filter(|&(index, _)| layout.shows(Source::Net(index)));
+        let nets = shown.map(|(index, net)| Net { index, format: net.format, word: None }).collect();
         let reals = vec![None; layout.reals.len()];
         let first_real = layout.slot(Source::Real(0));
-        Ok(Self {
-            sink,
-            clock,
-            nets,
-            reals,
-            first_real,
-            clk,
-            now: Cycle(0),
-            time_ps: 0,
-            error: None,
-        })
+        Ok(Self { sink, clock, nets, reals, first_real, clk, now: Cycle(0), time_ps: 0, error: None })
     }
 
     /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would show
@@ -126,10 +104,7 @@ impl<S: Sink> Recording<S> {
     /// Brings the file to an edge, toggling the clock on the way.
     fn reach(&mut self, cycle: Cycle) -> io::Result<()> {
         if cycle < self.now {
-            let text = format!(
-                "a waveform at edge {} cannot go back to edge {}",
-                self.now.0, cycle.0
-            );
+            let text = format!("a waveform at edge {} cannot go back to edge {}", self.now.0, cycle.0);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
         if let Some(clk) = self.clk {
@@ -154,11 +129,7 @@ impl<S: Sink> Recording<S> {
     }
 
     fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
-        if self
-            .nets
-            .iter()
-            .all(|net| net.word == Some(words[net.index]))
-        {
+        if self.nets.iter().all(|net| net.word == Some(words[net.index])) {
             return Ok(());
         }
         self.reach(cycle)?;
@@ -166,23 +137,15 @@ impl<S: Sink> Recording<S> {
             let word = words[net.index];
             if net.word != Some(word) {
                 net.word = Some(word);
-                self.sink
-                    .word(net.index, digits(net.format, word, &mut [0; 64]))?;
+                self.sink.word(net.index, digits(net.format, word, &mut [0; 64]))?;
             }
         }
         Ok(())
     }
 
     fn write_reals(&mut self, cycle: Cycle, values: &[f64]) -> io::Result<()> {
-        let same = |known: &Option<f64>, value: f64| {
-            known.is_some_and(|known| known.to_bits() == value.to_bits())
-        };
-        if self
-            .reals
-            .iter()
-            .zip(values)
-            .all(|(known, &value)| same(known, value))
-        {
+        let same = |known: &Option<f64>, value: f64| known.is_some_and(|known| known.to_bits() == value.to_bits());
+        if self.reals.iter().zip(values).all(|(known, &value)| same(known, value)) {
             return Ok(());
         }
         self.reach(cycle)?;

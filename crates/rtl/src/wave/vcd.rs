@@ -42,18 +42,14 @@ impl<W: Write> Vcd<W> {
         header.version(VERSION)?;
         if let Some(channels) = layout.channels {
             let frequency_mhz = clock.frequency_hz() as f64 / 1e6;
-            header.comment(&format!(
-                "Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"
-            ))?;
+            header.comment(&format!("Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"))?;
         }
         header.timescale(1, TimescaleUnit::PS)?;
         for scope in layout.scopes() {
             declare(&mut header, layout, scope)?;
         }
         header.enddefinitions()?;
-        let ends = (0..layout.slots())
-            .map(|slot| format!(" {}\n", code(slot)))
-            .collect();
+        let ends = (0..layout.slots()).map(|slot| format!(" {}\n", code(slot))).collect();
         Self::begin(VcdFile { out, ends }, layout, clock)
     }
 }
@@ -70,13 +66,7 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope) -> 
             _ if layout.channels.is_some() => VarType::Wire,
             _ => VarType::Reg,
         };
-        header.var_def(
-            kind,
-            var.width,
-            code(layout.slot(var.source)),
-            &var.name,
-            None,
-        )?;
+        header.var_def(kind, var.width, code(layout.slot(var.source)), &var.name, None)?;
     }
     for inner in &scope.scopes {
         declare(header, layout, inner)?;
