@@ -102,10 +102,12 @@ impl LinearLoop {
             if index % window == 0 {
                 sum = (0.0, scale);
             }
-            // A window in which the scale moved is summed in its latest scale.
-            sum = (sum.0 * libm::exp(2.0 * (sum.1 - scale)), scale);
+            // The sum stays in the greatest scale that its window has seen: what is far below it rightly vanishes.
+            if scale > sum.1 {
+                sum = (sum.0 * libm::exp(2.0 * (sum.1 - scale)), scale);
+            }
             let phase = std::f64::consts::TAU * (index % window) as f64 / window as f64;
-            sum.0 += (1.0 - libm::cos(phase)) * position * position;
+            sum.0 += (1.0 - libm::cos(phase)) * position * position * libm::exp(2.0 * (scale - sum.1));
             logs[index / window] = libm::log(sum.0) + 2.0 * sum.1;
             index += 1;
         });

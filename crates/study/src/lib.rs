@@ -1,1 +1,8 @@
-//! study
+//! Many runs and their pictures: limits of a scene's stiffness, charts of a run.
+
+pub mod limits;
+
+mod criteria;
+mod sampled;
+
+pub use sampled::SampledLoop;

@@ -1,0 +1,157 @@
+//! How stiff a wall may be: what the emulator finds, beside what the published criteria say.
+//!
+//! The emulated limit is a bisection over the wall's stiffness, its damping fixed, on the verdict of the scene's linear,
+//! unquantised loop: the sign of [`LinearLoop::growth_per_s`]. Bilateral contact, no Coulomb friction, no hand.
+
+use std::fmt;
+
+use hpu_cosim::LinearLoop;
+use hpu_cosim::scene::{Device, Scene};
+
+use crate::criteria;
+
+/// The limits of a scene's stiffness.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Limits {
+    /// What the published criteria say.
+    pub criteria: Vec<Criterion>,
+    /// What the emulator finds.
+    pub emulated: Emulated,
+}
+
+/// A criterion's answer.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Criterion {
+    /// Its name.
+    pub name: &'static str,
+    /// The greatest stiffness it allows.
+    pub limit: f64,
+    /// Unit of the limit.
+    pub unit: &'static str,
+    /// Whether the scene is as the criterion assumes, but for contact, friction and hand.
+    pub assumptions_met: bool,
+    /// What it assumes, and what it is good for.
+    pub assumptions: &'static str,
+}
+
+/// The emulator's answer.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Emulated {
+    /// The stiffness between the stiffest loop known to settle and the softest known to diverge.
+    pub limit: f64,
+    /// Half of the distance between these two.
+    pub uncertainty: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+/// Why a scene's stiffness has no limit.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum LimitsError {
+    /// It diverges however soft the wall.
+    NeverStable {
+        /// The softest that was tried, in SI units.
+        down_to: f64,
+    },
+    /// It settles however stiff the wall.
+    AlwaysStable {
+        /// The stiffest that was tried, in SI units.
+        up_to: f64,
+    },
+}
+
+impl fmt::Display for LimitsError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NeverStable { down_to } => {
+                write!(f, "no stiffness settles, down to {down_to:e}: the damping alone is too much for the loop")
+            }
+            Self::AlwaysStable { up_to } => write!(f, "every stiffness settles, up to {up_to:e}"),
+        }
+    }
+}
+
+impl std::error::Error for LimitsError {}
+
+/// The limits of a scene's wall, over its stiffness, the damping being the scene's.
+///
+/// # Errors
+///
+/// [`LimitsError`] when the loop settles, or diverges, at every stiffness.
+pub fn limits(scene: &Scene) -> Result<Limits, LimitsError> {
+    let start = if scene.wall.stiffness_nm_per_rad > 0.0 { scene.wall.stiffness_nm_per_rad } else { 1.0 };
+    let bracket = bisect(start, 0.5e-9, |stiffness| settles(scene, stiffness))?;
+    Ok(Limits {
+        criteria: criteria::all(scene, start)?,
+        emulated: Emulated {
+            limit: 0.5 * (bracket.0 + bracket.1),
+            uncertainty: 0.5 * (bracket.1 - bracket.0),
+            unit: unit(scene),
+        },
+    })
+}
+
+/// The unit of the scene's stiffness.
+pub(crate) fn unit(scene: &Scene) -> &'static str {
+    match scene.device {
+        Device::Motor(_) => "N.m/rad",
+        Device::Mass(_) => "N/m",
+    }
+}
+
+/// The verdict of the linear loop; `None` where the motion neither grows nor decays by more than is known.
+fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
+    const FEWEST: usize = 1 << 11;
+    const MOST: usize = 1 << 22;
+    let law = LinearLoop::new(scene, stiffness, scene.wall.damping_nm_s_per_rad);
+    let mut samples = FEWEST;
+    let mut before = law.growth_per_s(samples);
+    let mut spread = f64::INFINITY;
+    while samples < MOST {
+        samples *= 2;
+        let growth = law.growth_per_s(samples);
+        // End effects shrink at least eightfold from one doubling to the next: the last two changes tell their size.
+        let change = (growth - before).abs();
+        if growth.abs() > spread.max(change) {
+            return Some(growth < 0.0);
+        }
+        (before, spread) = (growth, change);
+    }
+    None
+}
+
+/// The stiffest value known to be stable and the softest known not to be, at most `relative` of themselves to either side
+/// of their middle unless the verdict stays open there.
+pub(crate) fn bisect(
+    start: f64,
+    relative: f64,
+    mut stable: impl FnMut(f64) -> Option<bool>,
+) -> Result<(f64, f64), LimitsError> {
+    const DOUBLINGS: i32 = 40;
+    let (mut low, mut high) = (start, start);
+    let mut tries = 0;
+    while stable(low) != Some(true) {
+        low *= 0.5;
+        tries += 1;
+        if tries == DOUBLINGS {
+            return Err(LimitsError::NeverStable { down_to: low });
+        }
+    }
+    tries = 0;
+    while stable(high) != Some(false) {
+        high *= 2.0;
+        tries += 1;
+        if tries == DOUBLINGS {
+            return Err(LimitsError::AlwaysStable { up_to: high });
+        }
+    }
+    while high - low > relative * (high + low) {
+        let middle = 0.5 * (low + high);
+        match stable(middle) {
+            Some(true) => low = middle,
+            Some(false) => high = middle,
+            None => break,
+        }
+    }
+    Ok((low, high))
+}

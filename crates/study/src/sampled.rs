@@ -1,0 +1,141 @@
+//! The sampled loop as one matrix from sample to sample, built apart from the emulator: its own exponential, its own
+//! states, its own spectral radius.
+
+use hpu_cosim::scene::{Device, Loop, Scene};
+
+/// A square matrix by rows.
+type Matrix = Vec<Vec<f64>>;
+
+fn identity(n: usize) -> Matrix {
+    (0..n).map(|r| (0..n).map(|c| if r == c { 1.0 } else { 0.0 }).collect()).collect()
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let n = a.len();
+    (0..n).map(|r| (0..n).map(|c| (0..n).map(|k| a[r][k] * b[k][c]).sum()).collect()).collect()
+}
+
+/// Greatest row sum of sizes.
+fn norm(a: &Matrix) -> f64 {
+    a.iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+}
+
+fn scaled(a: &Matrix, factor: f64) -> Matrix {
+    a.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
+}
+
+/// `e^A` by Taylor's series of `A / 2^s`, squared `s` times.
+fn exponential(a: &Matrix) -> Matrix {
+    let squarings = norm(a).log2().ceil().max(0.0) as i32 + 2;
+    let small = scaled(a, 0.5f64.powi(squarings));
+    let mut sum = identity(a.len());
+    // Horner: 1 + A (1 + A/2 (1 + A/3 (...))); a quarter to the 16th over 16! is below rounding.
+    for term in (1..=16).rev() {
+        let mut next = scaled(&product(&small, &sum), 1.0 / f64::from(term));
+        for (r, row) in next.iter_mut().enumerate() {
+            row[r] += 1.0;
+        }
+        sum = next;
+    }
+    (0..squarings).fold(sum, |power, _| product(&power, &power))
+}
+
+/// The loop of a scene, linear and unquantised, from sample to sample.
+pub struct SampledLoop {
+    map: Matrix,
+}
+
+impl SampledLoop {
+    /// The loop of a scene with another stiffness, in N·m/rad (N/m).
+    ///
+    /// States: those of the plant, the position of the sample before, and the efforts on their way.
+    #[must_use]
+    pub fn new(scene: &Scene, stiffness: f64) -> Self {
+        // The plant with its input as one more state: x' = A x + b u, u' = 0; its position comes last before u.
+        let mut plant = match &scene.device {
+            Device::Motor(motor) => {
+                let (r, l) = (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm, motor.inductance_h);
+                let (k, j) = (motor.torque_constant_nm_per_a, motor.inertia_kg_m2());
+                let b = motor.viscous_friction_nm_s_per_rad;
+                // The effort is the torque at stall: u R / K in volts.
+                vec![
+                    vec![-r / l, -k / l, 0.0, r / (k * l)],
+                    vec![k / j, -b / j, 0.0, 0.0],
+                    vec![0.0, 1.0, 0.0, 0.0],
+                    vec![0.0; 4],
+                ]
+            }
+            Device::Mass(mass) => vec![
+                vec![-mass.damping_n_s_per_m / mass.mass_kg, 0.0, 1.0 / mass.mass_kg],
+                vec![1.0, 0.0, 0.0],
+                vec![0.0; 3],
+            ],
+        };
+        let states = plant.len() - 1;
+        let position = states - 1;
+        let mut spring = stiffness;
+        if scene.method.kind == Loop::Hybrid {
+            for row in &mut plant {
+                row[position] -= row[states] * stiffness;
+            }
+            spring = 0.0;
+        }
+        let period = scene.period_clocks();
+        let delay = scene.clock.edges(scene.model.delay_s);
+        let (whole, late) = ((delay / period) as usize, delay % period);
+        let flow = |clocks: u64| exponential(&scaled(&plant, clocks as f64 / scene.clock.frequency_hz() as f64));
+        let (before, after) = (flow(late), flow(period - late));
+
+        // x, the position before, then the efforts of the last 1 + whole samples, the oldest last.
+        let (previous, first) = (states, states + 1);
+        let oldest = first + whole;
+        let mut effort = vec![0.0; oldest + 1];
+        let damper = scene.wall.damping_nm_s_per_rad / scene.sample_period_s();
+        effort[position] = -(spring + damper);
+        effort[previous] = damper;
+        // The effort that takes effect within this period: this sample's, or one on its way.
+        let mut taking = vec![0.0; oldest + 1];
+        if whole == 0 {
+            taking.clone_from(&effort);
+        } else {
+            taking[oldest - 1] = 1.0;
+        }
+        let mut map = vec![vec![0.0; oldest + 1]; oldest + 1];
+        for (r, row) in map.iter_mut().take(states).enumerate() {
+            for c in 0..states {
+                row[c] = (0..states).map(|k| after[r][k] * before[k][c]).sum();
+            }
+            row[oldest] = (0..states).map(|k| after[r][k] * before[k][states]).sum();
+            for (to, share) in row.iter_mut().zip(&taking) {
+                *to += after[r][states] * share;
+            }
+        }
+        map[previous][position] = 1.0;
+        map[first] = effort;
+        for effort in first + 1..=oldest {
+            map[effort][effort - 1] = 1.0;
+        }
+        Self { map }
+    }
+
+    /// The greatest size of an eigenvalue: the growth of the motion from one sample to the next.
+    ///
+    /// Gelfand's `lim ‖Mⁿ‖^(1/n)` along n = 2^k; a relative rounding of one squaring weighs 2^-k in the result.
+    #[must_use]
+    pub fn spectral_radius(&self) -> f64 {
+        let mut power = self.map.clone();
+        let mut log = 0.0;
+        let mut weight = 1.0;
+        for _ in 0..60 {
+            let size = norm(&power);
+            if size == 0.0 {
+                return 0.0;
+            }
+            log += weight * libm::log(size);
+            power = scaled(&power, 1.0 / size);
+            power = product(&power, &power);
+            weight *= 0.5;
+        }
+        libm::exp(log)
+    }
+}

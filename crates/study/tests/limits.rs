@@ -1,0 +1,204 @@
+//! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with its
+//! own arithmetic.
+
+use hpu_cosim::scene::Scene;
+use hpu_study::SampledLoop;
+use hpu_study::limits::{Criterion, Limits, LimitsError, limits};
+
+const MOTOR: &str = r#"
+about = "The published motor against a wall, by the linear law."
+[device]
+kind = "motor"
+[clock]
+frequency = "50 MHz"
+[method]
+kind = "hybrid"
+sample_rate = "1 kHz"
+[wall]
+position = 0
+stiffness = 1
+[hand]
+kind = "none"
+[model]
+datapath = "linear"
+[run]
+duration = "1 s"
+"#;
+
+const MASS: &str = r#"
+about = "A mass against a sampled wall."
+[device]
+kind = "mass"
+mass = 0.1
+damping = 0
+[clock]
+frequency = "1 MHz"
+[method]
+kind = "conventional"
+sample_rate = "1 kHz"
+[wall]
+position = 0
+stiffness = 1000
+[hand]
+kind = "none"
+[model]
+datapath = "linear"
+[run]
+duration = "1 s"
+"#;
+
+fn scene(text: &str, overrides: &[(&str, String)]) -> Scene {
+    let overrides: Vec<_> = overrides.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
+    Scene::parse("limit.toml", text, &overrides, &mut |_| unreachable!("no file is named"))
+        .unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn found(text: &str, overrides: &[(&str, String)]) -> Limits {
+    limits(&scene(text, overrides)).unwrap()
+}
+
+fn criterion<'a>(limits: &'a Limits, name: &str) -> &'a Criterion {
+    limits.criteria.iter().find(|criterion| criterion.name == name).unwrap()
+}
+
+#[track_caller]
+fn near(got: f64, expected: f64, relative: f64) {
+    assert!((got - expected).abs() <= relative * expected.abs(), "got {got}, expected {expected}");
+}
+
+/// The emulator's limit has these digits (half a unit of the last one, as a share), is known to a billionth, and is that of
+/// the exact map.
+#[track_caller]
+fn has_digits(limits: &Limits, expected: f64, digits: f64) {
+    near(limits.emulated.limit, expected, digits);
+    assert!(limits.emulated.uncertainty <= 1e-9 * expected, "{:?}", limits.emulated);
+    near(limits.emulated.limit, criterion(limits, "spectral_radius").limit, 2e-9);
+}
+
+fn hybrid(damping: &str, rate: &str) -> Limits {
+    found(MOTOR, &[("wall.damping", damping.into()), ("method.sample_rate", rate.into())])
+}
+
+#[test]
+fn the_continuous_spring_holds_up_to_routh_s_limit() {
+    let limits = hybrid("0", "1 kHz");
+    has_digits(&limits, 2.98195118, 2e-9);
+    let routh = criterion(&limits, "routh");
+    assert!(routh.assumptions_met);
+    near(limits.emulated.limit, routh.limit, 1e-9);
+    assert_eq!((routh.unit, limits.emulated.unit), ("N.m/rad", "N.m/rad"));
+}
+
+#[test]
+fn a_heavier_rotor_hardly_changes_routh_s_limit() {
+    let limits = found(MOTOR, &[("device.rotor_inertia", "2.137e-5".into())]);
+    has_digits(&limits, 2.98169605, 2e-9);
+    near(limits.emulated.limit, criterion(&limits, "routh").limit, 1e-9);
+}
+
+#[test]
+fn the_conventional_loop_at_1_khz_holds_a_sixth_of_that() {
+    let limits = found(MOTOR, &[("method.kind", "conventional".into())]);
+    has_digits(&limits, 0.497373834, 1e-9);
+    near(hybrid("0", "1 kHz").emulated.limit / limits.emulated.limit, 5.99539, 1e-6);
+    // The rule of thumb leaves out terms of second order, and says so.
+    let rule = criterion(&limits, "low_frequency");
+    assert!(!rule.assumptions_met);
+    near(rule.limit, (1.3e-6 + 2.85979167e-4) / (0.5e-3 + 96.35e-6), 1e-5);
+    near(rule.limit, limits.emulated.limit, 0.04);
+}
+
+#[test]
+fn a_modulator_s_period_samples_the_loop_that_is_said_to_be_continuous() {
+    // 25.175 MHz / 4096.
+    let overrides = [
+        ("clock.frequency", "25.175 MHz".to_string()),
+        ("method.kind", "conventional".into()),
+        ("method.sample_rate", "6146.240234375".into()),
+    ];
+    assert_eq!(scene(MOTOR, &overrides).period_clocks(), 4096);
+    has_digits(&found(MOTOR, &overrides), 1.62314, 4e-6);
+}
+
+#[test]
+fn sampled_damping_lowers_the_hybrid_limit_at_1_khz_and_raises_it_at_10_khz() {
+    for (damping, rate, expected, digits) in
+        [("1e-4", "1 kHz", 2.92602, 2e-6), ("1e-3", "1 kHz", 1.98116, 3e-6), ("1e-3", "10 kHz", 11.8910, 5e-6)]
+    {
+        let limits = hybrid(damping, rate);
+        has_digits(&limits, expected, digits);
+        assert!(!criterion(&limits, "routh").assumptions_met);
+    }
+    // Routh with a continuous damping of 1e-3.
+    near(criterion(&hybrid("1e-3", "10 kHz"), "routh").limit, 13.3619283, 5e-9);
+}
+
+#[test]
+fn a_sampled_wall_before_a_damped_mass_holds_the_known_stiffness() {
+    for (damping, expected) in [("0.5", 1000.83403), ("5", 10084.0301)] {
+        let limits = found(MASS, &[("device.damping", damping.into())]);
+        has_digits(&limits, expected, 6e-9);
+        // K* = (1 - e) / (g2 phi - g1 e) of the exact linear analysis, b T / m being large enough for its digits.
+        let (m, b, t): (f64, f64, f64) = (0.1, damping.parse().unwrap(), 1e-3);
+        let e = (-b * t / m).exp();
+        let lost = -(-b * t / m).exp_m1();
+        let (g2, phi, g1) = (lost / b, m * lost / b, t / b - m * lost / (b * b));
+        near(limits.emulated.limit, lost / (g2 * phi - g1 * e), 1e-8);
+        // Passivity asks for less, the first-order rule is the same here.
+        near(criterion(&limits, "colgate_schenkel").limit, 2.0 * b / t, 1e-15);
+        near(criterion(&limits, "gil_hulin").limit, 2.0 * b / t, 1e-15);
+        assert_eq!(limits.emulated.unit, "N/m");
+    }
+}
+
+#[test]
+fn a_delay_of_one_sample_divides_the_limit_by_three() {
+    let limits = found(
+        MASS,
+        &[("device.mass", "0.075".into()), ("device.damping", "0.005".into()), ("model.delay", "1 ms".into())],
+    );
+    has_digits(&limits, 3.3333951, 2e-8);
+    let first_order = criterion(&limits, "gil_hulin");
+    assert!(first_order.assumptions_met);
+    near(first_order.limit, 0.005 / 1.5e-3, 1e-15);
+    assert!(!criterion(&limits, "colgate_schenkel").assumptions_met);
+}
+
+#[test]
+fn virtual_damping_alone_holds_the_known_parabola_of_stiffness() {
+    // alpha = K T^2 / m < 2 beta (2 - beta) / (2 + beta), beta = B T / m.
+    for (beta, alpha) in [(0.1, 0.180952381), (0.828427125, 0.686291501)] {
+        let limits = found(MASS, &[("wall.damping", format!("{}", beta * 100.0))]);
+        has_digits(&limits, alpha * 1e5, 3e-9);
+        near(limits.emulated.limit, 1e5 * 2.0 * beta * (2.0 - beta) / (2.0 + beta), 1e-9);
+    }
+}
+
+#[test]
+fn the_exact_map_has_the_known_spectral_radii() {
+    let sampled = |overrides: &[(&str, String)]| SampledLoop::new(&scene(MASS, overrides), 1000.0).spectral_radius();
+    near(sampled(&[("device.damping", "0.1".into()), ("wall.damping", "1".into())]), 0.997006828124, 1e-12);
+    near(sampled(&[("device.mass", "0.075".into())]), 1.00332779622, 1e-11);
+}
+
+#[test]
+fn a_delay_within_a_sample_and_one_of_several_agree_with_the_exact_map() {
+    for delay in ["0.3 ms", "2.7 ms"] {
+        let limits = found(
+            MASS,
+            &[("device.damping", "0.5".into()), ("wall.damping", "0.2".into()), ("model.delay", delay.into())],
+        );
+        near(limits.emulated.limit, criterion(&limits, "spectral_radius").limit, 2e-9);
+    }
+}
+
+#[test]
+fn a_loop_without_a_limit_says_which_way() {
+    // More damping than a sampled velocity can carry: beta = 2.
+    let error = limits(&scene(MASS, &[("wall.damping", "250".into())])).unwrap_err();
+    assert!(matches!(error, LimitsError::NeverStable { .. }));
+    assert!(error.to_string().contains("the damping alone is too much"));
+    // A continuous spring before a damped mass is passive at any stiffness.
+    let passive = [("method.kind", "hybrid".to_string()), ("device.damping", "1".into())];
+    assert!(matches!(limits(&scene(MASS, &passive)).unwrap_err(), LimitsError::AlwaysStable { .. }));
+}
