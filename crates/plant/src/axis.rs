@@ -15,7 +15,8 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use crate::guard::Guard;
-use crate::linear::{CURRENT, Linear, Matrix, SPEED};
+use crate::linear::Linear;
+use crate::matrix::{CURRENT, Matrix, SPEED};
 
 /// A brushed DC motor with all that turns with it.
 #[derive(Clone, Copy, PartialEq, Debug)]

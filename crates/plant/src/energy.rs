@@ -1,6 +1,7 @@
 //! The energy audit: every flow integrated in its own right, none taken as a difference.
 
-use crate::linear::{ANGLE, CURRENT, INTENT, Integrals, SPEED, State};
+use crate::leap::Integrals;
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 const SOURCE: usize = 0;
 const HAND: usize = 1;

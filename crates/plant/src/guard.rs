@@ -7,7 +7,8 @@
 //! it falls all the while, leaves once, and that edge is found by a few secant steps. What neither settles is halved, down
 //! to single edges.
 
-use crate::linear::{State, Trajectory, dot, row_times};
+use crate::linear::Trajectory;
+use crate::matrix::{State, dot, row_times};
 use crate::{Linear, Matrix};
 
 /// Values from `low`, inclusive, to `high`; either may be infinite.

@@ -5,14 +5,20 @@
 
 mod axis;
 mod bridge;
+mod course;
 mod device;
 mod energy;
 mod guard;
+mod leap;
 mod linear;
+mod matrix;
+mod modes;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};
 pub use device::{Device, Event, REALS};
 pub use energy::Energy;
 pub use guard::{Band, Guard, Point};
-pub use linear::{Integrals, Linear, Matrix, State, Trajectory};
+pub use leap::Integrals;
+pub use linear::{Linear, Trajectory};
+pub use matrix::{Matrix, State};

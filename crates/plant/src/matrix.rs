@@ -1,0 +1,86 @@
+//! Four states, matrices of four by four, and what is done with them.
+
+/// Current in A, speed in rad/s (m/s), angle in rad (m), the hand's intended angle in rad (m).
+pub type State = [f64; 4];
+/// Four rows of four.
+pub type Matrix = [[f64; 4]; 4];
+
+/// Index of the current in a [`State`].
+pub(crate) const CURRENT: usize = 0;
+/// Index of the speed.
+pub(crate) const SPEED: usize = 1;
+/// Index of the angle.
+pub(crate) const ANGLE: usize = 2;
+/// Index of the hand's intended angle.
+pub(crate) const INTENT: usize = 3;
+
+pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut c = [[0.0; 4]; 4];
+    for (row, out) in a.iter().zip(&mut c) {
+        for (k, &factor) in row.iter().enumerate() {
+            for (sum, &term) in out.iter_mut().zip(&b[k]) {
+                *sum += factor * term;
+            }
+        }
+    }
+    c
+}
+
+pub(crate) fn map2(a: &Matrix, b: &Matrix, op: impl Fn(f64, f64) -> f64) -> Matrix {
+    let mut c = *a;
+    for (row, other) in c.iter_mut().zip(b) {
+        for (x, &y) in row.iter_mut().zip(other) {
+            *x = op(*x, y);
+        }
+    }
+    c
+}
+
+pub(crate) fn transposed(a: &Matrix) -> Matrix {
+    std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]))
+}
+
+pub(crate) fn outer(u: &State, v: &State) -> Matrix {
+    std::array::from_fn(|r| std::array::from_fn(|c| u[r] * v[c]))
+}
+
+/// `row · matrix`.
+pub(crate) fn row_times(row: &State, a: &Matrix) -> State {
+    std::array::from_fn(|c| row[0] * a[0][c] + row[1] * a[1][c] + row[2] * a[2][c] + row[3] * a[3][c])
+}
+
+#[inline(always)]
+pub(crate) fn dot(u: &State, v: &State) -> f64 {
+    (u[0] * v[0] + u[1] * v[1]) + (u[2] * v[2] + u[3] * v[3])
+}
+
+/// A matrix by columns, so that its product with a vector runs along registers.
+#[derive(Clone, Copy)]
+pub(crate) struct Columns(pub(crate) Matrix);
+
+impl Columns {
+    pub(crate) fn of(rows: &Matrix) -> Self {
+        Self(transposed(rows))
+    }
+
+    #[inline(always)]
+    pub(crate) fn times(&self, v: &State) -> State {
+        let [a, b, c, d] = &self.0;
+        std::array::from_fn(|r| (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]))
+    }
+}
+
+#[inline(always)]
+pub(crate) fn plus(x: &State, y: &State) -> State {
+    std::array::from_fn(|r| x[r] + y[r])
+}
+
+/// How fast a system moves, in 1/s: its norm after each pair of states is scaled so that they drive each other alike.
+pub(crate) fn rate(a: &Matrix) -> f64 {
+    let pair = |r: usize, c: usize| (a[r][c] * a[c][r]).abs().sqrt();
+    (0..4).map(|r| (0..4).map(|c| pair(r, c)).sum::<f64>()).fold(0.0, f64::max)
+}
+
+pub(crate) fn norm(a: &Matrix) -> f64 {
+    a.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max)
+}
