@@ -97,7 +97,8 @@ impl Drop for Folder {
             forget(temporary);
         }
         if self.created {
-            // Only when it is empty.
+            // Folders go only when they are empty.
+            self.staged.iter().filter_map(|(_, place)| place.parent()).for_each(|inner| drop(fs::remove_dir(inner)));
             drop(fs::remove_dir(&self.dir));
         }
     }

@@ -20,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use exit::{Exit, Failure};
+use exit::Failure;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///

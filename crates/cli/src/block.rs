@@ -1,0 +1,143 @@
+//! `hpu block`: the blocks, their ports, and one of them ticked.
+
+use std::fmt::Write as _;
+use std::io::{self, Read};
+use std::path::Path;
+
+use hpu_datapath::{AnyBlock, registry, variants};
+use hpu_rtl::literal;
+use hpu_signal::Signal;
+use serde_json::{Value, json};
+
+use crate::block_csv::Table;
+use crate::exit::{Exit, Failure};
+use crate::run_json::triple;
+use crate::terminal::{print, print_json};
+
+/// List the blocks, show the ports of one, or tick it
+#[derive(clap::Args)]
+pub struct Args {
+    /// The block
+    name: Option<String>,
+    /// Configuration of the block, of those that `hpu block NAME` lists
+    #[arg(long, value_name = "LABEL", default_value = "default", requires = "name")]
+    variant: String,
+    /// Tick the block after one edge of reset: a CSV whose header names the inputs, one row an edge; - is stdin
+    #[arg(long, value_name = "FILE", requires = "name")]
+    inputs: Option<String>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `hpu block`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let Some(name) = &args.name else {
+        return list(args.json);
+    };
+    let mut block = find(name, &args.variant)?;
+    match &args.inputs {
+        Some(file) => tick(&mut *block, file, args.json)?,
+        None if args.json => print_json(&description(&*block))?,
+        None => print(&table(&*block))?,
+    }
+    Ok(Exit::Fine)
+}
+
+/// The block of that name in the configuration with that label.
+pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
+    known(name)?;
+    let found = variants().into_iter().find(|(label, block)| block.name() == name && label == variant);
+    found.map(|(_, block)| block).ok_or_else(|| {
+        Failure::usage(format!("{name} has no variant `{variant}`; there are {}", labels(name).join(", ")))
+    })
+}
+
+/// Refuses a name that no block has.
+pub fn known(name: &str) -> Result<(), Failure> {
+    let names: Vec<_> = registry().iter().map(|block| block.name()).collect();
+    if names.contains(&name) {
+        return Ok(());
+    }
+    Err(Failure::usage(format!("no block `{name}`; there are {}", names.join(", "))))
+}
+
+fn labels(name: &str) -> Vec<String> {
+    variants().into_iter().filter(|(_, block)| block.name() == name).map(|(label, _)| label).collect()
+}
+
+fn list(as_json: bool) -> Result<Exit, Failure> {
+    let blocks = registry();
+    if as_json {
+        let all: Vec<_> = blocks.iter().map(|block| description(&**block)).collect();
+        print_json(&json!({ "blocks": all }))?;
+    } else {
+        let names = |ports: Vec<Signal>| ports.iter().map(|port| port.name).collect::<Vec<_>>().join(", ");
+        let line = |block: &dyn AnyBlock| {
+            format!("{:<22} {} -> {}\n", block.name(), names(block.inputs()), names(block.outputs()))
+        };
+        print(&blocks.iter().map(|block| line(&**block)).collect::<String>())?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn table(block: &dyn AnyBlock) -> String {
+    let kind = if block.clocked() { "clocked" } else { "combinational" };
+    let mut text = format!("{}, {kind}\n", block.name());
+    let ports = directed(block);
+    let width = ports.iter().map(|(_, port)| port.unit.len()).max().unwrap_or(0);
+    for (direction, Signal { name, format, unit, doc }) in ports {
+        let format = format.to_string();
+        writeln!(text, "{direction:<4} {name:<12} {format:<10} {unit:<width$}  {doc}").expect("a string grows");
+    }
+    for (name, value) in block.generics() {
+        writeln!(text, "{:<4} {name:<15} {}", "gen", literal(value)).expect("a string grows");
+    }
+    text + &format!("variants: {}\n", labels(block.name()).join(", "))
+}
+
+fn directed(block: &dyn AnyBlock) -> Vec<(&'static str, Signal)> {
+    let inputs = block.inputs().into_iter().map(|port| ("in", port));
+    inputs.chain(block.outputs().into_iter().map(|port| ("out", port))).collect()
+}
+
+fn description(block: &dyn AnyBlock) -> Value {
+    let ports = directed(block).into_iter().map(|(direction, Signal { name, format, unit, doc })| {
+        json!({ "name": name, "direction": direction, "format": triple(format), "unit": unit, "doc": doc })
+    });
+    let generics: serde_json::Map<_, _> = block
+        .generics()
+        .into_iter()
+        .map(|(name, value)| {
+            let value = match value {
+                hpu_datapath::Generic::Integer(value) => json!(value),
+                hpu_datapath::Generic::Boolean(value) => json!(value),
+            };
+            (name.to_string(), value)
+        })
+        .collect();
+    json!({
+        "name": block.name(),
+        "clocked": block.clocked(),
+        "ports": ports.collect::<Vec<_>>(),
+        "generics": generics,
+        "variants": labels(block.name()),
+    })
+}
+
+fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failure> {
+    let (name, bytes) = if file == "-" {
+        let mut bytes = Vec::new();
+        io::stdin().read_to_end(&mut bytes).map_err(|error| Failure::file(format!("standard input: {error}")))?;
+        ("-", bytes)
+    } else {
+        (file, std::fs::read(file).map_err(|error| Failure::at(Path::new(file), error))?)
+    };
+    let text = String::from_utf8(bytes).map_err(|_| Failure::file(format!("{name}: not text in UTF-8")))?;
+    let table = Table::read(name, &text, &block.inputs())?.tick(block);
+    if as_json {
+        print_json(&json!({ "block": block.name(), "columns": table.columns, "rows": table.rows }))
+    } else {
+        print(&table.to_csv())
+    }
+}

@@ -1,0 +1,85 @@
+//! A table of words in decimal, in units of each word's least significant bit: what goes into a block, and comes out.
+
+use std::fmt::Write as _;
+
+use hpu_datapath::AnyBlock;
+use hpu_signal::Signal;
+
+use crate::exit::Failure;
+
+/// Columns and rows.
+#[derive(Debug)]
+pub struct Table {
+    /// Names of the columns.
+    pub columns: Vec<&'static str>,
+    /// Values of the words.
+    pub rows: Vec<Vec<i128>>,
+}
+
+impl Table {
+    /// Reads a CSV whose header names every input, in any order; the columns are put in port order. Empty lines and those
+    /// that begin with `#` are passed over.
+    pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
+        let refuse = |line: usize, reason: String| Failure::file(format!("{file}:{line}: {reason}"));
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+        let names: Vec<_> = inputs.iter().map(|input| input.name).collect();
+        let accepted = format!("the header names the inputs: {}", names.join(","));
+        let (line, header) = lines.next().ok_or_else(|| refuse(1, format!("no header; {accepted}")))?;
+        let found: Vec<_> = header.split(',').map(str::trim).collect();
+        if let Some(name) = found.iter().find(|name| !names.contains(name)) {
+            return Err(refuse(line, format!("`{name}` is no input; {accepted}")));
+        }
+        let mut places = Vec::new();
+        for name in &names {
+            let mut at = (0..found.len()).filter(|&place| found[place] == *name);
+            places.push(at.next().ok_or_else(|| refuse(line, format!("`{name}` is missing; {accepted}")))?);
+            if at.next().is_some() {
+                return Err(refuse(line, format!("`{name}` is named twice; {accepted}")));
+            }
+        }
+        let mut rows = Vec::new();
+        for (line, row) in lines {
+            let cells: Vec<_> = row.split(',').map(str::trim).collect();
+            if cells.len() != found.len() {
+                return Err(refuse(line, format!("{} columns; the header has {}", cells.len(), found.len())));
+            }
+            let value = |(input, &place): (&Signal, &usize)| {
+                let (Signal { name, format, .. }, cell) = (input, cells[place]);
+                cell.parse().ok().filter(|&value| format.holds(value)).ok_or_else(|| {
+                    let (least, most) = (format.min(), format.max());
+                    refuse(line, format!("{name}: `{cell}` is no integer from {least} to {most}, which {format} holds"))
+                })
+            };
+            rows.push(inputs.iter().zip(&places).map(value).collect::<Result<_, _>>()?);
+        }
+        Ok(Self { columns: names, rows })
+    }
+
+    /// Ticks a block with these inputs, one row an edge, after one edge of reset; the outputs are appended to the rows.
+    pub fn tick(mut self, block: &mut dyn AnyBlock) -> Self {
+        let (inputs, outputs) = (block.inputs(), block.outputs());
+        block.reset();
+        for row in &mut self.rows {
+            let words: Vec<_> = inputs.iter().zip(&*row).map(|(input, &value)| input.format.wrap(value)).collect();
+            let answer = block.tick(&words);
+            row.extend(outputs.iter().zip(answer).map(|(output, word)| output.format.value(word)));
+        }
+        self.columns.extend(outputs.iter().map(|output| output.name));
+        self
+    }
+
+    /// As CSV.
+    pub fn to_csv(&self) -> String {
+        let mut text = self.columns.join(",") + "\n";
+        for row in &self.rows {
+            let mut comma = "";
+            for value in row {
+                write!(text, "{comma}{value}").expect("a string grows");
+                comma = ",";
+            }
+            text.push('\n');
+        }
+        text
+    }
+}

@@ -1,0 +1,226 @@
+//! `hpu check`: the VHDL held against the emulator in GHDL.
+
+use std::path::{Path, PathBuf};
+
+use hpu_cosim::scene::shipped;
+use hpu_datapath::registry;
+use hpu_rtl::{CheckOptions, CheckReport, CheckRow, GhdlError, junit};
+use serde_json::{Value, json};
+
+use crate::block::known;
+use crate::exit::{Exit, Failure};
+use crate::files::{self, Folder};
+use crate::interrupt;
+use crate::scene::{self, Loaded};
+use crate::terminal::{print, print_json, verdict};
+
+/// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
+///
+/// Without blocks and scenes, all of both. The first mismatch of each is shown with the rows that lead to it.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Blocks to check on directed and random vectors
+    blocks: Vec<String>,
+    /// Scene to run in VHDL, every net compared at every edge; may be repeated
+    #[arg(long = "scene", value_name = "SCENE")]
+    scenes: Vec<String>,
+    #[command(flatten)]
+    set: scene::Set,
+    /// Clock edges of each scene
+    #[arg(long, value_name = "N", default_value_t = 50_000, value_parser = clap::value_parser!(u64).range(1..))]
+    edges: u64,
+    /// Random rows of each configuration of a block
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    rows: usize,
+    /// Seed of the random rows
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
+    #[arg(long)]
+    exhaustive: bool,
+    /// Folder of the VHDL
+    #[arg(long, value_name = "DIR", default_value = "hdl")]
+    hdl: PathBuf,
+    /// Write a JUnit report
+    #[arg(short = 'x', long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write check.json and check.txt into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `hpu check`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    args.blocks.iter().try_for_each(|name| known(name))?;
+    let all = args.blocks.is_empty() && args.scenes.is_empty();
+    let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };
+    // Refused before anything runs: scenes that are none, and places that cannot be written to.
+    let scenes: Vec<_> = scenes.iter().map(|name| Loaded::new(name, &args.set.set, None)).collect::<Result<_, _>>()?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+
+    interrupt::heed();
+    let mut report = CheckReport::default();
+    let mut shown = Shown { quiet: args.json, text: String::new() };
+    if !blocks.is_empty() {
+        shown.line(&header("block", "variant"))?;
+    }
+    for block in blocks {
+        let options = CheckOptions {
+            blocks: vec![block],
+            rows: args.rows,
+            seed: args.seed,
+            exhaustive: args.exhaustive,
+            ..CheckOptions::new(&args.hdl)
+        };
+        let found = hpu_rtl::check(&options).map_err(refused)?;
+        if interrupt::pressed() {
+            return Ok(Exit::Interrupted);
+        }
+        found.rows.iter().try_for_each(|row| shown.row(row))?;
+        report.rows.extend(found.rows);
+    }
+    if !scenes.is_empty() {
+        shown.line(&header("loop", "scene"))?;
+    }
+    for loaded in &scenes {
+        let row = closed_loop(loaded, &args.hdl, args.edges.min(loaded.scene.edges()))?;
+        if interrupt::pressed() {
+            return Ok(Exit::Interrupted);
+        }
+        shown.row(&row)?;
+        report.loops.push(row);
+    }
+    shown.line(&total(&report))?;
+
+    let json = object(&report);
+    if let Some(path) = &args.junit {
+        files::write(path, junit(&report))?;
+    }
+    if let Some(mut folder) = folder {
+        folder.write("check.json", format!("{json:#}\n"))?;
+        folder.write("check.txt", &shown.text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?;
+    }
+    Ok(Exit::when(report.ok()))
+}
+
+/// All blocks and all shipped scenes.
+fn everything() -> (Vec<String>, Vec<String>) {
+    (
+        registry().iter().map(|block| block.name().to_string()).collect(),
+        shipped().iter().map(|scene| scene.name.to_string()).collect(),
+    )
+}
+
+/// A scene in VHDL beside the emulator.
+pub fn closed_loop(loaded: &Loaded, hdl: &Path, edges: u64) -> Result<CheckRow, Failure> {
+    hpu_rtl::closed_loop(&loaded.in_vhdl(hdl, edges)).map_err(refused)
+}
+
+/// A check that GHDL did not bring to a result is not passed.
+fn refused(error: GhdlError) -> Failure {
+    let exit = match error {
+        GhdlError::Missing | GhdlError::NoLibrary(_) => Exit::NoTool,
+        GhdlError::Io(..) => Exit::BadFile,
+        GhdlError::Failed { .. } => Exit::Differs,
+    };
+    Failure::new(exit, error)
+}
+
+/// The table, shown as it grows.
+struct Shown {
+    quiet: bool,
+    text: String,
+}
+
+impl Shown {
+    fn line(&mut self, line: &str) -> Result<(), Failure> {
+        self.text += line;
+        if self.quiet { Ok(()) } else { print(line) }
+    }
+
+    fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
+        let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
+        let line = format!("{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}");
+        self.text += &(line.clone() + "\n");
+        let mut detail = row.first.as_ref().map(ToString::to_string).unwrap_or_default();
+        if let Some(failure) = &row.failure {
+            detail += &format!("  {}\n", failure.trim_end().replace('\n', "\n  "));
+        }
+        self.text += &detail;
+        let line = if row.ok() { line } else { verdict(&line, false) };
+        if self.quiet { Ok(()) } else { print(&format!("{line}\n{detail}")) }
+    }
+}
+
+fn header(what: &str, which: &str) -> String {
+    format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
+}
+
+fn total(report: &CheckReport) -> String {
+    let sum = |value: fn(&CheckRow) -> u64| report.all().map(value).sum::<u64>();
+    let failed = report.all().filter(|row| !row.ok()).count();
+    let said =
+        if failed == 0 { "all agree".to_string() } else { format!("{failed} of {} differ", report.all().count()) };
+    format!(
+        "{said}: {} vectors, {} edges, {} mismatches\n",
+        sum(|row| row.vectors),
+        sum(|row| row.edges),
+        sum(|row| row.mismatches)
+    )
+}
+
+fn object(report: &CheckReport) -> Value {
+    let names = report.rows.iter().map(|row| &row.block).fold(Vec::new(), |mut names: Vec<&String>, name| {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+        names
+    });
+    let blocks = names.into_iter().map(|name| {
+        let rows: Vec<_> = report.rows.iter().filter(|row| row.block == *name).collect();
+        let sum = |value: fn(&CheckRow) -> u64| rows.iter().map(|row| value(row)).sum::<u64>();
+        json!({
+            "name": name,
+            "ok": rows.iter().all(|row| row.ok()),
+            "vectors": sum(|row| row.vectors),
+            "edges": sum(|row| row.edges),
+            "mismatches": sum(|row| row.mismatches),
+            "variants": rows.iter().map(|row| detail(row, "name", &row.variant)).collect::<Vec<_>>(),
+        })
+    });
+    let loops = report.loops.iter().map(|row| {
+        let mut value = detail(row, "scene", &row.variant);
+        value["wiring"] = json!(row.block);
+        value
+    });
+    json!({ "ok": report.ok(), "blocks": blocks.collect::<Vec<_>>(), "loops": loops.collect::<Vec<_>>() })
+}
+
+fn detail(row: &CheckRow, key: &str, name: &str) -> Value {
+    let first = row.first.as_ref().map(|first| {
+        json!({
+            "row": first.row,
+            "signal": first.signal,
+            "expected": first.expected,
+            "got": first.got,
+            "history": first.history,
+        })
+    });
+    json!({
+        key: name,
+        "ok": row.ok(),
+        "vectors": row.vectors,
+        "edges": row.edges,
+        "mismatches": row.mismatches,
+        "seconds": row.seconds,
+        "first": first,
+        "failure": row.failure,
+    })
+}

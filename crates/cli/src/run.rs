@@ -1,0 +1,223 @@
+//! `hpu run`: a scene, run; its summary, its files.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use hpu_cosim::scene::{Expectation, OutcomeKind};
+use hpu_cosim::{Comparison, Driver, Session, Summary, Trace, metric};
+use hpu_plant::REALS;
+use hpu_rtl::CheckRow;
+use hpu_signal::Cycle;
+use serde_json::json;
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::scene::{self, Loaded};
+use crate::terminal::{print, print_json, verdict, with_progress};
+use crate::waves::Waves;
+use crate::{check, interrupt, pictures, run_json, run_text};
+
+/// Run a scene and sum it up; without a scene, list the shipped ones
+#[derive(clap::Args)]
+pub struct Args {
+    /// A scene's file, or the name of a shipped scene
+    scene: Option<String>,
+    #[command(flatten)]
+    set: scene::Set,
+    /// What advances the run
+    #[arg(long, value_enum, default_value = "events")]
+    driver: DriverArg,
+    /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    edges: Option<u64>,
+    /// Run `events` against `clock` and compare every net and plant state at every edge
+    #[arg(long, conflicts_with_all = ["out", "driver"])]
+    compare: bool,
+    /// Write wave.fst with its GTKWave save file, trace.csv, pictures and summary.json into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write wave.vcd too
+    #[arg(long, requires = "out")]
+    vcd: bool,
+    /// Draw no pictures
+    #[arg(long, requires = "out")]
+    no_plot: bool,
+    /// Folder of the VHDL, for the driver `rtl`
+    #[arg(long, value_name = "DIR", default_value = "hdl")]
+    hdl: PathBuf,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What advances a run.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DriverArg {
+    /// From event to event
+    Events,
+    /// Edge by edge
+    Clock,
+    /// The VHDL in GHDL, beside the emulator, every net compared at every edge
+    Rtl,
+}
+
+/// A run and all that is said of it.
+pub struct Ran<'s> {
+    /// Name of the driver.
+    pub driver: &'static str,
+    /// The scene, ready.
+    pub session: &'s Session<'s>,
+    /// What it was.
+    pub summary: Summary,
+    /// What was recorded.
+    pub trace: Trace,
+    /// The VHDL beside it.
+    pub rtl: Option<CheckRow>,
+    /// Whether the outcome was the expected one, when one was.
+    pub outcome_met: Option<(OutcomeKind, bool)>,
+    /// The expected numbers, what they were, and whether that is within tolerance.
+    pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+impl Ran<'_> {
+    fn exit(&self) -> Exit {
+        let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
+        Exit::when(met && self.rtl.as_ref().is_none_or(CheckRow::ok))
+    }
+}
+
+/// Nets in the trace.
+pub const TRACED: [&str; 6] = ["position", "penetration", "spring", "velocity", "drag", "command"];
+
+/// `hpu run`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let Some(name) = &args.scene else {
+        return scene::list(args.json);
+    };
+    let loaded = Loaded::new(name, &args.set.set, args.edges)?;
+    let session = Session::new(&loaded.scene).map_err(Failure::file)?;
+    if args.compare {
+        return compare(&session, args.json);
+    }
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let rtl = match args.driver {
+        DriverArg::Rtl => Some(check::closed_loop(&loaded, &args.hdl, loaded.scene.edges())?),
+        _ => None,
+    };
+    let mut ran = simulate(&session, args, folder.as_mut())?;
+    ran.rtl = rtl;
+    if interrupt::pressed() {
+        return interrupted(&ran, args.json);
+    }
+    if let Some(mut folder) = folder {
+        folder.write("trace.csv", trace_csv(&ran))?;
+        if !args.no_plot {
+            pictures::write(&ran, &loaded.command(), &mut folder)?;
+        }
+        ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
+        folder.write("summary.json", format!("{:#}\n", run_json::summary(&ran)))?;
+        if interrupt::pressed() {
+            return interrupted(&Ran { files: Vec::new(), ..ran }, args.json);
+        }
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&run_json::summary(&ran))?;
+    } else {
+        print(&run_text::summary(&ran))?;
+    }
+    Ok(ran.exit())
+}
+
+/// Runs the scene, its waveforms recorded when there is a folder for them.
+fn simulate<'s>(session: &'s Session<'s>, args: &Args, folder: Option<&mut Folder>) -> Result<Ran<'s>, Failure> {
+    let scene = session.scene();
+    let (driver, name) = match args.driver {
+        DriverArg::Events => (Driver::Events, "events"),
+        DriverArg::Clock => (Driver::Clock, "clock"),
+        // The VHDL's nets and plant are the emulator's, edge by edge, or the comparison has told; so this is its run.
+        DriverArg::Rtl => (Driver::Events, "rtl"),
+    };
+    let control = interrupt::heed();
+    let mut trace = session.trace(&TRACED);
+    let summary = match folder {
+        None => with_progress(scene.edges(), control, || session.run(driver, &mut trace, &mut (), control)),
+        Some(folder) => {
+            let mut waves = Waves::begin(session, folder, args.vcd)?;
+            let run = || session.run(driver, &mut trace, &mut waves, control);
+            let summary = with_progress(scene.edges(), control, run);
+            waves.finish(folder, Cycle(summary.edges))?;
+            summary
+        }
+    };
+    let judged = summary.complete && args.edges.is_none();
+    let expect = judged.then_some(&scene.expect);
+    let outcome = expect.and_then(|expect| expect.outcome);
+    let numbers = expect.map_or(&[][..], |expect| &expect.numbers).iter().map(|expected| {
+        let got = metric(expected.metric, scene, &summary, &trace);
+        let met = got.is_some_and(|got| (got - expected.value).abs() <= expected.tolerance);
+        (*expected, got, met)
+    });
+    Ok(Ran {
+        driver: name,
+        session,
+        outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
+        numbers: numbers.collect(),
+        summary,
+        trace,
+        rtl: None,
+        files: Vec::new(),
+    })
+}
+
+fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
+    if as_json {
+        print_json(&run_json::summary(ran))?;
+    } else {
+        print(&format!("{}interrupted; no files written\n", run_text::summary(ran)))?;
+    }
+    Ok(Exit::Interrupted)
+}
+
+/// The trace as a table: times and plant outputs with the unit in the name, then words with theirs.
+fn trace_csv(ran: &Ran) -> String {
+    let trace = &ran.trace;
+    let all = ran.session.wiring().nets();
+    let nets: Vec<_> = TRACED.iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
+    let mut header = vec!["time_s".to_string()];
+    header.extend(REALS.iter().map(|real| real.name.to_string()));
+    header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));
+    let mut text = header.join(",") + "\n";
+    for (row, time_s) in trace.times_s().iter().enumerate() {
+        let reals = (0..REALS.len()).map(|real| trace.real(real)[row].to_string());
+        let words =
+            nets.iter().enumerate().map(|(net, signal)| signal.format.to_f64(trace.words(net)[row]).to_string());
+        let cells: Vec<_> = [time_s.to_string()].into_iter().chain(reals).chain(words).collect();
+        text += &(cells.join(",") + "\n");
+    }
+    text
+}
+
+/// `hpu run --compare`.
+fn compare(session: &Session, as_json: bool) -> Result<Exit, Failure> {
+    let scene = session.scene();
+    let Comparison { edges, mismatches, first } = session.compare(scene.edges());
+    if as_json {
+        let first = first.map(
+            |first| json!({ "edge": first.edge, "name": first.name, "events": first.events, "clock": first.clock }),
+        );
+        print_json(&json!({ "scene": scene.name, "edges": edges, "mismatches": mismatches, "first": first }))?;
+    } else {
+        let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
+        let mut text = format!("{}: events against clock, {edges} edges, {said}\n", scene.name);
+        if let Some(first) = first {
+            let (events, clock) = (first.events, first.clock);
+            text +=
+                &format!("first at edge {}: {} is {events:e} by events, {clock:e} by clock\n", first.edge, first.name);
+        }
+        print(&text)?;
+    }
+    Ok(Exit::when(mismatches == 0))
+}

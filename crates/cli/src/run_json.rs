@@ -1,0 +1,105 @@
+//! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
+
+use hpu_cosim::{NetUse, Verdict};
+use hpu_signal::Format;
+use serde_json::{Value, json};
+
+use crate::run::Ran;
+
+/// The object that `hpu run --json` prints.
+pub fn summary(ran: &Ran) -> Value {
+    let (scene, summary) = (ran.session.scene(), &ran.summary);
+    let (energy, realised) = (&summary.energy, &ran.session.words().realised);
+    // The VHDL's time, when it ran.
+    let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |row| row.seconds);
+    json!({
+        "scene": scene.name,
+        "driver": ran.driver,
+        "outcome": summary.verdict.map(outcome),
+        "complete": summary.complete,
+        "edges": summary.edges,
+        "motion_s": summary.motion_s,
+        "wall_s": wall_s,
+        "edges_per_s": summary.edges as f64 / wall_s,
+        "events": summary.events(),
+        "activity": summary.activity(),
+        "ticks": summary.ticks,
+        "encoder_edges": summary.encoder_edges,
+        "gate_changes": summary.gate_changes,
+        "mode_changes": summary.mode_changes,
+        "energy": {
+            "supplied_j": energy.supplied_j,
+            "stored_j": energy.stored_j,
+            "dissipated_j": energy.dissipated_j,
+            "residual_j": energy.residual_j,
+            "exchanged_j": energy.exchanged_j,
+            "source_j": energy.source_j,
+            "hand_j": energy.hand_j,
+            "copper_j": energy.copper_j,
+            "diodes_j": energy.diodes_j,
+            "viscous_j": energy.viscous_j,
+            "coulomb_j": energy.coulomb_j,
+        },
+        "realised": {
+            "torque_quantum_nm": realised.torque_quantum_nm,
+            "count_rad": realised.count_rad,
+            "wall_position_rad": realised.wall_position_rad,
+            "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+            "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
+            "sample_rate_hz": realised.sample_rate_hz,
+        },
+        "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
+        "expected": expected(ran),
+        "rtl": ran.rtl.as_ref().map(|row| json!({ "edges": row.edges, "mismatches": row.mismatches })),
+        "files": ran.files,
+    })
+}
+
+fn outcome(verdict: Verdict) -> Value {
+    match verdict {
+        Verdict::Settled { rms_rad } => json!({ "kind": "settled", "rms_rad": rms_rad }),
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => json!({
+            "kind": "limit_cycle",
+            "rms_rad": rms_rad,
+            "amplitude_rad": amplitude_rad,
+            "frequency_hz": frequency_hz,
+        }),
+        Verdict::Diverged { at_s, amplitude_rad } => {
+            json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad })
+        }
+    }
+}
+
+fn signal(NetUse { signal, usage }: &NetUse) -> Value {
+    let format = signal.format;
+    json!({
+        "name": signal.name,
+        "format": triple(format),
+        "unit": signal.unit,
+        "min": format.to_f64(usage.min),
+        "max": format.to_f64(usage.max),
+        "rounded": usage.rounded,
+        "overflowed": usage.overflowed,
+    })
+}
+
+/// A format as `[s, i, f]`.
+pub fn triple(format: Format) -> [i32; 3] {
+    [i32::from(format.is_signed()), format.int(), format.frac()]
+}
+
+fn expected(ran: &Ran) -> Vec<Value> {
+    let outcome = ran
+        .outcome_met
+        .map(|(kind, met)| json!({ "name": "outcome", "value": crate::run_text::outcome_name(kind), "met": met }));
+    let numbers = ran.numbers.iter().map(|(expected, got, met)| {
+        json!({
+            "name": expected.metric.name(),
+            "value": expected.value,
+            "tolerance": expected.tolerance,
+            "got": got,
+            "met": met,
+        })
+    });
+    outcome.into_iter().chain(numbers).collect()
+}

@@ -1,0 +1,222 @@
+//! The summary of a run for people.
+
+use std::fmt::Write as _;
+
+use hpu_cosim::scene::{Datapath, Metric, OutcomeKind, Scene};
+use hpu_cosim::{Trace, Verdict};
+
+use crate::run::Ran;
+use crate::terminal;
+use crate::units::{error_percent, percent, si};
+
+/// All that a run was.
+pub fn summary(ran: &Ran) -> String {
+    let scene = ran.session.scene();
+    let mut text = String::new();
+    let mut row = |name: &str, said: String| {
+        writeln!(text, "{name:<10} {said}").expect("a string grows");
+    };
+    let clock = si(scene.clock.frequency_hz() as f64, "Hz");
+    row("scene", format!("{}, {} at {clock}", scene.name, ran.session.wiring().name()));
+    if scene.model.datapath == Datapath::Linear {
+        row("", "run in words; its linear law is for `hpu limits`".to_string());
+    }
+    let outcome = match ran.summary.verdict {
+        Some(verdict) => outcome(verdict),
+        None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
+        None => "stopped before its end".to_string(),
+    };
+    row("outcome", outcome);
+    if ran.summary.verdict.is_some() {
+        row("motion", motion(scene, &ran.trace));
+    }
+    words(ran).into_iter().for_each(|said| row("words", said));
+    if ran.summary.energy.exchanged_j > 0.0 {
+        energy(ran).into_iter().for_each(|said| row("energy", said));
+    }
+    row("edges", edges(ran));
+    row("activity", activity(ran));
+    text += &nets(ran);
+    for line in expectations(ran) {
+        writeln!(text, "{:<10} {line}", "expected").expect("a string grows");
+    }
+    if let Some(rtl) = &ran.rtl {
+        let said = terminal::verdict(&format!("{} mismatches", rtl.mismatches), rtl.ok());
+        writeln!(text, "{:<10} {} edges in GHDL, {said}", "rtl", rtl.edges).expect("a string grows");
+        if let Some(first) = &rtl.first {
+            text += &first.to_string();
+        }
+    }
+    for file in &ran.files {
+        writeln!(text, "{:<10} {}", "file", file.display()).expect("a string grows");
+    }
+    text
+}
+
+/// The name of an outcome, as scenes and JSON have it.
+pub fn outcome_name(kind: OutcomeKind) -> &'static str {
+    match kind {
+        OutcomeKind::Settled => "settled",
+        OutcomeKind::LimitCycle => "limit_cycle",
+        OutcomeKind::Diverged => "diverged",
+    }
+}
+
+fn outcome(verdict: Verdict) -> String {
+    match verdict {
+        Verdict::Settled { rms_rad } => format!("settled: rms {} about the mean at the end", si(rms_rad, "rad")),
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => format!(
+            "limit cycle: amplitude {}, {}, rms {}",
+            si(amplitude_rad, "rad"),
+            si(frequency_hz, "Hz"),
+            si(rms_rad, "rad")
+        ),
+        Verdict::Diverged { at_s, amplitude_rad } => {
+            format!("diverged: amplitude {}, growing since {}", si(amplitude_rad, "rad"), si(at_s, "s"))
+        }
+    }
+}
+
+fn motion(scene: &Scene, trace: &Trace) -> String {
+    let angles = trace.angles_rad();
+    let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let torque = trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
+    format!(
+        "ends at {}, peak {}, {} into the wall, torque up to {}",
+        si(angles.last().copied().unwrap_or(0.0), "rad"),
+        si(peak(angles), "rad"),
+        si((peak(angles) - scene.wall.position_rad).max(0.0), "rad"),
+        si(torque, "N.m")
+    )
+}
+
+fn words(ran: &Ran) -> [String; 4] {
+    let (scene, words) = (ran.session.scene(), ran.session.words());
+    let (realised, method) = (&words.realised, &scene.method);
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}: {}",
+            method.stiffness_format.value(words.stiffness),
+            method.stiffness_format,
+            si(realised.stiffness_nm_per_rad, "N.m/rad"),
+            si(scene.wall.stiffness_nm_per_rad, "N.m/rad"),
+            error_percent(realised.stiffness_error)
+        ),
+        format!(
+            "damping {} of {} is {}, asked {}: {}",
+            method.damping_format.value(words.damping),
+            method.damping_format,
+            si(realised.damping_nm_s_per_rad, "N.m.s/rad"),
+            si(scene.wall.damping_nm_s_per_rad, "N.m.s/rad"),
+            error_percent(realised.damping_error)
+        ),
+        format!(
+            "wall at {}, asked {}; a count is {}, a PWM count {}",
+            si(realised.wall_position_rad, "rad"),
+            si(scene.wall.position_rad, "rad"),
+            si(realised.count_rad, "rad"),
+            si(realised.torque_quantum_nm, "N.m")
+        ),
+        format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
+    ]
+}
+
+fn energy(ran: &Ran) -> [String; 3] {
+    let energy = &ran.summary.energy;
+    let j = |value| si(value, "J");
+    [
+        format!(
+            "supplied {} (source {}, hand {}) = stored {} + dissipated {}",
+            j(energy.supplied_j),
+            j(energy.source_j),
+            j(energy.hand_j),
+            j(energy.stored_j),
+            j(energy.dissipated_j)
+        ),
+        format!(
+            "dissipated in copper {}, diodes {}, viscous friction {}, Coulomb friction {}",
+            j(energy.copper_j),
+            j(energy.diodes_j),
+            j(energy.viscous_j),
+            j(energy.coulomb_j)
+        ),
+        format!(
+            "residual {:.1e} of the {} exchanged",
+            energy.residual_j.abs() / energy.exchanged_j,
+            j(energy.exchanged_j)
+        ),
+    ]
+}
+
+fn edges(ran: &Ran) -> String {
+    let (edges, wall_s) = (ran.summary.edges, ran.rtl.as_ref().map_or(ran.summary.wall_s, |row| row.seconds));
+    let motion = si(ran.summary.motion_s, "s");
+    let rate = edges as f64 / wall_s;
+    format!("{edges} ({motion}) in {} by {}: {rate:.2e} edges/s", si(wall_s, "s"), ran.driver)
+}
+
+fn activity(ran: &Ran) -> String {
+    let summary = &ran.summary;
+    format!(
+        "{} of the edges: {} ticks, {} encoder edges, {} gate changes, {} mode changes",
+        percent(summary.ticks, summary.edges),
+        summary.ticks,
+        summary.encoder_edges,
+        summary.gate_changes,
+        summary.mode_changes
+    )
+}
+
+/// The words of the datapath: what they held, and for what share of the edges they had lost bits.
+fn nets(ran: &Ran) -> String {
+    let edges = ran.summary.edges;
+    let mut text = format!(
+        "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {:>11}  unit\n",
+        "", "net", "format", "min", "max", "rounded", "overflowed"
+    );
+    for net in ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1) {
+        let (format, usage) = (net.signal.format, net.usage);
+        let lost = percent(usage.overflowed, edges);
+        let padded = format!("{lost:>11}");
+        writeln!(
+            text,
+            "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}",
+            "net",
+            net.signal.name,
+            format.to_string(),
+            format.to_f64(usage.min),
+            format.to_f64(usage.max),
+            percent(usage.rounded, edges),
+            if usage.overflowed > 0 { terminal::verdict(&padded, false) } else { padded },
+            net.signal.unit
+        )
+        .expect("a string grows");
+    }
+    text
+}
+
+fn expectations(ran: &Ran) -> Vec<String> {
+    let said = |met| terminal::verdict(if met { "met" } else { "NOT MET" }, met);
+    let outcome = ran.outcome_met.map(|(kind, met)| format!("outcome {}: {}", outcome_name(kind), said(met)));
+    let numbers = ran.numbers.iter().map(|(expected, got, met)| {
+        let unit = unit(expected.metric);
+        format!(
+            "{} {} within {}: {}, {}",
+            expected.metric.name(),
+            si(expected.value, unit),
+            si(expected.tolerance, unit),
+            got.map_or("nothing".to_string(), |got| si(got, unit)),
+            said(*met)
+        )
+    });
+    outcome.into_iter().chain(numbers).collect()
+}
+
+fn unit(metric: Metric) -> &'static str {
+    match metric {
+        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => "rad",
+        Metric::Frequency => "Hz",
+        Metric::PeakTorque => "N.m",
+        Metric::SpringOverflowShare | Metric::EncoderEdges => "",
+    }
+}

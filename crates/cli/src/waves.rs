@@ -1,0 +1,79 @@
+//! The waveform files of a run.
+
+use std::fs::File;
+use std::io;
+
+use hpu_cosim::{Session, TheLoop};
+use hpu_plant::REALS;
+use hpu_rtl::wave::{Fst, Layout, Vcd, gtkw};
+use hpu_signal::{Cycle, Observe};
+
+use crate::exit::Failure;
+use crate::files::Folder;
+
+const FST: &str = "wave.fst";
+const VCD: &str = "wave.vcd";
+
+/// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run.
+pub struct Waves {
+    fst: Fst<File>,
+    vcd: Option<Vcd<File>>,
+}
+
+impl Waves {
+    /// Begins the files.
+    pub fn begin(session: &Session, folder: &mut Folder, with_vcd: bool) -> Result<Self, Failure> {
+        let scene = session.scene();
+        let layout = layout(session);
+        let fst_file = folder.create(FST)?;
+        let fst = Fst::new(fst_file, &layout, scene.clock).map_err(failed(folder, FST))?;
+        let vcd = if with_vcd {
+            let vcd_file = folder.create(VCD)?;
+            Some(Vcd::new(vcd_file, &layout, scene.clock).map_err(failed(folder, VCD))?)
+        } else {
+            None
+        };
+        folder.write("wave.fst.gtkw", gtkw(&layout, FST, scene.clock, Cycle(0)..Cycle(scene.edges())))?;
+        Ok(Self { fst, vcd })
+    }
+
+    /// Completes the files.
+    pub fn finish(self, folder: &Folder, end: Cycle) -> Result<(), Failure> {
+        self.fst.finish(end).map_err(failed(folder, FST))?;
+        self.vcd.map_or(Ok(()), |vcd| vcd.finish(end).map(drop).map_err(failed(folder, VCD)))
+    }
+}
+
+fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
+    let place = folder.place(name);
+    move |error| Failure::at(&place, error)
+}
+
+fn layout(session: &Session) -> Layout {
+    // A recording drives the pins without a plant.
+    let is_capture = matches!(session.scene().hand, hpu_cosim::scene::Hand::Capture { .. });
+    let reals = if is_capture { &[][..] } else { &REALS };
+    let layout = match session.wiring() {
+        TheLoop::Hybrid(wiring) => Layout::new(wiring, reals),
+        TheLoop::Conventional(wiring) => Layout::new(wiring, reals),
+    };
+    if session.scene().record.clock { layout.with_clock() } else { layout }
+}
+
+impl Observe for Waves {
+    #[inline]
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.fst.nets(cycle, words);
+        if let Some(vcd) = &mut self.vcd {
+            vcd.nets(cycle, words);
+        }
+    }
+
+    #[inline]
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.fst.reals(cycle, values);
+        if let Some(vcd) = &mut self.vcd {
+            vcd.reals(cycle, values);
+        }
+    }
+}
