@@ -6,13 +6,15 @@ pub mod scene;
 mod engine;
 mod linear;
 mod session;
+mod summary;
 mod trace;
 mod verdict;
 mod world;
 
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use linear::LinearLoop;
-pub use session::{EnergyAudit, NetUse, Session, SessionError, Summary, TheLoop, metric};
+pub use session::{Session, SessionError, TheLoop};
+pub use summary::{EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
 pub use verdict::{Verdict, judge};
 pub use world::{Pins, Plant, PlantError, World};

@@ -4,12 +4,13 @@ use std::fmt;
 use std::time::Instant;
 
 use hpu_datapath::{Block, ConventionalLoop, HybridLoop, LoopIn, Wiring};
-use hpu_signal::{Cycle, Observe, Signal, SignalUse};
+use hpu_signal::{Cycle, Observe, Signal};
 
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
-use crate::scene::{Loop, LoopWords, Metric, OutcomeKind, Scene, SceneError};
+use crate::scene::{Loop, LoopWords, Scene, SceneError};
+use crate::summary::{EnergyAudit, NetUse, Summary};
 use crate::trace::Trace;
-use crate::verdict::{Verdict, judge};
+use crate::verdict::judge;
 use crate::world::{Plant, PlantError};
 
 /// Why a scene cannot run.
@@ -62,93 +63,6 @@ impl TheLoop {
             Self::Hybrid(wiring) => wiring.nets(),
             Self::Conventional(wiring) => wiring.nets(),
         }
-    }
-}
-
-/// Where the energy went, in J.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct EnergyAudit {
-    /// By the supply.
-    pub source_j: f64,
-    /// By the hand.
-    pub hand_j: f64,
-    /// By both.
-    pub supplied_j: f64,
-    /// In inductance and inertia, over the start.
-    pub stored_j: f64,
-    /// In winding and switches.
-    pub copper_j: f64,
-    /// In diodes.
-    pub diodes_j: f64,
-    /// In viscous friction.
-    pub viscous_j: f64,
-    /// In Coulomb friction.
-    pub coulomb_j: f64,
-    /// In all four.
-    pub dissipated_j: f64,
-    /// Sum of the sizes of all flows.
-    pub exchanged_j: f64,
-    /// Supplied less stored less dissipated: zero but for rounding.
-    pub residual_j: f64,
-}
-
-/// The use that a run made of a net.
-#[derive(Clone, PartialEq, Debug)]
-pub struct NetUse {
-    /// The net.
-    pub signal: Signal,
-    /// Its range, and for how many edges it had lost bits.
-    pub usage: SignalUse,
-}
-
-/// What a run was.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Summary {
-    /// What became of the motion; `None` for a recording, which has no device.
-    pub verdict: Option<Verdict>,
-    /// Whether it ran to its end.
-    pub complete: bool,
-    /// Clock edges simulated.
-    pub edges: u64,
-    /// Seconds of motion.
-    pub motion_s: f64,
-    /// Seconds of wall time.
-    pub wall_s: f64,
-    /// Edges at which the datapath was ticked.
-    pub ticks: u64,
-    /// Edges of the encoder's lines.
-    pub encoder_edges: u64,
-    /// Edges at which a gate changed.
-    pub gate_changes: u64,
-    /// Changes of the plant's mode: stick and slip, diodes.
-    pub mode_changes: u64,
-    /// The energy audit.
-    pub energy: EnergyAudit,
-    /// The use of every net.
-    pub nets: Vec<NetUse>,
-}
-
-impl Summary {
-    /// Events of all kinds: ticks of the datapath and changes of the plant's mode.
-    #[must_use]
-    pub fn events(&self) -> u64 {
-        self.ticks + self.mode_changes
-    }
-
-    /// Share of the clock edges at which anything happened.
-    #[must_use]
-    pub fn activity(&self) -> f64 {
-        self.ticks as f64 / self.edges.max(1) as f64
-    }
-
-    /// The kind of the verdict.
-    #[must_use]
-    pub fn outcome(&self) -> Option<OutcomeKind> {
-        self.verdict.map(|verdict| match verdict {
-            Verdict::Settled { .. } => OutcomeKind::Settled,
-            Verdict::LimitCycle { .. } => OutcomeKind::LimitCycle,
-            Verdict::Diverged { .. } => OutcomeKind::Diverged,
-        })
     }
 }
 
@@ -302,34 +216,4 @@ impl<'s> Session<'s> {
             TheLoop::Conventional(wiring) => compare(wiring.clone(), &self.plant, self.input(), edges),
         }
     }
-}
-
-/// A number that a scene may expect, from what a run left behind; `None` where it has no meaning.
-#[must_use]
-pub fn metric(metric: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -> Option<f64> {
-    let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let angles = trace.angles_rad();
-    // A recording has no motion, but its edges and its words count.
-    if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {
-        summary.verdict?;
-    }
-    Some(match metric {
-        Metric::FinalAngle => *angles.last()?,
-        Metric::PeakAngle => peak(angles),
-        Metric::PeakPenetration => (peak(angles) - scene.wall.position_rad).max(0.0),
-        Metric::Amplitude => match summary.verdict? {
-            Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
-            Verdict::Settled { .. } => 0.0,
-        },
-        Metric::Frequency => match summary.verdict? {
-            Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
-            _ => 0.0,
-        },
-        Metric::PeakTorque => trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs())),
-        Metric::SpringOverflowShare => {
-            let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
-            spring.usage.overflowed as f64 / summary.edges.max(1) as f64
-        }
-        Metric::EncoderEdges => summary.encoder_edges as f64,
-    })
 }
