@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 
-use crate::world::{Plant, World};
+use crate::plant::Plant;
+use crate::world::World;
 
 /// How a run advances.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

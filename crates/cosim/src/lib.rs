@@ -5,6 +5,7 @@ pub mod scene;
 
 mod engine;
 mod linear;
+mod plant;
 mod session;
 mod summary;
 mod trace;
@@ -13,8 +14,9 @@ mod world;
 
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use linear::LinearLoop;
+pub use plant::{Plant, PlantError};
 pub use session::{Session, SessionError, TheLoop};
 pub use summary::{EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
 pub use verdict::{Verdict, judge};
-pub use world::{Pins, Plant, PlantError, World};
+pub use world::{Pins, World};

@@ -7,11 +7,11 @@ use hpu_datapath::{Block, ConventionalLoop, HybridLoop, LoopIn, Wiring};
 use hpu_signal::{Cycle, Observe, Signal};
 
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
+use crate::plant::{Plant, PlantError};
 use crate::scene::{Loop, LoopWords, Scene, SceneError};
 use crate::summary::{EnergyAudit, NetUse, Summary};
 use crate::trace::Trace;
 use crate::verdict::judge;
-use crate::world::{Plant, PlantError};
 
 /// Why a scene cannot run.
 #[derive(Debug)]

@@ -1,0 +1,123 @@
+//! The immutable laws of a scene's world: its axis and hand, or a recording in their place.
+
+use std::fmt;
+
+use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
+use hpu_signal::Clock;
+
+use crate::scene::{self, BridgeModel, PathPoint, Scene};
+use crate::world::Pins;
+
+/// Why a scene has no plant of this kind.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PlantError(String);
+
+impl fmt::Display for PlantError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for PlantError {}
+
+/// The hand means to be at an angle, and to move on with a speed, from an edge on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Knot {
+    pub(crate) edge: u64,
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
+
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub(crate) enum Kind {
+    Axis { axis: Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64, knots: Vec<Knot> },
+    Capture { pins: Vec<(u64, Pins)> },
+}
+
+/// The immutable laws of a scene's world.
+pub struct Plant {
+    pub(crate) kind: Kind,
+    pub(crate) count_rad: f64,
+    /// PWM counts of full scale when the bridge is averaged.
+    pub(crate) averaged: Option<f64>,
+}
+
+impl Plant {
+    /// The world of a scene.
+    ///
+    /// # Errors
+    ///
+    /// When the device is a mass (it has no datapath), or a parameter is impossible.
+    pub fn new(scene: &Scene) -> Result<Self, PlantError> {
+        let count_rad = scene.encoder.count_rad();
+        let averaged = (scene.model.bridge == BridgeModel::Averaged).then(|| 2f64.powi(scene.method.pwm.bits as i32));
+        if let scene::Hand::Capture { edges } = &scene.hand {
+            let pins = edges
+                .iter()
+                .map(|edge| {
+                    let pins = Pins { a: i64::from(edge.a), b: i64::from(edge.b) };
+                    (scene.clock.first_edge_at(edge.picoseconds).0, pins)
+                })
+                .collect();
+            return Ok(Self { kind: Kind::Capture { pins }, count_rad, averaged });
+        }
+        let scene::Device::Motor(motor) = &scene.device else {
+            return Err(PlantError(
+                "a mass has no encoder and no bridge; run it with model.datapath = \"linear\"".into(),
+            ));
+        };
+        let (hand, path) = match &scene.hand {
+            scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
+            scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
+                Hand::Spring(Push {
+                    stiffness_nm_per_rad: *stiffness_nm_per_rad,
+                    damping_nm_s_per_rad: *damping_nm_s_per_rad,
+                }),
+                &path[..],
+            ),
+            scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
+            scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
+        };
+        let shaft = Motor {
+            resistance_ohm: motor.resistance_ohm,
+            inductance_h: motor.inductance_h,
+            torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+            inertia_kg_m2: motor.inertia_kg_m2(),
+            viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+            coulomb_nm: motor.coulomb_friction_nm,
+        };
+        let bridge = Bridge {
+            supply_v: scene.bridge.supply_v,
+            on_resistance_ohm: scene.bridge.on_resistance_ohm,
+            diode_drop_v: scene.bridge.diode_drop_v,
+        };
+        let axis = Axis::new(shaft, bridge, hand, scene.clock.period_s(), scene.edges())
+            .map_err(|error| PlantError(error.to_string()))?;
+        let knots = knots(path, scene.clock);
+        let (mut angle_rad, mut speed_rad_per_s) = (motor.initial_angle_rad, motor.initial_speed_rad_per_s);
+        if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
+            (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
+        }
+        let kind = Kind::Axis { axis, current_a: motor.initial_current_a, speed_rad_per_s, angle_rad, knots };
+        Ok(Self { kind, count_rad, averaged })
+    }
+}
+
+/// The path as knots on clock edges: where it starts, and where its speed changes.
+fn knots(path: &[PathPoint], clock: Clock) -> Vec<Knot> {
+    let mut knots: Vec<Knot> = Vec::with_capacity(path.len() + 1);
+    let points: Vec<(u64, f64)> = path.iter().map(|p| (clock.edges(p.time_s), p.angle_rad)).collect();
+    if let Some(&(edge, angle_rad)) = points.first()
+        && edge > 0
+    {
+        knots.push(Knot { edge: 0, angle_rad, speed_rad_per_s: 0.0 });
+    }
+    for (index, &(edge, angle_rad)) in points.iter().enumerate() {
+        let speed_rad_per_s = match points.get(index + 1) {
+            Some(&(next, there)) if next > edge => (there - angle_rad) / ((next - edge) as f64 * clock.period_s()),
+            _ => 0.0,
+        };
+        knots.push(Knot { edge, angle_rad, speed_rad_per_s });
+    }
+    knots
+}
