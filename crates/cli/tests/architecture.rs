@@ -1,0 +1,39 @@
+//! Who may know whom: the manifests against the map in ARCHITECTURE.md.
+
+use std::fs;
+use std::path::Path;
+
+/// Each crate and those of ours that it may depend on.
+const MAY_KNOW: [(&str, &[&str]); 7] = [
+    ("signal", &[]),
+    ("datapath", &["signal"]),
+    ("plant", &["signal"]),
+    ("cosim", &["signal", "datapath", "plant"]),
+    ("rtl", &["signal", "datapath", "plant", "cosim"]),
+    ("study", &["signal", "datapath", "plant", "cosim"]),
+    ("cli", &["signal", "datapath", "plant", "cosim", "rtl", "study"]),
+];
+
+#[test]
+fn crates_know_only_whom_they_may() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let mut found: Vec<String> = fs::read_dir(crates)
+        .expect("crates/ is readable")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
+        .collect();
+    found.sort();
+    let mut listed: Vec<&str> = MAY_KNOW.iter().map(|(name, _)| *name).collect();
+    listed.sort_unstable();
+    assert_eq!(found, listed);
+    for (name, may) in MAY_KNOW {
+        let manifest = fs::read_to_string(crates.join(name).join("Cargo.toml")).expect("a manifest");
+        // Tests may know more than the crate itself does.
+        let own = manifest.split("[dev-dependencies]").next().expect("a part before");
+        for line in own.lines() {
+            let Some(known) = line.strip_prefix("hpu-").and_then(|rest| rest.split(['.', ' ', '=']).next()) else {
+                continue;
+            };
+            assert!(may.contains(&known), "{name} may not know {known}");
+        }
+    }
+}
