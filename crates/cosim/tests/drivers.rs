@@ -1,0 +1,137 @@
+//! The drivers: leaping and stepping agree, watching changes nothing, and a recording drives the datapath as its device did.
+
+use hpu_cosim::replay::PinEdge;
+use hpu_cosim::scene::{Hand, Scene, shipped};
+use hpu_cosim::{Control, Driver, Session, Summary};
+use hpu_signal::{Clock, Cycle, Observe};
+
+/// Edges that each scene is compared over.
+const EDGES: u64 = 2_000_000;
+
+fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
+    scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[track_caller]
+fn agree(scene: &Scene) {
+    let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let comparison = session.compare(scene.edges().min(EDGES));
+    assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name, comparison.first);
+}
+
+#[test]
+fn leaping_and_stepping_agree_at_every_edge_of_every_shipped_scene() {
+    for scene in shipped() {
+        agree(&parsed(scene.name, &[]));
+    }
+}
+
+#[test]
+fn they_agree_from_the_first_edge_in_contact_under_every_bridge() {
+    let moving = [("device.initial_angle", "1.45 rad"), ("device.initial_speed", "60 rad/s")];
+    for bridge in [
+        &[][..],
+        &[("method.pwm.off", "float"), ("bridge.on_resistance", "0.3 Ohm")],
+        &[("method.pwm.mode", "locked_antiphase"), ("method.pwm.dead_time", "1 us")],
+        &[("method.pwm.duty", "immediate"), ("method.pwm.bits", "9")],
+        &[("model.bridge", "averaged")],
+        &[("device.coulomb_friction", "8 mN.m"), ("method.pwm.off", "float"), ("method.pwm.dead_time", "2 us")],
+    ] {
+        for name in ["hybrid-wall", "conventional-wall-10khz"] {
+            agree(&parsed(name, &[&moving[..], bridge].concat()));
+        }
+    }
+}
+
+/// Every change of the nets, and how often the plant was shown.
+#[derive(Default, PartialEq, Debug)]
+struct Dense {
+    changes: Vec<(Cycle, Vec<i64>)>,
+    rows: u64,
+}
+
+impl Observe for Dense {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.changes.last().is_none_or(|(_, last)| last != words) {
+            self.changes.push((cycle, words.to_vec()));
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {
+        self.rows += 1;
+    }
+}
+
+/// Everything in a summary but how long the machine took.
+fn timeless(summary: Summary) -> Summary {
+    Summary { wall_s: 0.0, ..summary }
+}
+
+#[test]
+fn watching_a_run_changes_nothing_of_it() {
+    for scene in shipped() {
+        let scene = parsed(scene.name, &[]);
+        let session = Session::new(&scene).unwrap();
+        let nets: Vec<&str> = session.wiring().nets().iter().map(|net| net.name).collect();
+        let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+        let mut dense = Dense::default();
+        let watched = session.run(Driver::Events, &mut session.trace(&nets), &mut dense, &Control::default());
+        assert_eq!(timeless(watched), timeless(alone), "{}", scene.name);
+        assert!(dense.rows > 1000, "{}", scene.name);
+    }
+}
+
+#[test]
+fn a_hundred_times_as_many_rows_change_neither_words_nor_energy() {
+    let run = |rate| {
+        let scene = parsed("hybrid-wall", &[("record.plant_rate", rate), ("run.duration", "300 ms")]);
+        let session = Session::new(&scene).unwrap();
+        let mut dense = Dense::default();
+        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut dense, &Control::default());
+        // The verdict's numbers are those of the rows it was decided on.
+        (Summary { verdict: None, ..timeless(summary) }, dense.changes)
+    };
+    assert_eq!(run("10 kHz"), run("1 MHz"));
+}
+
+/// The pins as a logic analyser records them.
+struct Analyser {
+    clock: Clock,
+    edges: Vec<PinEdge>,
+}
+
+impl Observe for Analyser {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        // The pins are the first two nets of every loop.
+        let (a, b) = (words[0] != 0, words[1] != 0);
+        if self.edges.last().is_none_or(|last| (last.a, last.b) != (a, b)) {
+            self.edges.push(PinEdge { picoseconds: self.clock.picoseconds(cycle), a, b });
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+#[test]
+fn recorded_pins_drive_every_net_as_the_device_did() {
+    for name in ["hybrid-wall", "hybrid-wall-25mhz", "conventional-wall-1khz", "wrap-product"] {
+        let scene = parsed(name, &[]);
+        let session = Session::new(&scene).unwrap();
+        let mut analyser = Analyser { clock: scene.clock, edges: Vec::new() };
+        let mut closed = Dense::default();
+        let control = Control::default();
+        session.run(Driver::Events, &mut session.trace(&[]), &mut analyser, &control);
+        session.run(Driver::Events, &mut session.trace(&[]), &mut closed, &control);
+
+        let mut recording = scene.clone();
+        recording.hand = Hand::Capture { edges: analyser.edges };
+        let session = Session::new(&recording).unwrap();
+        let mut replayed = Dense::default();
+        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut replayed, &control);
+        assert!(closed.changes.len() > 1000, "{name}");
+        assert_eq!(summary.verdict, None, "{name}");
+        let difference = closed.changes.iter().zip(&replayed.changes).find(|(one, other)| one != other);
+        assert_eq!(difference, None, "{name}");
+        assert_eq!(closed.changes.len(), replayed.changes.len(), "{name}");
+    }
+}

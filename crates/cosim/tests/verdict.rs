@@ -1,0 +1,105 @@
+//! The verdict on motions whose amplitude and frequency are known.
+
+use std::f64::consts::TAU;
+
+use hpu_cosim::{Trace, Verdict, judge};
+use hpu_signal::{Clock, Cycle, Observe};
+
+/// One encoder count.
+const COUNT_RAD: f64 = 1e-3;
+/// Rows at 10 kHz, ten seconds of them.
+const ROWS: u64 = 100_000;
+
+fn verdict(angle_rad: impl Fn(f64) -> f64) -> Verdict {
+    let clock = Clock::new(1_000_000).unwrap();
+    let mut trace = Trace::new(clock, 100, Vec::new());
+    for row in 0..ROWS {
+        let cycle = Cycle(100 * row);
+        trace.reals(cycle, &[0.0, 0.0, angle_rad(clock.seconds(cycle)), 0.0]);
+    }
+    judge(&trace, COUNT_RAD)
+}
+
+#[track_caller]
+fn near(got: f64, expected: f64, relative: f64) {
+    assert!((got - expected).abs() <= relative * expected.abs(), "got {got}, expected {expected}");
+}
+
+#[test]
+fn a_sine_is_a_limit_cycle_of_its_amplitude_and_frequency() {
+    for (frequency_hz, offset_rad) in [(1.0, 0.0), (48.0, 0.3), (235.0, -2.0)] {
+        let Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz: found_hz } =
+            verdict(|t| offset_rad + 0.02 * (TAU * frequency_hz * t + 0.4).sin())
+        else {
+            panic!("a sine swings");
+        };
+        // Whole periods in the last 3 s: rms A/√2. A row lies within half an interval of the peak: 1 - cos(π f / f_rows).
+        near(rms_rad, 0.02 / 2f64.sqrt(), 1e-9);
+        near(amplitude_rad, 0.02, 1.0 - (0.5 * TAU * frequency_hz / 1e4).cos() + 1e-12);
+        // Both ends of the count are known to a row: two of the 30000 rows less a period.
+        near(found_hz, frequency_hz, 2.0 / (3e4 - 1e4 / frequency_hz));
+    }
+}
+
+#[test]
+fn one_count_of_rms_divides_rest_from_a_limit_cycle() {
+    let sine = |rms_rad: f64| verdict(|t| 1.0 + rms_rad * 2f64.sqrt() * (TAU * 50.0 * t).sin());
+    let Verdict::Settled { rms_rad } = sine(0.999e-3) else { panic!("below a count") };
+    near(rms_rad, 0.999e-3, 1e-9);
+    assert!(matches!(sine(1.001e-3), Verdict::LimitCycle { .. }));
+}
+
+#[test]
+fn a_decay_settles_once_the_last_three_seconds_are_quiet() {
+    let swing = |rate: f64| verdict(|t| 0.5 + 0.1 * (-rate * t).exp() * (TAU * 20.0 * t).sin());
+    // 0.1 e^-7 = 9e-5 from 7 s on; 0.1 e^-0.7 is fifty counts.
+    assert!(matches!(swing(1.0), Verdict::Settled { .. }));
+    assert!(matches!(swing(0.1), Verdict::LimitCycle { .. }));
+}
+
+#[test]
+fn growth_by_half_from_one_half_of_the_window_to_the_other_is_divergence() {
+    // The halves end 1.5 s apart: peaks grow by e^(1.5 r).
+    let swing = |rate: f64| verdict(|t| 1e-2 * (rate * (t - 10.0)).exp() * (TAU * 100.0 * t).sin());
+    let threshold = 1.5f64.ln() / 1.5;
+    let Verdict::Diverged { at_s, amplitude_rad } = swing(1.05 * threshold) else { panic!("it grows") };
+    near(at_s, 7.0, 1e-4);
+    // The last peak is within a period, 10 ms, of the end.
+    near(amplitude_rad, 1e-2, 0.01);
+    assert!(matches!(swing(0.95 * threshold), Verdict::LimitCycle { .. }));
+}
+
+#[test]
+fn noise_about_an_offset_is_rest_however_large_the_offset() {
+    // A fixed sequence of full period 65536, uniform within two counts: rms 2 / √12 of a count.
+    let noise = |t: f64| {
+        let row = (t * 1e4).round() as u32;
+        let bits = row.wrapping_mul(40_503) & 0xffff;
+        (f64::from(bits) / 65_536.0 - 0.5) * 2.0 * COUNT_RAD
+    };
+    for offset_rad in [0.0, 1.5, -40.0] {
+        let Verdict::Settled { rms_rad } = verdict(|t| offset_rad + noise(t)) else { panic!("noise of half a count") };
+        near(rms_rad, 2.0 * COUNT_RAD / 12f64.sqrt(), 0.01);
+    }
+}
+
+#[test]
+fn noise_of_a_sixth_of_the_amplitude_does_not_change_the_frequency() {
+    let noise = |t: f64| {
+        let bits = ((t * 1e4).round() as u32).wrapping_mul(40_503) & 0xffff;
+        (f64::from(bits) / 65_536.0 - 0.5) / 3.0
+    };
+    let Verdict::LimitCycle { frequency_hz, .. } = verdict(|t| 0.02 * ((TAU * 30.0 * t).sin() + noise(t))) else {
+        panic!("it swings");
+    };
+    // The noise moves a passage by asin(1/6) of a turn's 2 π: 9 rows at 30 Hz; both ends of 89 periods.
+    near(frequency_hz, 30.0, 2.0 * 9.0 / 29_667.0);
+}
+
+#[test]
+fn a_motion_that_is_no_number_has_diverged() {
+    let Verdict::Diverged { amplitude_rad, .. } = verdict(|t| if t > 9.0 { f64::NAN } else { 0.0 }) else {
+        panic!("not a number");
+    };
+    assert_eq!(amplitude_rad, f64::INFINITY);
+}
