@@ -6,6 +6,7 @@ mod check;
 mod exit;
 mod files;
 mod interrupt;
+mod limits;
 mod pictures;
 mod run;
 mod run_json;
@@ -14,6 +15,7 @@ mod scene;
 mod terminal;
 mod units;
 mod vectors;
+mod verify;
 mod waves;
 
 use std::process::ExitCode;
@@ -40,6 +42,7 @@ enum Verb {
     Block(block::Args),
     Vectors(vectors::Args),
     Check(check::Args),
+    Limits(limits::Args),
 }
 
 fn main() -> ExitCode {
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),
+        Verb::Limits(args) => limits::run(&args),
     });
     let exit = done.unwrap_or_else(|failure: Failure| {
         terminal::complain(&failure);

@@ -12,8 +12,9 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::scene::{self, Loaded};
 use crate::terminal::print;
+use crate::verify::verify;
 
-/// Write golden vectors of blocks: one set to stdout, or all into a folder
+/// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
 #[derive(clap::Args)]
 pub struct Args {
     /// The blocks; all when none is named
@@ -42,8 +43,11 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refresh the committed vectors, packages and testbenches in the project of this folder
-    #[arg(long, conflicts_with_all = ["blocks", "out"])]
+    #[arg(long, conflicts_with_all = ["blocks", "out", "verify"])]
     update: bool,
+    /// Hold vector files against the emulator, which must answer every row as the file says
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["blocks", "out"])]
+    verify: Vec<PathBuf>,
 }
 
 /// Where inputs come from.
@@ -75,6 +79,9 @@ type Named = (String, Vectors);
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.update {
         return update();
+    }
+    if !args.verify.is_empty() {
+        return verify(&args.verify);
     }
     args.blocks.iter().try_for_each(|name| known(name))?;
     let sets = match (args.set_kind, &args.scene) {
