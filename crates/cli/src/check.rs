@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::block::known;
 use crate::exit::{Exit, Failure};
-use crate::files::{self, Folder};
+use crate::files::{Folder, Single};
 use crate::interrupt;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict};
@@ -60,6 +60,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     // Refused before anything runs: scenes that are none, and places that cannot be written to.
     let scenes: Vec<_> = scenes.iter().map(|name| Loaded::new(name, &args.set.set, None)).collect::<Result<_, _>>()?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
 
     interrupt::heed();
     let mut report = CheckReport::default();
@@ -107,8 +108,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     shown.line(&total(&report))?;
 
     let json = object(&report);
-    if let Some(path) = &args.junit {
-        files::write(path, junit(&report))?;
+    if let Some(file) = junit_file {
+        file.write(&junit(&report))?;
     }
     if let Some(mut folder) = folder {
         folder.write("check.json", format!("{json:#}\n"))?;

@@ -108,11 +108,23 @@ fn temporary_name(name: &str) -> String {
     format!(".{name}.{}.tmp", process::id())
 }
 
-/// Writes one file beside its place and renames it.
-pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-    let dir = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let name = path.file_name().ok_or_else(|| Failure::usage(format!("{} is no file name", path.display())))?;
-    let mut folder = Folder::open(dir)?;
-    folder.write(&name.to_string_lossy(), content)?;
-    folder.commit()
+/// A file of its own, refused before anything is computed when its folder cannot be written to.
+pub struct Single {
+    folder: Folder,
+    name: String,
+}
+
+impl Single {
+    /// Opens or creates the file's folder.
+    pub fn open(path: &Path) -> Result<Self, Failure> {
+        let name = path.file_name().ok_or_else(|| Failure::usage(format!("{} is no file", path.display())))?;
+        let dir = path.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Ok(Self { folder: Folder::open(dir)?, name: name.to_string_lossy().into_owned() })
+    }
+
+    /// Writes the file and puts it in its place.
+    pub fn write(mut self, content: &str) -> Result<(), Failure> {
+        self.folder.write(&self.name, content)?;
+        self.folder.commit()
+    }
 }

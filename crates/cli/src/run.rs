@@ -8,6 +8,7 @@ use hpu_cosim::{Comparison, Driver, Session, Summary, Trace, metric};
 use hpu_plant::REALS;
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
+use hpu_study::chart::NETS;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
@@ -42,6 +43,9 @@ pub struct Args {
     /// Draw no pictures
     #[arg(long, requires = "out")]
     no_plot: bool,
+    /// Draw this scene's run beside, in one figure
+    #[arg(long, value_name = "SCENE", requires = "out", conflicts_with = "no_plot")]
+    beside: Option<String>,
     /// Folder of the VHDL, for the driver `rtl`
     #[arg(long, value_name = "DIR", default_value = "hdl")]
     hdl: PathBuf,
@@ -88,9 +92,6 @@ impl Ran<'_> {
     }
 }
 
-/// Nets in the trace.
-pub const TRACED: [&str; 6] = ["position", "penetration", "spring", "velocity", "drag", "command"];
-
 /// `hpu run`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
@@ -98,6 +99,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     let loaded = Loaded::new(name, &args.set.set, args.edges)?;
     let session = Session::new(&loaded.scene).map_err(Failure::file)?;
+    let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     if args.compare {
         return compare(&session, args.json);
     }
@@ -114,7 +116,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(mut folder) = folder {
         folder.write("trace.csv", trace_csv(&ran))?;
         if !args.no_plot {
-            pictures::write(&ran, &loaded.command(), &mut folder)?;
+            let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
+            let command = format!("{} -o {out}", loaded.command());
+            pictures::write(&ran, &command, &mut folder)?;
+            if let Some(other) = &other {
+                beside(args, other, &ran, &command, &mut folder)?;
+            }
         }
         ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
         folder.write("summary.json", format!("{:#}\n", run_json::summary(&ran)))?;
@@ -131,6 +138,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(ran.exit())
 }
 
+/// Runs another scene and draws both.
+fn beside(args: &Args, other: &Loaded, ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
+    let session = Session::new(&other.scene).map_err(Failure::file)?;
+    let command = format!("{command} --beside {}", other.scene.name);
+    pictures::write_beside([ran, &simulate(&session, args, None)?], &command, folder)
+}
+
 /// Runs the scene, its waveforms recorded when there is a folder for them.
 fn simulate<'s>(session: &'s Session<'s>, args: &Args, folder: Option<&mut Folder>) -> Result<Ran<'s>, Failure> {
     let scene = session.scene();
@@ -141,7 +155,7 @@ fn simulate<'s>(session: &'s Session<'s>, args: &Args, folder: Option<&mut Folde
         DriverArg::Rtl => (Driver::Events, "rtl"),
     };
     let control = interrupt::heed();
-    let mut trace = session.trace(&TRACED);
+    let mut trace = session.trace(&NETS);
     let summary = match folder {
         None => with_progress(scene.edges(), control, || session.run(driver, &mut trace, &mut (), control)),
         Some(folder) => {
@@ -185,7 +199,7 @@ fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
 fn trace_csv(ran: &Ran) -> String {
     let trace = &ran.trace;
     let all = ran.session.wiring().nets();
-    let nets: Vec<_> = TRACED.iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
+    let nets: Vec<_> = NETS.iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
     let mut header = vec!["time_s".to_string()];
     header.extend(REALS.iter().map(|real| real.name.to_string()));
     header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));

@@ -64,7 +64,7 @@ fn a_clock_of_zero_is_refused() {
 #[test]
 fn nan_is_refused_in_a_scene_and_in_an_override() {
     let scene = wall_with("position = \"1.5 rad\"", "position = nan");
-    assert_scene_refused("nan", &scene, &[], &["bad.toml:", "wall.position", "NaN"]);
+    assert_scene_refused("nan", &scene, &[], &["bad.toml:", "wall.position", "`nan`"]);
     let scene = wall_with("", "");
     let words = ["--set wall.position=nan", "wall.position"];
     assert_scene_refused("nan-set", &scene, &["--set", "wall.position=nan"], &words);
@@ -163,6 +163,7 @@ fn an_output_folder_that_cannot_be_written_is_wrong_usage() {
         let arguments = [arguments, &["-o", text(&below)]].concat();
         assert_refused(&run(&arguments), 2, &["cannot write to", text(&below)]);
     }
+    assert_refused(&run(&["check", "pwm", "-x", text(&below.join("x.xml"))]), 2, &["cannot write to", text(&below)]);
     assert_refused(&run(&["run", "free-motion", "-o", "/proc/hpu"]), 2, &["cannot write to /proc/hpu"]);
     assert_eq!(fs::read_to_string(&file).expect("still there"), "old");
 }

@@ -78,6 +78,22 @@ fn ctrl_c_ends_what_has_no_summary_at_once() {
 }
 
 #[test]
+fn ctrl_c_ends_a_check_after_its_block_without_a_report() {
+    let dir = scratch("interrupt-check");
+    let (junit, work) = (dir.join("report.xml"), dir.join("work"));
+    fs::create_dir(&work).expect("a folder");
+    let child =
+        hpu().args(["check", "-x", text(&junit)]).env("TMPDIR", &work).stdout(Stdio::piped()).spawn().expect("starts");
+    sleep(Duration::from_millis(500));
+    interrupt(&child);
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!(code(&output), 130, "{}", stdout(&output));
+    assert!(!stdout(&output).contains("all agree"), "{}", stdout(&output));
+    assert_eq!(names(&dir), ["work"], "no report");
+    assert_eq!(names(&work), [""; 0], "no work of GHDL");
+}
+
+#[test]
 fn a_disk_that_fills_up_is_told_with_the_path_and_leaves_the_old_files() {
     let dir = with_old_files("full");
     // A limit on the size of files stands for the full disk: the write fails, as there, after some of it is written.

@@ -25,7 +25,8 @@ fn the_json_of_a_run_has_the_keys_of_the_contract() {
     assert_eq!(value["edges"].as_f64(), value["motion_s"].as_f64().map(|motion_s| (motion_s * 50e6).round()));
     let energy = |key: &str| value["energy"][key].as_f64().unwrap_or_else(|| panic!("energy.{key}"));
     let residual_j = energy("supplied_j") - energy("stored_j") - energy("dissipated_j");
-    assert_eq!(residual_j, energy("residual_j"));
+    // Reading a number from JSON may be off by its last bit.
+    assert!((residual_j - energy("residual_j")).abs() <= 4.0 * f64::EPSILON * energy("exchanged_j"));
     assert_eq!(value["files"], serde_json::json!([]));
     let signals = value["signals"].as_array().expect("signals");
     let spring = signals.iter().find(|signal| signal["name"] == "spring").expect("the spring's product");
