@@ -1,0 +1,92 @@
+//! The story of the bits: each word against its format, and where bits were lost.
+
+use hpu_cosim::NetUse;
+
+use super::canvas::{Anchor, BLUE, Canvas, GRID, HEIGHT, INK, QUIET, RED, WIDTH};
+use super::panel::{Panel, around};
+use super::words::COMMAND;
+use super::{NETS, Picture, Run, conditions, page};
+
+const RIGHT: i32 = WIDTH - 520;
+
+/// Every traced word as steps, the edges at which it had overflowed in red, and the share of its format that it used.
+pub(super) fn bits(run: &Run) -> Picture {
+    let uses: Vec<&NetUse> =
+        NETS.iter().filter_map(|name| run.summary.nets.iter().find(|net| net.signal.name == *name)).collect();
+    let title = format!("{}: {}", run.scene.name, lost(run, &uses));
+    let mut canvas = page(&title, &conditions(run), run.command);
+    let top = 200;
+    let pitch = (HEIGHT - 95 - top) / NETS.len() as i32;
+    canvas.text((RIGHT + 60, top - 42), "range used of the format", 26, INK, Anchor::Left);
+    for (net, used) in uses.iter().enumerate() {
+        let last = net == COMMAND;
+        let words = run.words_of(net).map(|(t, word)| (t, word as f64));
+        let y = around(words.clone().map(|point| point.1), 0.08);
+        let (top, x) = (top + net as i32 * pitch, 0.0..run.summary.motion_s);
+        let panel = Panel { left: 170, top, right: RIGHT, bottom: top + pitch - 66, x, y };
+        let overflows = run.overflowed(net);
+        let overflowed = run.trace.times_s().iter().copied().zip(overflows.iter().copied());
+        panel.shade(&mut canvas, overflowed.clone(), RED, 0.22);
+        let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };
+        above.shade(&mut canvas, overflowed, RED, 1.0);
+        limits(&panel, &mut canvas, used);
+        let name = format!("{} {} in {}", used.signal.name, used.signal.format, unit(used));
+        panel.frame(&mut canvas, &[(&name, BLUE)], last.then_some("time in s"));
+        panel.steps(&mut canvas, words, BLUE, 3);
+        gauge(&panel, &mut canvas, used, run.summary.edges);
+    }
+    canvas.render("bits")
+}
+
+fn unit(net: &NetUse) -> String {
+    let lsb = net.signal.format.lsb();
+    if lsb == 1.0 { net.signal.unit.to_string() } else { format!("{lsb} {}", net.signal.unit) }
+}
+
+/// What was lost, for the title.
+fn lost(run: &Run, uses: &[&NetUse]) -> String {
+    let lost: Vec<String> = uses
+        .iter()
+        .filter(|net| net.usage.overflowed > 0)
+        .map(|net| format!("{} {}", net.signal.name, share(net.usage.overflowed, run.summary.edges)))
+        .collect();
+    if lost.is_empty() { "no word overflows".into() } else { format!("overflow of {} of the time", lost.join(", ")) }
+}
+
+fn share(edges: u64, all: u64) -> String {
+    let percent = 100.0 * edges as f64 / all.max(1) as f64;
+    if percent < 0.1 { "below 0.1 %".into() } else { format!("{percent:.1} %") }
+}
+
+/// The ends of the format, where they are in view.
+fn limits(panel: &Panel, canvas: &mut Canvas, net: &NetUse) {
+    for end in [net.signal.format.min(), net.signal.format.max()] {
+        if panel.y.contains(&(end as f64)) {
+            canvas.line(vec![panel.at(panel.x.start, end as f64), panel.at(panel.x.end, end as f64)], QUIET, 3);
+        }
+    }
+}
+
+/// The format as a bar, the range used filled in.
+fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
+    let format = net.signal.format;
+    let (left, right) = (RIGHT + 60, WIDTH - 60);
+    let (min, max) = (format.min() as f64, format.max() as f64);
+    let at = |word: i64| left + ((word as f64 - min) / (max - min) * f64::from(right - left)).round() as i32;
+    let (top, bottom) = (panel.top + 4, panel.top + 34);
+    canvas.fill([(left, top), (right, bottom)], GRID, 1.0);
+    let used = net.usage;
+    let color = if used.overflowed > 0 { RED } else { BLUE };
+    if used.min <= used.max {
+        canvas.fill([(at(used.min), top), (at(used.max).max(at(used.min) + 3), bottom)], color, 1.0);
+        let range = format!("{} \u{2026} {} of {} \u{2026} {}", used.min, used.max, format.min(), format.max());
+        canvas.text((left, bottom + 28), range.replace('-', "\u{2212}"), 26, QUIET, Anchor::Left);
+    }
+    if used.overflowed > 0 {
+        let text = format!("overflowed: {} of the edges", share(used.overflowed, edges));
+        canvas.text((left, bottom + 64), text, 26, RED, Anchor::Left);
+    } else if used.rounded > 0 {
+        let text = format!("rounded: {} of the edges", share(used.rounded, edges));
+        canvas.text((left, bottom + 64), text, 26, QUIET, Anchor::Left);
+    }
+}

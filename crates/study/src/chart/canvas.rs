@@ -1,0 +1,137 @@
+//! A page of marks, painted once as SVG and once as PNG.
+
+use std::sync::Once;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::Picture;
+
+/// Width of a page in marks' pixels; a browser shows it at half of that.
+pub(super) const WIDTH: i32 = 2400;
+/// Height of a page.
+pub(super) const HEIGHT: i32 = 1440;
+
+/// The family, and what a viewer without it takes.
+const FAMILY: &str = "DejaVu Sans, sans-serif";
+
+pub(super) const INK: RGBColor = RGBColor(34, 38, 46);
+pub(super) const QUIET: RGBColor = RGBColor(112, 120, 132);
+pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
+pub(super) const BLUE: RGBColor = RGBColor(28, 98, 184);
+pub(super) const ORANGE: RGBColor = RGBColor(217, 119, 6);
+pub(super) const RED: RGBColor = RGBColor(214, 40, 40);
+pub(super) const GREEN: RGBColor = RGBColor(34, 139, 94);
+/// Green behind green.
+pub(super) const PALE: RGBColor = RGBColor(168, 213, 191);
+pub(super) const WALL: RGBColor = RGBColor(139, 109, 78);
+
+/// Where a text's given point lies.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Anchor {
+    Left,
+    Centre,
+    Right,
+}
+
+enum Mark {
+    Line { points: Vec<(i32, i32)>, color: RGBColor, width: u32 },
+    Fill { corners: [(i32, i32); 2], color: RGBColor, alpha: f64 },
+    Text { at: (i32, i32), text: String, size: i32, bold: bool, color: RGBColor, anchor: Anchor },
+}
+
+/// A page under way.
+#[derive(Default)]
+pub(super) struct Canvas {
+    marks: Vec<Mark>,
+}
+
+fn font(size: i32, bold: bool) -> FontDesc<'static> {
+    static FONTS: Once = Once::new();
+    FONTS.call_once(|| {
+        for (style, bytes) in [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())] {
+            assert!(plotters::style::register_font(FAMILY, style, bytes).is_ok(), "an embedded font is sound");
+        }
+    });
+    FontDesc::new(FontFamily::Name(FAMILY), f64::from(size), if bold { FontStyle::Bold } else { FontStyle::Normal })
+}
+
+/// Width of a text in pixels.
+pub(super) fn text_width(text: &str, size: i32) -> i32 {
+    font(size, false).box_size(text).map_or(0, |(width, _)| width as i32)
+}
+
+impl Canvas {
+    pub fn line(&mut self, points: Vec<(i32, i32)>, color: RGBColor, width: u32) {
+        self.marks.push(Mark::Line { points, color, width });
+    }
+
+    pub fn fill(&mut self, corners: [(i32, i32); 2], color: RGBColor, alpha: f64) {
+        self.marks.push(Mark::Fill { corners, color, alpha });
+    }
+
+    /// A text whose point is at the middle of its height.
+    pub fn text(&mut self, at: (i32, i32), text: impl Into<String>, size: i32, color: RGBColor, anchor: Anchor) {
+        self.marks.push(Mark::Text { at, text: text.into(), size, bold: false, color, anchor });
+    }
+
+    pub fn title(&mut self, at: (i32, i32), text: impl Into<String>, size: i32) {
+        let text = text.into();
+        self.marks.push(Mark::Text { at, text, size, bold: true, color: INK, anchor: Anchor::Left });
+    }
+
+    /// Both forms of the page.
+    pub fn render(&self, name: &'static str) -> Picture {
+        let size = (WIDTH as u32, HEIGHT as u32);
+        let mut svg = String::new();
+        self.paint(&SVGBackend::with_string(&mut svg, size).into_drawing_area(), true);
+        // Shown at half its pixels, so that whole pixels are fine enough.
+        let svg = svg.replacen(
+            &format!("width=\"{WIDTH}\" height=\"{HEIGHT}\""),
+            &format!("width=\"{}\" height=\"{}\"", WIDTH / 2, HEIGHT / 2),
+            1,
+        );
+        let mut rgb = vec![255; 3 * WIDTH as usize * HEIGHT as usize];
+        // The bitmap's joints shoot out where a line turns back: there it is drawn piece by piece.
+        self.paint(&BitMapBackend::with_buffer(&mut rgb, size).into_drawing_area(), false);
+        let mut png = Vec::new();
+        let mut encoder = png::Encoder::new(&mut png, size.0, size.1);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header().expect("memory takes all");
+        writer.write_image_data(&rgb).expect("memory takes all");
+        writer.finish().expect("memory takes all");
+        Picture { name, svg, png }
+    }
+
+    fn paint<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, joined: bool) {
+        let drawn = area
+            .fill(&WHITE)
+            .and_then(|()| self.marks.iter().try_for_each(|mark| draw(area, mark, joined)))
+            .and_then(|()| area.present());
+        drawn.expect("memory takes all");
+    }
+}
+
+fn draw<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    mark: &Mark,
+    joined: bool,
+) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    match mark {
+        Mark::Line { points, color, width } => {
+            let pieces = points.windows(if joined { points.len().max(1) } else { 2 });
+            pieces.into_iter().try_for_each(|piece| area.draw(&PathElement::new(piece, color.stroke_width(*width))))
+        }
+        Mark::Fill { corners, color, alpha } => area.draw(&Rectangle::new(*corners, color.mix(*alpha).filled())),
+        Mark::Text { at, text, size, bold, color, anchor } => {
+            let across = match anchor {
+                Anchor::Left => HPos::Left,
+                Anchor::Centre => HPos::Center,
+                Anchor::Right => HPos::Right,
+            };
+            let style = font(*size, *bold).color(color).pos(Pos::new(across, VPos::Center));
+            area.draw(&Text::new(text.as_str(), *at, style))
+        }
+    }
+}

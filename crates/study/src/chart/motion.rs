@@ -1,0 +1,128 @@
+//! The motion before the wall, and the torque that meets it.
+
+use super::canvas::{BLUE, Canvas, GREEN, HEIGHT, INK, ORANGE, PALE, QUIET, WALL, WIDTH};
+use super::panel::{Panel, around};
+use super::words::{COMMAND, PENETRATION};
+use super::{Picture, Run, conditions, outcome, page};
+use std::ops::Range;
+
+use hpu_cosim::scene::{Device, Hand};
+
+/// Columns of [`hpu_plant::REALS`].
+pub(super) const ANGLE: usize = 2;
+const TORQUE: usize = 3;
+/// Length of a close-up.
+const CLOSE_UP_S: f64 = 60e-3;
+/// Time over which a torque is averaged.
+const MEAN_S: f64 = 1e-3;
+
+/// The wall as ground above its position, and contact as shade.
+pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
+    let position_rad = run.words.realised.wall_position_rad;
+    if position_rad < panel.y.end {
+        canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], WALL, 0.16);
+        canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], WALL, 3);
+    }
+}
+
+fn hand(run: &Run) -> Option<Vec<(f64, f64)>> {
+    let (Hand::SpringDamper { path, .. } | Hand::Prescribed { path }) = &run.scene.hand else { return None };
+    let mut points: Vec<_> = path.iter().map(|point| (point.time_s, point.angle_rad)).collect();
+    points.push((run.scene.run.duration_s, path.last()?.angle_rad));
+    Some(points)
+}
+
+/// The time of the first contact, from a little before it.
+fn first_contact_ms(run: &Run) -> Range<f64> {
+    let length_s = CLOSE_UP_S.min(run.summary.motion_s);
+    let touch_s = run.contact().find(|(_, touching)| *touching).map_or(0.0, |(t, _)| t);
+    let start_s = (touch_s - 0.1 * length_s).clamp(0.0, run.summary.motion_s - length_s);
+    1e3 * start_s..1e3 * (start_s + length_s)
+}
+
+/// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as it is
+/// counted.
+pub(super) fn position(run: &Run) -> Picture {
+    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run.summary)), &conditions(run), run.command);
+    let x = 0.0..run.summary.motion_s;
+    let wall_rad = run.words.realised.wall_position_rad;
+    let hand = hand(run);
+    let intended = hand.iter().flatten().map(|point| point.1);
+    let angles = run.trace.angles_rad().iter().copied();
+    let y = around(angles.chain(intended).chain([wall_rad]), 0.06);
+    let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
+    wall(run, &top, &mut canvas);
+    top.shade(&mut canvas, run.contact(), WALL, 0.07);
+    let mut legend = vec![("angle of the shaft in rad", BLUE), ("wall; shaded: contact", WALL)];
+    if hand.is_some() {
+        legend.push(("the hand's intention", QUIET));
+    }
+    top.frame(&mut canvas, &legend, Some("time in s"));
+    if let Some(points) = hand {
+        top.curve(&mut canvas, points.into_iter(), QUIET, 3);
+    }
+    top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
+    if let Device::Motor(motor) = run.scene.device {
+        top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "wheel in rad");
+    }
+
+    let count_mrad = 1e3 * run.words.realised.count_rad;
+    let x = first_contact_ms(run);
+    let shown = |point: &(f64, f64)| x.contains(&point.0);
+    let depths = run.reals_of(ANGLE, 1e3).map(|(t, angle_mrad)| (1e3 * t, (angle_mrad - 1e3 * wall_rad).max(0.0)));
+    let counted = run.words_of(PENETRATION).map(|(t, word)| (1e3 * t, word as f64 * count_mrad));
+    let y = around(depths.clone().chain(counted.clone()).filter(shown).map(|point| point.1).chain([0.0]), 0.06);
+    let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
+    bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), WALL, 0.13);
+    let legend = [("penetration in mrad", BLUE), ("as counted by the datapath", ORANGE)];
+    bottom.frame(&mut canvas, &legend, Some("time in ms: the first contact"));
+    bottom.steps(&mut canvas, counted, ORANGE, 3);
+    bottom.curve(&mut canvas, depths, BLUE, 3);
+    canvas.render("position")
+}
+
+/// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
+pub(super) fn torque(run: &Run) -> Picture {
+    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run.summary)), &conditions(run), run.command);
+    let quantum_mnm = 1e3 * run.words.realised.torque_quantum_nm;
+    let asked = || run.words_of(COMMAND).map(|(t, word)| (t, word as f64 * quantum_mnm));
+    // A positive command turns against the positive angle; both are drawn as what pushes back.
+    let came = || run.reals_of(TORQUE, -1e3);
+    let rows = run.trace.real(TORQUE);
+    let half = (0.5 * MEAN_S / run.trace.interval_s()).round() as usize;
+    // Samples of a ripple that may be faster than they are: their mean is the torque that turns the shaft.
+    let mean = |row: usize| {
+        let near = &rows[row.saturating_sub(half)..(row + half + 1).min(rows.len())];
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    let means: Vec<(f64, f64)> =
+        run.trace.times_s().iter().enumerate().map(|(row, &t)| (t, -1e3 * mean(row))).collect();
+    let end_s = run.summary.motion_s;
+    let panels = [
+        (0.0..end_s, 210, 700, "time in s", 1.0),
+        (first_contact_ms(run), 850, HEIGHT - 150, "time in ms: the first contact", 1e3),
+    ];
+    for (x, top, bottom, x_label, scale) in panels {
+        let asked = asked().map(|(t, torque)| (t * scale, torque));
+        let came = came().map(|(t, torque)| (t * scale, torque));
+        let shown = |point: &(f64, f64)| x.contains(&point.0);
+        let y = around(asked.clone().chain(came.clone()).filter(shown).map(|point| point.1), 0.08);
+        let panel = Panel { left: 170, top, right: WIDTH - 200, bottom, x: x.clone(), y };
+        panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), WALL, 0.13);
+        let legend = [
+            ("commanded torque in mN\u{b7}m", ORANGE),
+            ("the motor's, mean over 1 ms", GREEN),
+            ("sampled from its ripple", PALE),
+            ("shaded: contact; positive pushes back", WALL),
+        ];
+        panel.frame(&mut canvas, &legend, Some(x_label));
+        let zero = [panel.at(x.start, 0.0), panel.at(x.end, 0.0)];
+        if panel.y.contains(&0.0) {
+            canvas.line(zero.to_vec(), INK, 2);
+        }
+        panel.curve(&mut canvas, came, PALE, 2);
+        panel.steps(&mut canvas, asked, ORANGE, 3);
+        panel.curve(&mut canvas, means.iter().map(|(t, torque)| (t * scale, *torque)), GREEN, 4);
+    }
+    canvas.render("torque")
+}

@@ -1,0 +1,168 @@
+//! One panel of a page: axes, ticks, and data mapped into it.
+
+use std::ops::Range;
+
+use plotters::style::RGBColor;
+
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, text_width};
+
+const SMALL: i32 = 26;
+
+/// A rectangle of the page that shows a range of times and a range of values.
+pub(super) struct Panel {
+    pub left: i32,
+    pub top: i32,
+    pub right: i32,
+    pub bottom: i32,
+    pub x: Range<f64>,
+    pub y: Range<f64>,
+}
+
+/// Round values within a range, at most so many, and the decimals they need.
+fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
+    let least = (range.end - range.start) / most as f64;
+    let decade = 10f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(least);
+    let first = (range.start / step - 1e-9).ceil() as i64;
+    let last = (range.end / step + 1e-9).floor() as i64;
+    let decimals = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+    ((first..=last).map(|n| n as f64 * step).collect(), decimals)
+}
+
+/// A tick's label; zero has no sign.
+fn label(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+        text.trim_start_matches('-').to_string()
+    } else {
+        text.replace('-', "\u{2212}")
+    }
+}
+
+/// A range that holds all values, with some air.
+pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> {
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if low > high {
+        return -1.0..1.0;
+    }
+    let room = if high > low { air * (high - low) } else { 0.1 * high.abs().max(1e-3) };
+    low - room..high + room
+}
+
+impl Panel {
+    /// The pixel of a point, kept within the panel.
+    pub fn at(&self, x: f64, y: f64) -> (i32, i32) {
+        let share = |range: &Range<f64>, v: f64| ((v - range.start) / (range.end - range.start)).clamp(0.0, 1.0);
+        let across = f64::from(self.right - self.left) * share(&self.x, x);
+        let up = f64::from(self.bottom - self.top) * share(&self.y, y);
+        (self.left + across.round() as i32, self.bottom - up.round() as i32)
+    }
+
+    /// Grid and labels; `legend` names what is drawn, in the colour it is drawn in, above the panel.
+    pub fn frame(&self, canvas: &mut Canvas, legend: &[(&str, RGBColor)], x_label: Option<&str>) {
+        let most = ((self.bottom - self.top) / 60).max(4) as usize;
+        let (values, decimals) = ticks(&self.y, most);
+        for value in values {
+            let (_, y) = self.at(self.x.start, value);
+            canvas.line(vec![(self.left, y), (self.right, y)], GRID, 2);
+            canvas.text((self.left - 14, y), label(value, decimals), SMALL, QUIET, Anchor::Right);
+        }
+        let most = ((self.right - self.left) / 180).max(2) as usize;
+        let (values, decimals) = ticks(&self.x, most);
+        for value in values {
+            let (x, _) = self.at(value, self.y.start);
+            canvas.line(vec![(x, self.top), (x, self.bottom)], GRID, 2);
+            if x_label.is_some() {
+                canvas.text((x, self.bottom + 26), label(value, decimals), SMALL, QUIET, Anchor::Centre);
+            }
+        }
+        if let Some(x_label) = x_label {
+            let middle = (self.left + self.right) / 2;
+            canvas.text((middle, self.bottom + 64), x_label, SMALL, INK, Anchor::Centre);
+        }
+        let mut x = self.left;
+        for (text, color) in legend {
+            canvas.fill([(x, self.top - 30), (x + 30, self.top - 24)], *color, 1.0);
+            canvas.text((x + 42, self.top - 27), *text, 28, *color, Anchor::Left);
+            x += 42 + text_width(text, 28) + 48;
+        }
+    }
+
+    /// The same positions by another scale, labelled on the right: `scale` times the value.
+    pub fn right_axis(&self, canvas: &mut Canvas, scale: f64, name: &str) {
+        let range = self.y.start * scale..self.y.end * scale;
+        let (values, decimals) = ticks(&range, ((self.bottom - self.top) / 60).max(4) as usize);
+        for value in values {
+            let (_, y) = self.at(self.x.end, value / scale);
+            canvas.line(vec![(self.right, y), (self.right + 10, y)], QUIET, 2);
+            canvas.text((self.right + 20, y), label(value, decimals), SMALL, QUIET, Anchor::Left);
+        }
+        canvas.text((self.right + 110, self.top - 27), name, 28, QUIET, Anchor::Right);
+    }
+
+    /// A curve through points in order of time.
+    pub fn curve(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, color: RGBColor, width: u32) {
+        canvas.line(self.thinned(points.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end)), color, width);
+    }
+
+    /// A value that holds from each point to the next.
+    pub fn steps(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, color: RGBColor, width: u32) {
+        let mut last = None;
+        let corners = points.flat_map(|(x, y)| {
+            let before = last.replace(y).unwrap_or(y);
+            [(x, before), (x, y)]
+        });
+        self.curve(canvas, corners, color, width);
+    }
+
+    /// Of each column of pixels the first, least, greatest and last point: the same picture by fewer points.
+    fn thinned(&self, points: impl Iterator<Item = (f64, f64)>) -> Vec<(i32, i32)> {
+        let mut kept: Vec<(i32, i32)> = Vec::new();
+        let mut column: Vec<(i32, i32)> = Vec::new();
+        let mut close = |column: &mut Vec<(i32, i32)>| {
+            let low = column.iter().min_by_key(|(_, y)| *y).copied();
+            let high = column.iter().max_by_key(|(_, y)| *y).copied();
+            for point in [column.first().copied(), low, high, column.last().copied()].into_iter().flatten() {
+                match kept[..] {
+                    [.., last] if last == point => {}
+                    // A level stretch needs its ends only.
+                    [.., before, last] if before.1 == last.1 && last.1 == point.1 => {
+                        kept.pop();
+                        kept.push(point);
+                    }
+                    _ => kept.push(point),
+                }
+            }
+            column.clear();
+        };
+        for (x, y) in points.filter(|(_, y)| y.is_finite()) {
+            let point = self.at(x, y);
+            if column.last().is_some_and(|last| last.0 != point.0) {
+                close(&mut column);
+            }
+            column.push(point);
+        }
+        close(&mut column);
+        kept
+    }
+
+    /// Shades the times at which a flag is up, over the panel's height; what a few pixels part is shaded as one.
+    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)>, color: RGBColor, alpha: f64) {
+        let mut spans: Vec<(i32, i32)> = Vec::new();
+        let mut was_up = false;
+        for (x, up) in flags.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end) {
+            let (x, _) = self.at(x, self.y.start);
+            match spans.last_mut() {
+                Some(span) if was_up || (up && x <= span.1 + 8) => span.1 = x,
+                _ if up => spans.push((x, x + 1)),
+                _ => {}
+            }
+            was_up = up;
+        }
+        for (from, to) in spans {
+            canvas.fill([(from, self.top), (to, self.bottom)], color, alpha);
+        }
+    }
+}
