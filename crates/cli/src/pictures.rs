@@ -13,8 +13,7 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
 
 /// Draws two runs in one figure.
 pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    let title = runs.map(|ran| ran.session.scene().name.as_str()).join(" and ");
-    put(&chart::side_by_side(&title, &runs.map(|ran| chart_run(ran, command)), command), folder)
+    put(&chart::side_by_side("Side by side", &runs.map(|ran| chart_run(ran, command)), command), folder)
 }
 
 fn chart_run<'a>(ran: &'a Ran, command: &'a str) -> chart::Run<'a> {

@@ -104,10 +104,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return compare(&session, args.json);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let rtl = match args.driver {
-        DriverArg::Rtl => Some(check::closed_loop(&loaded, &args.hdl, loaded.scene.edges())?),
-        _ => None,
-    };
+    let mut rtl = None;
+    if args.driver == DriverArg::Rtl {
+        interrupt::heed();
+        let row = check::closed_loop(&loaded, &args.hdl, loaded.scene.edges());
+        // A Ctrl-C at the terminal reaches GHDL too, which then fails.
+        if interrupt::pressed() {
+            return Ok(Exit::Interrupted);
+        }
+        rtl = Some(row?);
+    }
     let mut ran = simulate(&session, args, folder.as_mut())?;
     ran.rtl = rtl;
     if interrupt::pressed() {

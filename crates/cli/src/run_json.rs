@@ -72,12 +72,14 @@ fn outcome(verdict: Verdict) -> Value {
 
 fn signal(NetUse { signal, usage }: &NetUse) -> Value {
     let format = signal.format;
+    // A run that was stopped before its first edge has seen no word.
+    let seen = |word| (usage.min <= usage.max).then(|| format.to_f64(word));
     json!({
         "name": signal.name,
         "format": triple(format),
         "unit": signal.unit,
-        "min": format.to_f64(usage.min),
-        "max": format.to_f64(usage.max),
+        "min": seen(usage.min),
+        "max": seen(usage.max),
         "rounded": usage.rounded,
         "overflowed": usage.overflowed,
     })

@@ -36,7 +36,9 @@ pub fn summary(ran: &Ran) -> String {
     }
     row("edges", edges(ran));
     row("activity", activity(ran));
-    text += &nets(ran);
+    if ran.summary.edges > 0 {
+        text += &nets(ran);
+    }
     for line in expectations(ran) {
         writeln!(text, "{:<10} {line}", "expected").expect("a string grows");
     }

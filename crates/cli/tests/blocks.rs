@@ -114,6 +114,23 @@ fn committed_vectors_are_those_that_are_generated_and_verify() {
 }
 
 #[test]
+fn an_update_refreshes_what_is_stale_and_nothing_twice() {
+    let dir = scratch("update");
+    let update = || hpu().args(["vectors", "--update"]).current_dir(&dir).output().expect("starts");
+    assert_refused(&update(), 2, &["no hpu project"]);
+    fs::create_dir(dir.join("hdl")).expect("a folder");
+    fs::write(dir.join("hdl/synchronizer.vhd"), "").expect("a mark of the project");
+    let first = stdout(&update());
+    assert!(
+        first.contains("hdl/generated/pwm_pkg.vhd\n") && first.contains("vectors/pwm/8_bit-random.txt\n"),
+        "{first}"
+    );
+    assert_eq!(stdout(&update()), "0 files refreshed\n");
+    fs::write(dir.join("hdl/generated/pwm_pkg.vhd"), "stale").expect("a stale file");
+    assert_eq!(stdout(&update()), "hdl/generated/pwm_pkg.vhd\n1 files refreshed\n");
+}
+
+#[test]
 fn a_word_that_the_emulator_answers_otherwise_is_shown() {
     let dir = scratch("verify");
     let file = dir.join("wrong.txt");

@@ -128,6 +128,26 @@ fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
 }
 
 #[test]
+fn pictures_come_as_svg_and_as_png_and_tell_the_command_that_made_them() {
+    let dir = scratch("pictures");
+    let out = dir.join("out");
+    let output = run(&["run", "wrap-product", "--beside", "wrap-saturated", "-o", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    for name in ["position", "torque", "bits", "side-by-side"] {
+        let svg = fs::read_to_string(out.join(format!("{name}.svg"))).expect("a picture");
+        assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
+        let command = format!("hpu run wrap-product -o {}", text(&out));
+        assert!(svg.contains(&command), "{name} does not say `{command}`");
+        let png = fs::read(out.join(format!("{name}.png"))).expect("a picture");
+        assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n", "{name}");
+    }
+    // A recording has no motion to draw.
+    let out = dir.join("recording");
+    assert_eq!(code(&run(&["run", "replay-capture", "-o", text(&out)])), 0);
+    assert!(out.join("bits.svg").exists() && !out.join("position.svg").exists());
+}
+
+#[test]
 fn a_comparison_of_drivers_prints_edges_and_mismatches() {
     let output = run(&["run", "wrap-product", "--compare", "--edges", "200000"]);
     assert_eq!(code(&output), 0);
