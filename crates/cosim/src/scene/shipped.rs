@@ -38,6 +38,8 @@ static SCENES: &[Shipped] = scenes![
     "hybrid-wall",
     "hybrid-wall-25mhz",
     "friction-wall",
+    "thrown-hybrid",
+    "thrown-conventional",
     "conventional-wall-100hz",
     "conventional-wall-1khz",
     "conventional-wall-10khz",
