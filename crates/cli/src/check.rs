@@ -65,45 +65,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     interrupt::heed();
     let mut report = CheckReport::default();
     let mut shown = Shown { quiet: args.json, text: String::new() };
-    if !blocks.is_empty() {
-        shown.line(&header("block", "variant"))?;
+    check_blocks(args, blocks, &mut report, &mut shown)?;
+    // VHDL that does not analyse would tell the same for each scene.
+    if report.rows.iter().all(|row| row.failure.is_none()) {
+        check_loops(args, &scenes, &mut report, &mut shown)?;
     }
-    for block in blocks {
-        let options = CheckOptions {
-            blocks: vec![block],
-            rows: args.rows,
-            seed: args.seed,
-            exhaustive: args.exhaustive,
-            ..CheckOptions::new(&args.hdl)
-        };
-        let found = match hpu_rtl::check(&options) {
-            Err(error @ GhdlError::Failed { .. }) => vec![unfinished(&options.blocks[0], "", &error)],
-            found => found.map_err(refused)?.rows,
-        };
-        if interrupt::pressed() {
-            return Ok(Exit::Interrupted);
-        }
-        found.iter().try_for_each(|row| shown.row(row))?;
-        report.rows.extend(found);
-        if report.rows.last().is_some_and(|row| row.variant.is_empty()) {
-            // All blocks are analysed together: the next one would tell the same.
-            break;
-        }
-    }
-    if !scenes.is_empty() {
-        shown.line(&header("loop", "scene"))?;
-    }
-    for loaded in &scenes {
-        let options = loaded.in_vhdl(&args.hdl, args.edges.min(loaded.scene.edges()));
-        let row = match hpu_rtl::closed_loop(&options) {
-            Err(error @ GhdlError::Failed { .. }) => unfinished("loop", &loaded.scene.name, &error),
-            found => found.map_err(refused)?,
-        };
-        if interrupt::pressed() {
-            return Ok(Exit::Interrupted);
-        }
-        shown.row(&row)?;
-        report.loops.push(row);
+    if interrupt::pressed() {
+        return Ok(Exit::Interrupted);
     }
     shown.line(&total(&report))?;
 
@@ -120,6 +88,59 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&json)?;
     }
     Ok(Exit::when(report.ok()))
+}
+
+/// Blocks on vectors, until interrupted.
+fn check_blocks(args: &Args, blocks: Vec<String>, report: &mut CheckReport, shown: &mut Shown) -> Result<(), Failure> {
+    if !blocks.is_empty() {
+        shown.line(&header("block", "variant"))?;
+    }
+    for block in blocks {
+        let options = CheckOptions {
+            blocks: vec![block],
+            rows: args.rows,
+            seed: args.seed,
+            exhaustive: args.exhaustive,
+            ..CheckOptions::new(&args.hdl)
+        };
+        let found = hpu_rtl::check(&options);
+        if interrupt::pressed() {
+            break;
+        }
+        match found {
+            Ok(found) => {
+                found.rows.iter().try_for_each(|row| shown.row(row))?;
+                report.rows.extend(found.rows);
+            }
+            Err(error @ GhdlError::Failed { .. }) => {
+                // All blocks are analysed together: the next one would tell the same.
+                report.rows.push(unfinished(&options.blocks[0], "", &error));
+                return report.rows.last().map_or(Ok(()), |row| shown.row(row));
+            }
+            Err(error) => return Err(refused(error)),
+        }
+    }
+    Ok(())
+}
+
+/// Loops closed around the VHDL, until interrupted.
+fn check_loops(args: &Args, scenes: &[Loaded], report: &mut CheckReport, shown: &mut Shown) -> Result<(), Failure> {
+    if !scenes.is_empty() {
+        shown.line(&header("loop", "scene"))?;
+    }
+    for loaded in scenes {
+        let found = hpu_rtl::closed_loop(&loaded.in_vhdl(&args.hdl, args.edges.min(loaded.scene.edges())));
+        if interrupt::pressed() {
+            break;
+        }
+        let row = match found {
+            Err(error @ GhdlError::Failed { .. }) => unfinished("loop", &loaded.scene.name, &error),
+            found => found.map_err(refused)?,
+        };
+        shown.row(&row)?;
+        report.loops.push(row);
+    }
+    Ok(())
 }
 
 /// All blocks and all shipped scenes.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::scene::{Expectation, OutcomeKind};
+use hpu_cosim::scene::{Datapath, Expectation, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Session, Summary, Trace, metric};
 use hpu_plant::REALS;
 use hpu_rtl::CheckRow;
@@ -98,6 +98,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return scene::list(args.json);
     };
     let loaded = Loaded::new(name, &args.set.set, args.edges)?;
+    if loaded.scene.model.datapath == Datapath::Linear {
+        let said = format!("{} is of the linear law, which has no datapath to run; see hpu limits", loaded.scene.name);
+        return Err(Failure::usage(said));
+    }
     let session = Session::new(&loaded.scene).map_err(Failure::file)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     if args.compare {
@@ -120,17 +124,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return interrupted(&ran, args.json);
     }
     if let Some(mut folder) = folder {
-        folder.write("trace.csv", trace_csv(&ran))?;
-        if !args.no_plot {
-            let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
-            let command = format!("{} -o {out}", loaded.command());
-            pictures::write(&ran, &command, &mut folder)?;
-            if let Some(other) = &other {
-                beside(args, other, &ran, &command, &mut folder)?;
-            }
-        }
-        ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
-        folder.write("summary.json", format!("{:#}\n", run_json::summary(&ran)))?;
+        write(args, &loaded, other.as_ref(), &mut ran, &mut folder)?;
         if interrupt::pressed() {
             return interrupted(&Ran { files: Vec::new(), ..ran }, args.json);
         }
@@ -144,11 +138,27 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(ran.exit())
 }
 
-/// Runs another scene and draws both.
-fn beside(args: &Args, other: &Loaded, ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    let session = Session::new(&other.scene).map_err(Failure::file)?;
-    let command = format!("{command} --beside {}", other.scene.name);
-    pictures::write_beside([ran, &simulate(&session, args, None)?], &command, folder)
+/// Writes all but the waveforms; `other` is the scene to draw beside.
+fn write(
+    args: &Args,
+    loaded: &Loaded,
+    other: Option<&Loaded>,
+    ran: &mut Ran,
+    folder: &mut Folder,
+) -> Result<(), Failure> {
+    folder.write("trace.csv", trace_csv(ran))?;
+    if !args.no_plot {
+        let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
+        let command = format!("{} -o {out}", loaded.command());
+        pictures::write(ran, &command, folder)?;
+        if let Some(other) = other {
+            let session = Session::new(&other.scene).map_err(Failure::file)?;
+            let command = format!("{command} --beside {}", other.scene.name);
+            pictures::write_beside([ran, &simulate(&session, args, None)?], &command, folder)?;
+        }
+    }
+    ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
+    folder.write("summary.json", format!("{:#}\n", run_json::summary(ran)))
 }
 
 /// Runs the scene, its waveforms recorded when there is a folder for them.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Datapath, Metric, OutcomeKind, Scene};
+use hpu_cosim::scene::{Metric, OutcomeKind, Scene};
 use hpu_cosim::{Trace, Verdict};
 
 use crate::run::Ran;
@@ -18,9 +18,6 @@ pub fn summary(ran: &Ran) -> String {
     };
     let clock = si(scene.clock.frequency_hz() as f64, "Hz");
     row("scene", format!("{}, {} at {clock}", scene.name, ran.session.wiring().name()));
-    if scene.model.datapath == Datapath::Linear {
-        row("", "run in words; its linear law is for `hpu limits`".to_string());
-    }
     let outcome = match ran.summary.verdict {
         Some(verdict) => outcome(verdict),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),

@@ -173,5 +173,7 @@ fn wrong_usage_is_told_on_stderr() {
     assert_refused(&run(&["fly"]), 2, &["fly"]);
     assert_refused(&run(&["block", "flux_capacitor"]), 2, &["flux_capacitor", "position_counter"]);
     assert_refused(&run(&["block", "pwm", "--variant", "9_bit"]), 2, &["9_bit", "8_bit"]);
+    let linear = ["run", "hybrid-wall", "--set", "model.datapath=linear"];
+    assert_refused(&run(&linear), 2, &["linear", "hpu limits"]);
     assert_refused(&run(&["vectors"]), 2, &["sets", "-o"]);
 }
