@@ -135,6 +135,21 @@ fn a_recording_has_no_motion_to_show_but_its_bits() {
 }
 
 #[test]
+fn an_interrupted_run_is_drawn_as_far_as_it_went() {
+    let scene = parsed("hybrid-wall");
+    let session = Session::new(&scene).unwrap();
+    let mut trace = session.trace(&NETS);
+    let control = Control::default();
+    control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
+    assert!(!summary.complete);
+    let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
+    let pictures = run_pictures(&run);
+    assert_eq!(pictures.iter().map(|picture| picture.name).collect::<Vec<_>>(), ["bits"]);
+    assert!(texts(&pictures[0].svg)[0].0.starts_with("hybrid-wall: no word overflows"));
+}
+
+#[test]
 fn the_same_runs_make_the_same_pictures() {
     assert_eq!(pictures("free-motion"), pictures("free-motion"));
     let beside =

@@ -32,12 +32,13 @@ fn hand(run: &Run) -> Option<Vec<(f64, f64)>> {
     Some(points)
 }
 
-/// The time of the first contact, from a little before it.
-fn first_contact_ms(run: &Run) -> Range<f64> {
+/// The first contact in ms, from a little before it (or the start, where there is none), and what to call it.
+fn close_up(run: &Run) -> (Range<f64>, &'static str) {
     let length_s = CLOSE_UP_S.min(run.summary.motion_s);
-    let touch_s = run.contact().find(|(_, touching)| *touching).map_or(0.0, |(t, _)| t);
-    let start_s = (touch_s - 0.1 * length_s).clamp(0.0, run.summary.motion_s - length_s);
-    1e3 * start_s..1e3 * (start_s + length_s)
+    let touch_s = run.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
+    let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, run.summary.motion_s - length_s);
+    let label = if touch_s.is_some() { "time in ms: the first contact" } else { "time in ms: the wall is not touched" };
+    (1e3 * start_s..1e3 * (start_s + length_s), label)
 }
 
 /// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as it is
@@ -67,7 +68,7 @@ pub(super) fn position(run: &Run) -> Picture {
     }
 
     let count_mrad = 1e3 * run.words.realised.count_rad;
-    let x = first_contact_ms(run);
+    let (x, x_label) = close_up(run);
     let shown = |point: &(f64, f64)| x.contains(&point.0);
     let depths = run.reals_of(ANGLE, 1e3).map(|(t, angle_mrad)| (1e3 * t, (angle_mrad - 1e3 * wall_rad).max(0.0)));
     let counted = run.words_of(PENETRATION).map(|(t, word)| (1e3 * t, word as f64 * count_mrad));
@@ -75,7 +76,7 @@ pub(super) fn position(run: &Run) -> Picture {
     let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
     bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), WALL, 0.13);
     let legend = [("penetration in mrad", BLUE), ("as counted by the datapath", ORANGE)];
-    bottom.frame(&mut canvas, &legend, Some("time in ms: the first contact"));
+    bottom.frame(&mut canvas, &legend, Some(x_label));
     bottom.steps(&mut canvas, counted, ORANGE, 3);
     bottom.curve(&mut canvas, depths, BLUE, 3);
     canvas.render("position")
@@ -98,10 +99,8 @@ pub(super) fn torque(run: &Run) -> Picture {
     let means: Vec<(f64, f64)> =
         run.trace.times_s().iter().enumerate().map(|(row, &t)| (t, -1e3 * mean(row))).collect();
     let end_s = run.summary.motion_s;
-    let panels = [
-        (0.0..end_s, 210, 700, "time in s", 1.0),
-        (first_contact_ms(run), 850, HEIGHT - 150, "time in ms: the first contact", 1e3),
-    ];
+    let (near, near_label) = close_up(run);
+    let panels = [(0.0..end_s, 210, 700, "time in s", 1.0), (near, 850, HEIGHT - 150, near_label, 1e3)];
     for (x, top, bottom, x_label, scale) in panels {
         let asked = asked().map(|(t, torque)| (t * scale, torque));
         let came = came().map(|(t, torque)| (t * scale, torque));

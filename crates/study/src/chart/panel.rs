@@ -39,7 +39,7 @@ fn label(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A range that holds all values, with some air.
+/// A range that holds all values, with air as a share of it; a single value stands amid two units.
 pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> {
     let (low, high) = values
         .filter(|value| value.is_finite())
@@ -47,7 +47,7 @@ pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> 
     if low > high {
         return -1.0..1.0;
     }
-    let room = if high > low { air * (high - low) } else { 0.1 * high.abs().max(1e-3) };
+    let room = if high > low { air * (high - low) } else { 1.0 };
     low - room..high + room
 }
 
