@@ -152,6 +152,25 @@ fn a_sampled_wall_before_a_damped_mass_holds_the_known_stiffness() {
 }
 
 #[test]
+fn passivity_allows_the_known_stiffness_and_its_frequency_condition_agrees() {
+    for (device, wall, expected) in [(0.8, 0.4, 800.0), (0.8, 0.0, 1600.0), (0.005, 0.0, 10.0)] {
+        let limits = found(MASS, &[("device.damping", format!("{device}")), ("wall.damping", format!("{wall}"))]);
+        let limit = criterion(&limits, "colgate_schenkel").limit;
+        near(limit, expected, 1e-12);
+        // b = max over w of (T/2) / (1 - cos wT) Re{(1 - e^-jwT) H}, H = K + B (z - 1) / (T z), in real arithmetic:
+        // with p = 1 - cos and q = sin, (1 - e^-j) = p + jq and H = K + (B/T)(p + jq).
+        let t = 1e-3;
+        let needed = |angle: f64| {
+            let (p, q) = (1.0 - angle.cos(), angle.sin());
+            0.5 * t / p * (p * (limit + wall / t * p) - q * wall / t * q)
+        };
+        let most = (1..=1000).map(|n| needed(f64::from(n) * std::f64::consts::PI / 1000.0)).fold(f64::MIN, f64::max);
+        near(most, device, 1e-9);
+        assert!(limit < limits.emulated.limit);
+    }
+}
+
+#[test]
 fn a_delay_of_one_sample_divides_the_limit_by_three() {
     let limits = found(
         MASS,

@@ -62,6 +62,9 @@ fn outcome(summary: &Summary) -> String {
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => "settled, below 0.01 mrad rms".into(),
         Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} mrad rms", 1e3 * rms_rad),
+        Some(Verdict::LimitCycle { amplitude_rad, frequency_hz: 0.0, .. }) => {
+            format!("moving to the end, over {:.0} mrad", 2e3 * amplitude_rad)
+        }
         Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
             format!("limit cycle of {:.1} mrad at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }
