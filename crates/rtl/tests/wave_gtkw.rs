@@ -70,7 +70,9 @@ fn words_are_drawn_by_their_formats() {
     // 40000000 fixed point, 20 right-justified.
     assert_eq!(before(&save, "hybrid_loop.a_pin")[1], "@28");
     assert_eq!(before(&save, "hybrid_loop.step[1:0]")[1], "@420");
-    assert_eq!(before(&save, "hybrid_loop.spring[11:0]")[1], "@24");
+    assert_eq!(before(&save, "hybrid_loop.reference[11:0]")[1], "@24");
+    assert_eq!(before(&save, "hybrid_loop.spring[11:0]")[1], "@88024");
+    assert_eq!(before(&save, "hybrid_loop.position[11:0]")[1], "@88420");
     assert_eq!(before(&save, "hybrid_loop.torque[13:0]")[1], "@88420");
     assert_eq!(before(&save, "hybrid_loop.stiffness[11:0]"), ["@40000024", "[fpshift_count] 4"]);
     assert_eq!(before(&save, "plant.angle_rad")[1], "@90420");

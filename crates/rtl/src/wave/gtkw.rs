@@ -14,8 +14,11 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Torque path", &["stiffness", "spring", "scale", "damping", "drag", "torque", "command"]),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
-/// Nets drawn as curves, and read as signed: a counter that passes below zero goes on smoothly.
-const CURVES: [&str; 6] = ["position", "held", "delta", "velocity", "torque", "command"];
+/// Nets drawn as curves.
+const CURVES: [&str; 9] =
+    ["position", "held", "delta", "penetration", "velocity", "spring", "drag", "torque", "command"];
+/// Unsigned counters read as signed: one that passes below zero goes on smoothly.
+const COUNTERS: [&str; 2] = ["position", "held"];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h); the save file has them in hexadecimal.
 const DECIMAL: u32 = 1 << 2;
@@ -88,10 +91,10 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = match *format {
         Format::BIT => BINARY | RIGHT,
-        _ if CURVES.contains(name) => SIGNED | RIGHT | STEP | FULL_SCALE,
-        _ if format.is_signed() => SIGNED | RIGHT,
+        _ if format.is_signed() || COUNTERS.contains(name) => SIGNED | RIGHT,
         _ => DECIMAL | RIGHT,
     };
+    let flags = if CURVES.contains(name) { flags | STEP | FULL_SCALE } else { flags };
     let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
