@@ -32,8 +32,7 @@ fn every_variant_of_every_block_is_synthesisable() {
     for (label, block) in variants() {
         let generics: Vec<String> =
             block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))).collect();
-        synthesise(&sources, block.name(), &generics)
-            .unwrap_or_else(|said| panic!("{} {label}: {said}", block.name()));
+        synthesise(&sources, block.name(), &generics).unwrap_or_else(|said| panic!("{} {label}: {said}", block.name()));
         done += 1;
     }
     assert!(done > 50, "{done} variants");
