@@ -64,6 +64,11 @@ pub fn outcome_name(kind: OutcomeKind) -> &'static str {
 fn outcome(verdict: Verdict) -> String {
     match verdict {
         Verdict::Settled { rms_rad } => format!("settled: rms {} about the mean at the end", si(rms_rad, "rad")),
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz: 0.0 } => format!(
+            "moving to the end, over {} without a period (a limit cycle by the rule), rms {}",
+            si(2.0 * amplitude_rad, "rad"),
+            si(rms_rad, "rad")
+        ),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => format!(
             "limit cycle: amplitude {}, {}, rms {}",
             si(amplitude_rad, "rad"),

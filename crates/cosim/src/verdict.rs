@@ -6,7 +6,8 @@
 //! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or when
 //!    it is not finite;
 //! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean, each
-//!    after a passage below by a quarter of the amplitude.
+//!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
+//!    (a hand still on its way) falls here too, at 0 Hz.
 
 use crate::Trace;
 

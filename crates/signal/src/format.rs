@@ -183,7 +183,7 @@ impl Format {
     /// # Errors
     ///
     /// [`FormatError::Width`] when the sum of the widths exceeds 64 bits: the product of wider words is taken through
-    /// [`Narrowing`] alone, which works on exact `i128` integers.
+    /// [`Narrowing`](crate::Narrowing) alone, which works on exact `i128` integers.
     pub fn product(self, other: Self) -> Result<Self, FormatError> {
         let signed = self.signed || other.signed;
         let width = (self.width() + other.width()) as i32;
