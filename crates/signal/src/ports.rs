@@ -72,7 +72,8 @@ pub struct Real {
 
 /// Somebody who watches a run. Watching never changes what is watched.
 pub trait Observe {
-    /// The words of all nets after `cycle`; called whenever one of them changed (and once at the start).
+    /// The words of all nets after `cycle`; called at the start and at every edge that was ticked, whether or not one of
+    /// them changed, and so at every edge at which one did.
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
     /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
@@ -112,7 +113,7 @@ impl<const N: usize> Default for Meter<N> {
 }
 
 impl<const N: usize> Meter<N> {
-    /// Takes in the words that stood for `edges` edges.
+    /// Takes in the words as they stand.
     #[inline]
     pub fn range(&mut self, words: &[i64; N]) {
         for (seen, &word) in self.uses.iter_mut().zip(words) {
