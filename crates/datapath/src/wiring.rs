@@ -34,9 +34,10 @@ pub struct Instance {
 
 /// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
 ///
-/// A wiring is a block whose outputs are the bridge's gates. Its *nets* are its inputs, its outputs and the architecture
-/// signals of its VHDL twin, in that order; they are what waveforms, traces and the closed-loop check are made of.
-pub trait Wiring: Block<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+/// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs, its
+/// outputs and the architecture signals of its VHDL twin, in that order; they are what waveforms, traces and the closed-loop
+/// check are made of.
+pub trait Wiring: Block {
     /// All nets: inputs, outputs, then architecture signals.
     fn nets(&self) -> Vec<Signal>;
     /// How many of the nets are ports.
@@ -50,7 +51,7 @@ pub trait Wiring: Block<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
     fn instances(&self) -> Vec<Instance>;
     /// Lets the combinational nets settle with these inputs and the registers as they stand: what the nets show between
     /// reset and the first edge.
-    fn settle(&mut self, input: &LoopIn<i64>);
+    fn settle(&mut self, input: &Self::In<i64>);
     /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
     fn words(&self) -> &[i64];
     /// Range and lost bits of every net since reset.
