@@ -12,12 +12,13 @@ use ieee.numeric_std.all;
 
 package loop_bridge is
 
-  -- Part of the constant word of an input port.
+  -- Part of the word of an input port.
   impure function hpu_loop_input(net : integer; part : integer) return integer;
   attribute foreign of hpu_loop_input : function is "VHPIDIRECT ./libhpu_rtl.so hpu_loop_input";
 
-  -- Flows the plant by one clock: 2a + b, the encoder lines which the next edge
-  -- samples; -1 after the last edge.
+  -- Flows the plant by one clock: the inputs of one bit which the next edge
+  -- samples, the first port lowest, plus WORDS_CHANGED when wider ones have
+  -- changed; -1 after the last edge.
   impure function hpu_loop_pins return integer;
   attribute foreign of hpu_loop_pins : function is "VHPIDIRECT ./libhpu_rtl.so hpu_loop_pins";
 
@@ -29,7 +30,12 @@ package loop_bridge is
   procedure hpu_loop_edge;
   attribute foreign of hpu_loop_edge : procedure is "VHPIDIRECT ./libhpu_rtl.so hpu_loop_edge";
 
-  -- The constant word of an input port.
+  constant WORDS_CHANGED : integer := 2**24;
+
+  -- One of those bits.
+  function level(pins : integer; place : natural) return std_logic;
+
+  -- The word of an input port.
   impure function take(net : natural; width : positive) return std_logic_vector;
 
   -- Tells a net's word; as a concurrent statement, whenever it changes.
@@ -63,6 +69,14 @@ package body loop_bridge is
   begin
     report "not linked" severity failure;
   end procedure;
+
+  function level(pins : integer; place : natural) return std_logic is
+  begin
+    if (pins / 2**place) mod 2 = 1 then
+      return '1';
+    end if;
+    return '0';
+  end function;
 
   impure function take(net : natural; width : positive) return std_logic_vector is
     constant PARTS : positive := (width + PART_BITS - 1) / PART_BITS;

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Session, Summary, Trace, metric};
-use hpu_plant::REALS;
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
 use hpu_study::chart::NETS;
@@ -217,11 +216,11 @@ fn trace_csv(ran: &Ran) -> String {
     let all = ran.session.wiring().nets();
     let nets: Vec<_> = NETS.iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
     let mut header = vec!["time_s".to_string()];
-    header.extend(REALS.iter().map(|real| real.name.to_string()));
+    header.extend(ran.session.reals().iter().map(|real| real.name.to_string()));
     header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));
     let mut text = header.join(",") + "\n";
     for (row, time_s) in trace.times_s().iter().enumerate() {
-        let reals = (0..REALS.len()).map(|real| trace.real(real)[row].to_string());
+        let reals = (0..ran.session.reals().len()).map(|real| trace.real(real)[row].to_string());
         let words =
             nets.iter().enumerate().map(|(net, signal)| signal.format.to_f64(trace.words(net)[row]).to_string());
         let cells: Vec<_> = [time_s.to_string()].into_iter().chain(reals).chain(words).collect();

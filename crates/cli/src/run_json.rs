@@ -25,7 +25,7 @@ pub fn summary(ran: &Ran) -> Value {
         "activity": summary.activity(),
         "ticks": summary.ticks,
         "encoder_edges": summary.encoder_edges,
-        "gate_changes": summary.gate_changes,
+        "gate_changes": summary.output_changes,
         "mode_changes": summary.mode_changes,
         "energy": {
             "supplied_j": energy.supplied_j,

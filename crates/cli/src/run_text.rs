@@ -162,11 +162,11 @@ fn edges(ran: &Ran) -> String {
 fn activity(ran: &Ran) -> String {
     let summary = &ran.summary;
     format!(
-        "{} of the edges: {} ticks, {} encoder edges, {} gate changes, {} mode changes",
+        "{} of the edges: {} ticks, {} encoder edges, {} output changes, {} mode changes",
         percent(summary.ticks, summary.edges),
         summary.ticks,
         summary.encoder_edges,
-        summary.gate_changes,
+        summary.output_changes,
         summary.mode_changes
     )
 }

@@ -3,8 +3,7 @@
 use std::fs::File;
 use std::io;
 
-use hpu_cosim::{Session, TheLoop};
-use hpu_plant::REALS;
+use hpu_cosim::Session;
 use hpu_rtl::wave::{Fst, Layout, Vcd, gtkw};
 use hpu_signal::{Cycle, Observe};
 
@@ -50,13 +49,7 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
 }
 
 fn layout(session: &Session) -> Layout {
-    // A recording drives the pins without a plant.
-    let is_capture = matches!(session.scene().hand, hpu_cosim::scene::Hand::Capture { .. });
-    let reals = if is_capture { &[][..] } else { &REALS };
-    let layout = match session.wiring() {
-        TheLoop::Hybrid(wiring) => Layout::new(wiring, reals),
-        TheLoop::Conventional(wiring) => Layout::new(wiring, reals),
-    };
+    let layout = Layout::of(session);
     if session.scene().record.clock { layout.with_clock() } else { layout }
 }
 

@@ -7,10 +7,9 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use hpu_datapath::{LoopIn, LoopOut, Wiring};
+use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
-use crate::plant::Plant;
 use crate::world::World;
 
 /// How a run advances.
@@ -32,42 +31,27 @@ pub struct Control {
 }
 
 /// A datapath closed around a world.
-pub struct ClosedLoop<'p, W> {
+pub struct ClosedLoop<W, E: World> {
     /// The datapath.
     pub wiring: W,
     /// All else.
-    pub world: World<'p>,
-    input: LoopIn<i64>,
-    out: LoopOut<i64>,
-    command: usize,
+    pub world: E,
+    input: E::In,
+    out: E::Out,
     edge: u64,
     ticks: u64,
-    gate_changes: u64,
+    output_changes: u64,
     stride: u64,
     next_log: u64,
 }
 
-impl<'p, W: Wiring> ClosedLoop<'p, W> {
-    /// The loop after reset, at edge 0. `input` holds the constant words; its pins are the world's business. The plant's
-    /// outputs are shown to the observer every `stride` edges.
-    pub fn new(mut wiring: W, plant: &'p Plant, input: LoopIn<i64>, stride: u64) -> Self {
-        let world = World::new(plant);
+impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
+    /// The loop after reset, at edge 0. `input` holds the constant words; what the world drives of it is the world's
+    /// business. The plant's outputs are shown to the observer every `stride` edges.
+    pub fn new(mut wiring: W, world: E, mut input: E::In, stride: u64) -> Self {
         let out = wiring.reset();
-        let command = wiring.nets().iter().position(|net| net.name == "command").expect("a loop has a command");
-        let pins = world.pins();
-        let input = LoopIn { a_pin: pins.a, b_pin: pins.b, ..input };
-        Self {
-            wiring,
-            world,
-            input,
-            out,
-            command,
-            edge: 0,
-            ticks: 0,
-            gate_changes: 0,
-            stride: stride.max(1),
-            next_log: 0,
-        }
+        world.place(&mut input);
+        Self { wiring, world, input, out, edge: 0, ticks: 0, output_changes: 0, stride: stride.max(1), next_log: 0 }
     }
 
     /// Edges done.
@@ -80,18 +64,18 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         self.ticks
     }
 
-    /// Edges at which a gate changed.
-    pub fn gate_changes(&self) -> u64 {
-        self.gate_changes
+    /// Edges at which an output changed.
+    pub fn output_changes(&self) -> u64 {
+        self.output_changes
     }
 
-    /// Runs to `end`, or until stopped; says whether it got there.
+    /// Runs to `end`, or until the world gives up, or until stopped; says whether it was not stopped.
     pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool {
         if self.edge == 0 {
             observer.nets(Cycle(0), self.wiring.words());
         }
         let mut since = 0u32;
-        while self.edge < end {
+        while self.edge < end && !self.world.is_over() {
             match driver {
                 Driver::Events => self.leap(end, observer),
                 Driver::Clock => self.step(observer),
@@ -105,7 +89,7 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
                 }
             }
         }
-        log(&mut self.next_log, self.stride, &self.world, end, observer);
+        log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
     }
@@ -116,9 +100,8 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         let edge = self.edge + 1;
         // Until this edge the plant flows as it was driven after the last one.
         log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
-        let pins = self.world.sense();
-        self.input.a_pin = pins.a;
-        self.input.b_pin = pins.b;
+        self.world.sense();
+        self.world.place(&mut self.input);
         self.edge = edge;
         self.tick(observer);
     }
@@ -134,11 +117,11 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         let (next_log, stride) = (&mut self.next_log, self.stride);
         self.world.advance(limit, |world, edge| log(next_log, stride, world, edge - 1, observer));
         let edge = self.world.edge();
-        let pins = self.world.pins();
-        if pins.a != self.input.a_pin || pins.b != self.input.b_pin || edge == due {
+        let mut input = self.input;
+        self.world.place(&mut input);
+        if input != self.input || edge == due {
             self.wiring.skip(edge - 1 - self.edge, &self.input);
-            self.input.a_pin = pins.a;
-            self.input.b_pin = pins.b;
+            self.input = input;
             self.edge = edge;
             self.tick(observer);
         } else if edge == end {
@@ -152,18 +135,18 @@ impl<'p, W: Wiring> ClosedLoop<'p, W> {
         let out = self.wiring.tick(self.input);
         let words = self.wiring.words();
         self.ticks += 1;
-        self.gate_changes += u64::from(out != self.out);
+        self.output_changes += u64::from(out != self.out);
         self.out = out;
-        self.world.drive(out, words[self.command]);
+        self.world.drive(out, words);
         observer.nets(Cycle(self.edge), words);
     }
 }
 
 /// Shows the plant's outputs up to `edge`, which the world must not have left yet.
 #[inline]
-fn log<O: Observe>(next: &mut u64, stride: u64, world: &World, edge: u64, observer: &mut O) {
+fn log<O: Observe>(next: &mut u64, stride: u64, world: &impl World, edge: u64, observer: &mut O) {
     while *next <= edge {
-        observer.reals(Cycle(*next), &world.reals(*next));
+        observer.reals(Cycle(*next), world.reals(*next).as_ref());
         *next += stride;
     }
 }
@@ -193,10 +176,14 @@ pub struct Comparison {
 }
 
 /// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every edge.
-pub fn compare<W: Wiring + Clone>(wiring: W, plant: &Plant, input: LoopIn<i64>, edges: u64) -> Comparison {
+pub fn compare<E, W>(wiring: W, world: E, input: E::In, edges: u64) -> Comparison
+where
+    E: World,
+    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
+{
     let nets = wiring.nets();
-    let mut events = ClosedLoop::new(wiring.clone(), plant, input, u64::MAX);
-    let mut clock = ClosedLoop::new(wiring, plant, input, u64::MAX);
+    let mut events = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
+    let mut clock = ClosedLoop::new(wiring, world, input, u64::MAX);
     let mut found = Comparison { edges, mismatches: 0, first: None };
     let mut note = |edge, name, events: f64, clock: f64| {
         found.mismatches += 1;
@@ -204,6 +191,10 @@ pub fn compare<W: Wiring + Clone>(wiring: W, plant: &Plant, input: LoopIn<i64>, 
     };
     let mut before = (events.world.clone(), events.wiring.words().to_vec());
     for edge in 1..=edges {
+        if clock.world.is_over() {
+            found.edges = edge - 1;
+            break;
+        }
         clock.step(&mut ());
         while events.world.edge() < edge {
             before.0.clone_from(&events.world);
@@ -218,15 +209,16 @@ pub fn compare<W: Wiring + Clone>(wiring: W, plant: &Plant, input: LoopIn<i64>, 
             }
         }
         let leapt = if events.world.edge() == edge { events.world.reals(edge) } else { before.0.reals(edge) };
-        for (real, (x, y)) in hpu_plant::REALS.iter().zip(leapt.into_iter().zip(clock.world.reals(edge))) {
+        let clocked = clock.world.reals(edge);
+        for (real, (&x, &y)) in E::REALS.iter().zip(leapt.as_ref().iter().zip(clocked.as_ref())) {
             if x.to_bits() != y.to_bits() {
                 note(edge, real.name, x, y);
             }
         }
     }
-    if events.world.energy() != clock.world.energy() {
-        let (leapt, stepped) = (events.world.energy().0, clock.world.energy().0);
-        note(edges, "energy_j", leapt.exchanged_j(), stepped.exchanged_j());
+    let (leapt, stepped) = (events.world.audit(), clock.world.audit());
+    if leapt != stepped {
+        note(edges, "energy_j", leapt.exchanged_j, stepped.exchanged_j);
     }
     found
 }

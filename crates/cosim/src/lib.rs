@@ -3,6 +3,7 @@
 pub mod replay;
 pub mod scene;
 
+mod axis_world;
 mod engine;
 mod linear;
 mod plant;
@@ -12,10 +13,11 @@ mod trace;
 mod verdict;
 mod world;
 
+pub use axis_world::AxisWorld;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use linear::LinearLoop;
 pub use plant::{Plant, PlantError};
-pub use session::{Session, SessionError, TheLoop};
+pub use session::{Session, SessionError, TheLoop, Visit};
 pub use summary::{EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
 pub use verdict::{Verdict, judge};

@@ -101,6 +101,12 @@ impl Plant {
         let kind = Kind::Axis { axis, current_a: motor.initial_current_a, speed_rad_per_s, angle_rad, knots };
         Ok(Self { kind, count_rad, averaged })
     }
+
+    /// Whether there is a device, and not a recording in its place.
+    #[must_use]
+    pub fn has_device(&self) -> bool {
+        matches!(self.kind, Kind::Axis { .. })
+    }
 }
 
 /// The path as knots on clock edges: where it starts, and where its speed changes.

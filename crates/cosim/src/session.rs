@@ -3,15 +3,17 @@
 use std::fmt;
 use std::time::Instant;
 
-use hpu_datapath::{Block, ConventionalLoop, HybridLoop, LoopIn, Wiring};
-use hpu_signal::{Cycle, Observe, Signal};
+use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop, LoopIn, Wiring};
+use hpu_signal::{Cycle, Observe, Real, Signal};
 
+use crate::axis_world::AxisWorld;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::plant::{Plant, PlantError};
 use crate::scene::{Loop, LoopWords, Scene, SceneError};
-use crate::summary::{EnergyAudit, NetUse, Summary};
+use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
 use crate::verdict::judge;
+use crate::world::World;
 
 /// Why a scene cannot run.
 #[derive(Debug)]
@@ -47,13 +49,25 @@ pub enum TheLoop {
 }
 
 impl TheLoop {
+    /// Every wiring in its default configuration.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        vec![Self::Hybrid(HybridLoop::default()), Self::Conventional(ConventionalLoop::default())]
+    }
+
+    /// The wiring as a block.
+    #[must_use]
+    pub fn block(&self) -> &dyn AnyBlock {
+        match self {
+            Self::Hybrid(wiring) => wiring,
+            Self::Conventional(wiring) => wiring,
+        }
+    }
+
     /// The wiring's name.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Hybrid(_) => HybridLoop::NAME,
-            Self::Conventional(_) => ConventionalLoop::NAME,
-        }
+        self.block().name()
     }
 
     /// The nets.
@@ -64,6 +78,17 @@ impl TheLoop {
             Self::Conventional(wiring) => wiring.nets(),
         }
     }
+}
+
+/// Something to do with a scene's loop, whatever its wiring and its world are.
+pub trait Visit<'s> {
+    /// What comes of it.
+    type Out;
+    /// Does it. The wiring stands as after reset, the world at edge 0; `input` holds the constant words.
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
 /// A scene made ready: its words, its wiring, its plant.
@@ -149,71 +174,97 @@ impl<'s> Session<'s> {
         self.scene.clock.edges(1.0 / self.scene.record.plant_rate_hz).max(1)
     }
 
+    /// The continuous outputs of the scene's world.
+    #[must_use]
+    pub fn reals(&self) -> &'static [Real] {
+        AxisWorld::REALS
+    }
+
     /// An empty trace of the plant and of the nets with these names.
     #[must_use]
     pub fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.wiring.nets();
         let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
-        Trace::new(self.scene.clock, self.stride(), picks)
+        Trace::new(self.scene.clock, self.stride(), self.reals().len(), picks)
+    }
+
+    /// Does something with the scene's loop.
+    pub fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+        let command = self.wiring.nets().iter().position(|net| net.name == "command");
+        let world = || AxisWorld::new(&self.plant, command.expect("a haptic loop has a command"));
+        match &self.wiring {
+            TheLoop::Hybrid(wiring) => visit.visit(wiring, world(), self.input()),
+            TheLoop::Conventional(wiring) => visit.visit(wiring, world(), self.input()),
+        }
     }
 
     /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
     pub fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
-        match &self.wiring {
-            TheLoop::Hybrid(wiring) => self.run_loop(wiring.clone(), driver, trace, observer, control),
-            TheLoop::Conventional(wiring) => self.run_loop(wiring.clone(), driver, trace, observer, control),
+        let mut summary = self.visit(Run {
+            driver,
+            end: self.scene.edges(),
+            stride: self.stride(),
+            observer: Both(trace, observer),
+            control,
+        });
+        summary.motion_s = self.scene.clock.seconds(Cycle(summary.edges));
+        if summary.complete && self.plant.has_device() {
+            summary.verdict = Some(judge(trace, self.scene.encoder.count_rad()));
         }
-    }
-
-    fn run_loop<W: Wiring, O: Observe>(
-        &self,
-        wiring: W,
-        driver: Driver,
-        trace: &mut Trace,
-        observer: &mut O,
-        control: &Control,
-    ) -> Summary {
-        let start = Instant::now();
-        let end = self.scene.edges();
-        let mut run = ClosedLoop::new(wiring, &self.plant, self.input(), self.stride());
-        let complete = run.run(driver, end, &mut Both(trace, observer), control);
-        let wall_s = start.elapsed().as_secs_f64();
-        let device = run.world.device();
-        let (energy, stored_j) = run.world.energy();
-        let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
-        Summary {
-            verdict: device.filter(|_| complete).map(|_| judge(trace, self.scene.encoder.count_rad())),
-            complete,
-            edges: run.edge(),
-            motion_s: self.scene.clock.seconds(Cycle(run.edge())),
-            wall_s,
-            ticks: run.ticks(),
-            encoder_edges: run.world.encoder_edges(),
-            gate_changes: run.gate_changes(),
-            mode_changes: device.map_or(0, |device| device.mode_changes()),
-            energy: EnergyAudit {
-                source_j: energy.source_j(),
-                hand_j: energy.hand_j(),
-                supplied_j: energy.supplied_j(),
-                stored_j,
-                copper_j: energy.copper_j(),
-                diodes_j: energy.diodes_j(),
-                viscous_j: energy.viscous_j(),
-                coulomb_j: energy.coulomb_j(),
-                dissipated_j: energy.dissipated_j(),
-                exchanged_j: energy.exchanged_j(),
-                residual_j: energy.supplied_j() - stored_j - energy.dissipated_j(),
-            },
-            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
-        }
+        summary
     }
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
     #[must_use]
     pub fn compare(&self, edges: u64) -> Comparison {
-        match &self.wiring {
-            TheLoop::Hybrid(wiring) => compare(wiring.clone(), &self.plant, self.input(), edges),
-            TheLoop::Conventional(wiring) => compare(wiring.clone(), &self.plant, self.input(), edges),
+        self.visit(Compare(edges))
+    }
+}
+
+struct Compare(u64);
+
+impl<'s> Visit<'s> for Compare {
+    type Out = Comparison;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Comparison
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        compare(wiring.clone(), world, input, self.0)
+    }
+}
+
+struct Run<'a, O> {
+    driver: Driver,
+    end: u64,
+    stride: u64,
+    observer: Both<'a, O>,
+    control: &'a Control,
+}
+
+impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
+    type Out = Summary;
+    fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Summary
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let start = Instant::now();
+        let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
+        let complete = run.run(self.driver, self.end, &mut self.observer, self.control);
+        let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
+        Summary {
+            verdict: None,
+            complete,
+            edges: run.edge(),
+            motion_s: 0.0,
+            wall_s: start.elapsed().as_secs_f64(),
+            ticks: run.ticks(),
+            encoder_edges: run.world.encoder_edges(),
+            output_changes: run.output_changes(),
+            mode_changes: run.world.mode_changes(),
+            energy: run.world.audit(),
+            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::verdict::Verdict;
 /// Where the energy went, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct EnergyAudit {
-    /// By the supply.
+    /// By the supply, or by motors that are driven as torques.
     pub source_j: f64,
     /// By the hand.
     pub hand_j: f64,
@@ -25,7 +25,9 @@ pub struct EnergyAudit {
     pub viscous_j: f64,
     /// In Coulomb friction.
     pub coulomb_j: f64,
-    /// In all four.
+    /// In the damping of a flexible transmission.
+    pub transmission_j: f64,
+    /// In all of these.
     pub dissipated_j: f64,
     /// Sum of the sizes of all flows.
     pub exchanged_j: f64,
@@ -59,8 +61,8 @@ pub struct Summary {
     pub ticks: u64,
     /// Edges of the encoder's lines.
     pub encoder_edges: u64,
-    /// Edges at which a gate changed.
-    pub gate_changes: u64,
+    /// Edges at which an output changed: a gate, a motor's command.
+    pub output_changes: u64,
     /// Changes of the plant's mode: stick and slip, diodes.
     pub mode_changes: u64,
     /// The energy audit.

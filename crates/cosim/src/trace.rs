@@ -1,7 +1,6 @@
 //! What a run leaves behind for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at the
 //! same instants.
 
-use hpu_plant::REALS;
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Recorded rows at a fixed interval, each of the plant's outputs and of selected nets.
@@ -12,14 +11,14 @@ pub struct Trace {
     picks: Vec<usize>,
     now: Vec<i64>,
     times_s: Vec<f64>,
-    reals: [Vec<f64>; REALS.len()],
+    reals: Vec<Vec<f64>>,
     words: Vec<Vec<i64>>,
 }
 
 impl Trace {
-    /// A trace of the plant's outputs every `stride` edges, and of the nets at these indices.
+    /// A trace of so many outputs of the plant every `stride` edges, and of the nets at these indices.
     #[must_use]
-    pub fn new(clock: Clock, stride: u64, picks: Vec<usize>) -> Self {
+    pub fn new(clock: Clock, stride: u64, reals: usize, picks: Vec<usize>) -> Self {
         Self {
             interval_s: stride as f64 * clock.period_s(),
             clock,
@@ -27,7 +26,7 @@ impl Trace {
             words: vec![Vec::new(); picks.len()],
             picks,
             times_s: Vec::new(),
-            reals: Default::default(),
+            reals: vec![Vec::new(); reals],
         }
     }
 
@@ -43,13 +42,13 @@ impl Trace {
         &self.times_s
     }
 
-    /// One output of the plant, by its index in [`REALS`].
+    /// One output of the plant, by its index in the world's list.
     #[must_use]
     pub fn real(&self, index: usize) -> &[f64] {
         &self.reals[index]
     }
 
-    /// The shaft's angle.
+    /// The shaft's angle, of an axis.
     #[must_use]
     pub fn angles_rad(&self) -> &[f64] {
         &self.reals[2]

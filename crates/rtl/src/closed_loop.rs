@@ -12,7 +12,7 @@ use std::{env, fs};
 
 use hpu_cosim::scene::{Scene, shipped_file};
 use hpu_cosim::{Session, TheLoop};
-use hpu_datapath::{AnyBlock, block_by_name, registry};
+use hpu_datapath::{block_by_name, registry};
 
 use crate::ghdl::{GhdlError, Library};
 use crate::loop_bench::{LOOP_BRIDGE, loop_bench, probe, probe_instance};
@@ -53,11 +53,8 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     let LoopOptions { name, text, overrides, data, edges, .. } = options;
     let scene = parse(name, text, overrides, data).map_err(|said| refused(name, said))?;
     let session = Session::new(&scene).map_err(|error| refused(name, error.to_string()))?;
-    let wiring: &dyn AnyBlock = match session.wiring() {
-        TheLoop::Hybrid(wiring) => wiring,
-        TheLoop::Conventional(wiring) => wiring,
-    };
-    let library = library(&options.hdl, wiring)?;
+    let library = library(&options.hdl, session.wiring())?;
+    let wiring = session.wiring().block();
     let shared = shared_library()?;
     fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;
 
@@ -103,7 +100,7 @@ fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) ->
 }
 
 /// Analyses the blocks, the probed copy of the wiring, and its testbench.
-fn library(hdl: &Path, wiring: &dyn AnyBlock) -> Result<Library, GhdlError> {
+fn library(hdl: &Path, wiring: &TheLoop) -> Result<Library, GhdlError> {
     let name = wiring.name();
     let by_default = block_by_name(name).expect("a wiring is a block");
     let path = hdl.join(format!("{name}.vhd"));
@@ -119,10 +116,9 @@ fn library(hdl: &Path, wiring: &dyn AnyBlock) -> Result<Library, GhdlError> {
         (format!("{name}_pkg.vhd"), package(&*by_default)),
         (format!("probe_{name}.vhd"), probe(wiring)),
     ];
-    let is_wiring = |block: &dyn AnyBlock| block.outputs()[0].name == "a_high" && block.name() != "pwm";
     let files: Vec<_> = registry()
         .iter()
-        .filter(|block| !is_wiring(&***block))
+        .filter(|block| TheLoop::all().iter().all(|wiring| wiring.name() != block.name()))
         .map(|block| hdl.join(format!("{}.vhd", block.name())))
         .collect();
     let benches = [(format!("{name}.vhd"), probed), (format!("tb_loop_{name}.vhd"), loop_bench(&*by_default))];

@@ -27,21 +27,21 @@ fn natural(value: i32) -> usize {
     usize::try_from(value).expect("a natural number")
 }
 
-/// Part of the constant word of an input.
+/// Part of the word of an input.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_loop_input(net: i32, part: i32) -> i32 {
     LOOP.with_borrow(|side| side.input(natural(net), natural(part)))
 }
 
-/// Flows the plant by one clock: `2a + b` for the edge to come; after the last one prints the result and says -1.
+/// Flows the plant by one clock: the one-bit inputs for the edge to come, and whether others have changed; after the last one
+/// prints the result and says -1.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_loop_pins() -> i32 {
-    LOOP.with_borrow_mut(|side| match side.pins() {
-        Some([a, b]) => i32::from(a != 0) * 2 + i32::from(b != 0),
-        None => {
+    LOOP.with_borrow_mut(|side| {
+        side.pins().unwrap_or_else(|| {
             print!("{}", side.result());
             -1
-        }
+        })
     })
 }
 

@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
-use hpu_cosim::{ClosedLoop, Session, TheLoop, World};
-use hpu_datapath::{LoopOut, Wiring};
+use hpu_cosim::{ClosedLoop, Session, Visit, World};
+use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Format, Ports, Signal};
 
 use crate::report::Mismatch;
@@ -14,19 +14,60 @@ use crate::report::Mismatch;
 const KEPT: usize = 16;
 /// Bits of a word that cross the border to VHDL at a time.
 const PART_BITS: u32 = 30;
+/// Added to the pins when a word of several bits has changed.
+const WORDS_CHANGED: i32 = 1 << 24;
 /// Parts of the widest word.
 const PARTS: usize = 3;
 
-/// The emulator of either wiring.
-trait Emulator {
-    /// One edge; the words of all nets after it.
+/// The emulator beside the VHDL, and the world that the VHDL drives, whatever they are.
+trait Pair {
+    /// One edge of the emulator; the words of all nets after it.
     fn step(&mut self) -> &[i64];
+    /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
+    fn sense(&mut self, input: &mut Vec<i64>);
+    /// The words that the VHDL's nets have, outputs from this index on, drive its world.
+    fn drive(&mut self, outputs: usize, words: &[i64]);
 }
 
-impl<W: Wiring> Emulator for ClosedLoop<'_, W> {
+struct Both<W: Wiring, E: World> {
+    emulator: ClosedLoop<W, E>,
+    world: E,
+    input: E::In,
+}
+
+impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E> {
     fn step(&mut self) -> &[i64] {
-        ClosedLoop::step(self, &mut ());
-        self.wiring.words()
+        self.emulator.step(&mut ());
+        self.emulator.wiring.words()
+    }
+
+    fn sense(&mut self, input: &mut Vec<i64>) {
+        self.world.sense();
+        self.world.place(&mut self.input);
+        input.clear();
+        self.input.each(|&word| input.push(word));
+    }
+
+    fn drive(&mut self, outputs: usize, words: &[i64]) {
+        let mut next = words[outputs..].iter();
+        self.world.drive(E::Out::build(|| *next.next().expect("outputs come before other nets")), words);
+    }
+}
+
+/// Makes the pair of a session, and the constant inputs.
+struct Pairing;
+
+impl<'s> Visit<'s> for Pairing {
+    type Out = (Box<dyn Pair + 's>, Vec<i64>);
+    fn visit<E, W>(self, wiring: &W, world: E, mut input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        world.place(&mut input);
+        let emulator = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
+        let words = flatten(&input);
+        (Box::new(Both { emulator, world, input }), words)
     }
 }
 
@@ -41,16 +82,18 @@ struct Edge {
 /// VHDL and emulator, edge by edge.
 pub struct Lockstep<'s> {
     nets: Vec<Signal>,
+    /// The words of the inputs, as the next edge samples them.
     input: Vec<i64>,
-    emulator: Box<dyn Emulator + 's>,
-    /// The world that the VHDL's gates drive.
-    world: World<'s>,
+    before: Vec<i64>,
+    pair: Box<dyn Pair + 's>,
     /// What the VHDL told of each net: parts of its word, -1 when unknown.
     told: Vec<[i32; PARTS]>,
     /// The words made of them, unless a bit is unknown.
     got: Vec<Option<i64>>,
+    /// The same, an unknown one as 0.
+    words: Vec<i64>,
+    /// Index of the first output.
     outputs: usize,
-    command: usize,
     edge: u64,
     edges: u64,
     mismatches: u64,
@@ -62,24 +105,17 @@ impl<'s> Lockstep<'s> {
     /// Both sides of a scene after reset, for so many edges.
     #[must_use]
     pub fn new(session: &'s Session, edges: u64) -> Self {
-        let (plant, input) = (session.plant(), session.input());
-        let emulator: Box<dyn Emulator> = match session.wiring().clone() {
-            TheLoop::Hybrid(wiring) => Box::new(ClosedLoop::new(wiring, plant, input, u64::MAX)),
-            TheLoop::Conventional(wiring) => Box::new(ClosedLoop::new(wiring, plant, input, u64::MAX)),
-        };
+        let (pair, input) = session.visit(Pairing);
         let nets = session.wiring().nets();
-        let net = |name: &str| nets.iter().position(|net| net.name == name).expect("every loop has this net");
-        let mut constants = Vec::new();
-        input.each(|&word| constants.push(word));
         Self {
-            outputs: net("a_high"),
-            command: net("command"),
+            outputs: input.len(),
             told: vec![[-1; PARTS]; nets.len()],
             got: vec![None; nets.len()],
+            words: vec![0; nets.len()],
             nets,
-            input: constants,
-            emulator,
-            world: World::new(plant),
+            before: input.clone(),
+            input,
+            pair,
             edge: 0,
             edges,
             mismatches: 0,
@@ -88,19 +124,31 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Part of the constant word of an input.
+    /// Part of the word of an input.
     #[must_use]
     pub fn input(&self, net: usize, part: usize) -> i32 {
         let bits = self.nets[net].format.bits(self.input[net]) >> (PART_BITS * part as u32);
         Format::unsigned(PART_BITS).from_bits(bits) as i32
     }
 
-    /// Flows the plant to the next edge: the lines `[a, b]` which that edge samples; `None` after the last edge.
-    pub fn pins(&mut self) -> Option<[i64; 2]> {
-        (self.edge < self.edges).then(|| {
-            let pins = self.world.sense();
-            [pins.a, pins.b]
-        })
+    /// Flows the world to the next edge: the inputs of one bit which that edge samples, the first port lowest, and
+    /// [`WORDS_CHANGED`] when a wider one has changed; `None` after the last edge.
+    pub fn pins(&mut self) -> Option<i32> {
+        if self.edge == self.edges {
+            return None;
+        }
+        std::mem::swap(&mut self.before, &mut self.input);
+        self.pair.sense(&mut self.input);
+        let (mut pins, mut place) = (0, 0);
+        for (net, (now, before)) in self.nets.iter().zip(self.input.iter().zip(&self.before)) {
+            if net.format.width() == 1 {
+                pins += i32::from(*now != 0) << place;
+                place += 1;
+            } else if now != before {
+                pins |= WORDS_CHANGED;
+            }
+        }
+        Some(pins)
     }
 
     /// The VHDL tells a part of a net's word.
@@ -120,7 +168,7 @@ impl<'s> Lockstep<'s> {
         let mut latest = oldest.unwrap_or_default();
         latest.edge = self.edge;
         latest.expected.clear();
-        latest.expected.extend_from_slice(self.emulator.step());
+        latest.expected.extend_from_slice(self.pair.step());
         latest.got.clone_from(&self.got);
         let mut different = 0;
         let mut first = None;
@@ -136,11 +184,11 @@ impl<'s> Lockstep<'s> {
             self.first = Some(self.mismatch(net));
         }
 
-        // A gate that is unknown is off; the comparison has told it already.
-        let word = |net: usize| self.got[net].unwrap_or(0);
-        let mut next = self.outputs..;
-        let out = LoopOut::build(|| word(next.next().expect("no end")));
-        self.world.drive(out, word(self.command));
+        // An output that is unknown is 0; the comparison has told it already.
+        for (word, got) in self.words.iter_mut().zip(&self.got) {
+            *word = got.unwrap_or(0);
+        }
+        self.pair.drive(self.outputs, &self.words);
     }
 
     /// The mismatch of a net at the latest edge of the history.

@@ -1,7 +1,7 @@
 //! Testbenches of closed loops: the wiring in VHDL, the plant behind `loop_bridge`.
 
 use hpu_cosim::TheLoop;
-use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
+use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
 use crate::package::GENERATED;
@@ -10,23 +10,17 @@ use crate::testbench::{generic_clause, instance, port_type};
 /// The hand-written package that declares the shared library's functions.
 pub const LOOP_BRIDGE: &str = include_str!("../../../testbench/vhdl/loop_bridge.vhd");
 
-/// All nets of a wiring, by its name.
-fn nets(wiring: &dyn AnyBlock) -> Vec<Signal> {
-    let either = [TheLoop::Hybrid(HybridLoop::default()), TheLoop::Conventional(ConventionalLoop::default())];
-    either.iter().find(|either| either.name() == wiring.name()).map(TheLoop::nets).expect("one of two wirings")
-}
-
 /// The text of `testbench/vhdl/generated/probe_<wiring>.vhd`.
 #[must_use]
-pub fn probe(wiring: &dyn AnyBlock) -> String {
-    let name = wiring.name();
+pub fn probe(wiring: &TheLoop) -> String {
+    let (name, nets) = (wiring.name(), wiring.nets());
     let port = |net: &Signal| {
         let kind = if net.format.width() == 1 { "std_logic" } else { "std_logic_vector" };
         format!("    {} : in {kind}", net.name)
     };
-    let ports: Vec<_> = nets(wiring).iter().map(port).collect();
+    let ports: Vec<_> = nets.iter().map(port).collect();
     let tell = |(index, net): (usize, &Signal)| format!("  tell({index}, {});\n", net.name);
-    let tells: String = nets(wiring).iter().enumerate().map(tell).collect();
+    let tells: String = nets.iter().enumerate().map(tell).collect();
     format!(
         "{GENERATED}--
 -- Tells the emulator every net of {name} whenever it changes. GHDL 2.0 reads no
@@ -51,8 +45,8 @@ begin
 }
 
 /// The statement that is added to the copy.
-pub(crate) fn probe_instance(wiring: &dyn AnyBlock) -> String {
-    let map: Vec<_> = nets(wiring).iter().map(|net| format!("{0} => {0}", net.name)).collect();
+pub(crate) fn probe_instance(wiring: &TheLoop) -> String {
+    let map: Vec<_> = wiring.nets().iter().map(|net| format!("{0} => {0}", net.name)).collect();
     format!("  probe : entity work.probe_{} port map ({});\n\n", wiring.name(), map.join(", "))
 }
 
@@ -66,9 +60,18 @@ pub fn loop_bench(wiring: &dyn AnyBlock) -> String {
         .chain(&outputs)
         .map(|signal| format!("  signal {} : {};\n", signal.name, port_type(signal)))
         .collect();
-    let constants: String = (inputs.iter().enumerate().skip(2))
-        .map(|(index, Signal { name, .. })| format!("    {name} <= take({index}, {name}'length);\n"))
-        .collect();
+    let numbered = || inputs.iter().enumerate();
+    let bits = numbered().filter(|(_, signal)| signal.format.width() == 1);
+    let levels = |indent: &str| -> String {
+        let line = |(place, (_, signal)): (usize, (usize, &Signal))| {
+            format!("{indent}{} <= level(pins, {place});\n", signal.name)
+        };
+        bits.clone().enumerate().map(line).collect()
+    };
+    let words = |indent: &str| -> String {
+        let wide = numbered().filter(|(_, signal)| signal.format.width() > 1);
+        wide.map(|(index, Signal { name, .. })| format!("{indent}{name} <= take({index}, {name}'length);\n")).collect()
+    };
     format!(
         "{GENERATED}--
 -- {name} closed around the emulator's plant, every net compared after every
@@ -92,12 +95,9 @@ architecture test of tb_loop_{name} is
 
 {instance}
   process
-    type lines is array (0 to 3) of std_logic_vector(1 downto 0);
-    constant LEVELS : lines := (\"00\", \"01\", \"10\", \"11\");
-    variable pins : integer;
+    variable pins : integer := 0;
   begin
-    (a_pin, b_pin) <= LEVELS(0);
-{constants}    wait for 5 ns;
+{first_levels}{first_words}    wait for 5 ns;
     clk <= '1';
     wait for 5 ns;
     clk <= '0';
@@ -105,7 +105,8 @@ architecture test of tb_loop_{name} is
     loop
       pins := hpu_loop_pins;
       exit when pins < 0;
-      (a_pin, b_pin) <= LEVELS(pins);
+{levels}      if pins >= WORDS_CHANGED then
+{words}      end if;
       wait for 5 ns;
       clk <= '1';
       wait for 5 ns;
@@ -119,5 +120,9 @@ end architecture;
 ",
         generics = generic_clause(wiring),
         instance = instance(wiring),
+        first_levels = levels("    "),
+        first_words = words("    "),
+        levels = levels("      "),
+        words = words("        "),
     )
 }

@@ -1,8 +1,7 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
-use hpu_cosim::{ClosedLoop, Session, TheLoop};
-use hpu_datapath::{AnyBlock, Wiring};
-use hpu_signal::Ports;
+use hpu_cosim::{ClosedLoop, Session, Visit, World};
+use hpu_datapath::{AnyBlock, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
 
@@ -10,17 +9,31 @@ use crate::vector::{Stimulus, Vectors};
 /// it, by label. A combinational block keeps the rows in which an input has changed.
 #[must_use]
 pub fn scene_vectors(session: &Session, edges: u64) -> Vec<(&'static str, Vectors)> {
-    match session.wiring() {
-        TheLoop::Hybrid(wiring) => record(wiring, session, edges),
-        TheLoop::Conventional(wiring) => record(wiring, session, edges),
+    session.visit(Recorded(edges))
+}
+
+/// So many edges, recorded.
+struct Recorded(u64);
+
+impl<'s> Visit<'s> for Recorded {
+    type Out = Vec<(&'static str, Vectors)>;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        record(wiring, world, input, self.0)
     }
 }
 
-fn record<W: Wiring + Clone + 'static>(wiring: &W, session: &Session, edges: u64) -> Vec<(&'static str, Vectors)> {
-    let mut constants = Vec::new();
-    session.input().each(|&word| constants.push(word));
+fn record<E, W>(wiring: &W, world: E, input: E::In, edges: u64) -> Vec<(&'static str, Vectors)>
+where
+    E: World,
+    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
+{
+    let constants = flatten(&input);
     let inputs = constants.len();
-    let mut run = ClosedLoop::new(wiring.clone(), session.plant(), session.input(), u64::MAX);
+    let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
     let mut instances = wiring.instances();
     // The words that each edge samples: the pins as it finds them, all other nets as the edge before has left them.
     let mut sampled = Vec::new();
@@ -34,9 +47,8 @@ fn record<W: Wiring + Clone + 'static>(wiring: &W, session: &Session, edges: u64
     let rows = |nets: &[usize]| -> Vec<Vec<i64>> {
         sampled.iter().map(|words| nets.iter().map(|&net| words[net]).collect()).collect()
     };
-    let name = session.wiring().name();
     let own = rows(&(0..inputs).collect::<Vec<_>>());
-    let mut all = vec![(name, clocked(&mut wiring.clone(), constants, own))];
+    let mut all = vec![(W::NAME, clocked(&mut wiring.clone(), constants, own))];
     for instance in &mut instances {
         let count = AnyBlock::inputs(&*instance.model).len();
         let nets: Vec<usize> = instance.connections[..count].iter().map(|connection| connection.net).collect();

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, NetUse, Session};
+use hpu_cosim::{AxisWorld, Control, Driver, NetUse, Session, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopOptions, closed_loop, scene_vectors};
 
@@ -127,15 +127,17 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
     let all = scene_vectors(&session, EDGES);
     let (name, vectors) = &all[0];
     assert_eq!(*name, "hybrid_loop");
-    let mut world = hpu_cosim::World::new(session.plant());
+    let mut world = AxisWorld::new(session.plant(), 0);
     assert_eq!(vectors.rows.len() as u64, EDGES + 1);
     assert_eq!(vectors.rows[0][0], 1);
     // Columns: rst, a_pin, b_pin, five constants, four gates. The plant, driven by the gates, answers with the pins.
     for row in &vectors.rows[1..] {
-        let pins = world.sense();
-        assert_eq!(row[..3], [0, pins.a, pins.b]);
+        let mut input = session.input();
+        world.sense();
+        world.place(&mut input);
+        assert_eq!(row[..3], [0, input.a_pin, input.b_pin]);
         let [a_high, a_low, b_high, b_low] = row[8..] else { panic!("four gates") };
-        world.drive(hpu_datapath::LoopOut { a_high, a_low, b_high, b_low }, 0);
+        world.drive(hpu_datapath::LoopOut { a_high, a_low, b_high, b_low }, row);
     }
     assert!(world.encoder_edges() > 100);
 }
@@ -146,7 +148,8 @@ fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
     let hpu_cosim::TheLoop::Hybrid(wiring) = session.wiring() else { panic!("a hybrid loop") };
     let all = scene_vectors(&session, EDGES);
-    let mut run = hpu_cosim::ClosedLoop::new(wiring.clone(), session.plant(), session.input(), u64::MAX);
+    let mut run =
+        hpu_cosim::ClosedLoop::new(wiring.clone(), AxisWorld::new(session.plant(), 0), session.input(), u64::MAX);
     let instances = wiring.instances();
     assert_eq!(all.len(), 1 + instances.len());
     for edge in 1..=EDGES as usize {

@@ -51,11 +51,10 @@ begin
     port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
 
   process
-    type lines is array (0 to 3) of std_logic_vector(1 downto 0);
-    constant LEVELS : lines := ("00", "01", "10", "11");
-    variable pins : integer;
+    variable pins : integer := 0;
   begin
-    (a_pin, b_pin) <= LEVELS(0);
+    a_pin <= level(pins, 0);
+    b_pin <= level(pins, 1);
     reference <= take(2, reference'length);
     stiffness <= take(3, stiffness'length);
     damping <= take(4, damping'length);
@@ -69,7 +68,15 @@ begin
     loop
       pins := hpu_loop_pins;
       exit when pins < 0;
-      (a_pin, b_pin) <= LEVELS(pins);
+      a_pin <= level(pins, 0);
+      b_pin <= level(pins, 1);
+      if pins >= WORDS_CHANGED then
+        reference <= take(2, reference'length);
+        stiffness <= take(3, stiffness'length);
+        damping <= take(4, damping'length);
+        period <= take(5, period'length);
+        scale <= take(6, scale'length);
+      end if;
       wait for 5 ns;
       clk <= '1';
       wait for 5 ns;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use hpu_cosim::{Session, Visit, World};
 use hpu_datapath::Wiring;
 use hpu_signal::{Format, Real, Signal};
 
@@ -48,6 +49,22 @@ pub struct Layout {
     pub(super) reals: Vec<Real>,
     /// How many channels a logic analyser has; `None` for a design.
     pub(super) channels: Option<usize>,
+}
+
+/// Makes the layout of a session.
+struct Laying {
+    has_device: bool,
+}
+
+impl<'s> Visit<'s> for Laying {
+    type Out = Layout;
+    fn visit<E, W>(self, wiring: &W, _: E, _: E::In) -> Layout
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        Layout::new(wiring, if self.has_device { E::REALS } else { &[] })
+    }
 }
 
 /// A net was asked for that the wiring does not have.
@@ -115,6 +132,12 @@ impl Layout {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
         Self { scopes, nets, reals: reals.to_vec(), channels: None }
+    }
+
+    /// The hierarchy of a scene's wiring and world. A recording has no plant.
+    #[must_use]
+    pub fn of(session: &Session) -> Self {
+        session.visit(Laying { has_device: session.plant().has_device() })
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two
