@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, OutcomeKind};
-use hpu_cosim::{Comparison, Driver, Session, Summary, Trace, metric};
+use hpu_cosim::{Comparison, Driver, Rig, Session, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
 use hpu_study::chart::NETS;

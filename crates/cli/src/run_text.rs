@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Metric, OutcomeKind, Scene};
-use hpu_cosim::{Trace, Verdict};
+use hpu_cosim::{Rig, Trace, Verdict};
 
 use crate::run::Ran;
 use crate::terminal;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::Session;
+use hpu_cosim::{Rig, Session};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Vectors, scene_vectors, stimuli, write_committed};
 

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io;
 
-use hpu_cosim::Session;
+use hpu_cosim::Rig;
 use hpu_rtl::wave::{Fst, Layout, Vcd, gtkw};
 use hpu_signal::{Cycle, Observe};
 
@@ -21,18 +21,18 @@ pub struct Waves {
 
 impl Waves {
     /// Begins the files.
-    pub fn begin(session: &Session, folder: &mut Folder, with_vcd: bool) -> Result<Self, Failure> {
-        let scene = session.scene();
+    pub fn begin(session: &impl Rig, folder: &mut Folder, with_vcd: bool) -> Result<Self, Failure> {
+        let clock = session.clock();
         let layout = layout(session);
         let fst_file = folder.create(FST)?;
-        let fst = Fst::new(fst_file, &layout, scene.clock).map_err(failed(folder, FST))?;
+        let fst = Fst::new(fst_file, &layout, clock).map_err(failed(folder, FST))?;
         let vcd = if with_vcd {
             let vcd_file = folder.create(VCD)?;
-            Some(Vcd::new(vcd_file, &layout, scene.clock).map_err(failed(folder, VCD))?)
+            Some(Vcd::new(vcd_file, &layout, clock).map_err(failed(folder, VCD))?)
         } else {
             None
         };
-        folder.write("wave.fst.gtkw", gtkw(&layout, FST, scene.clock, Cycle(0)..Cycle(scene.edges())))?;
+        folder.write("wave.fst.gtkw", gtkw(&layout, FST, clock, Cycle(0)..Cycle(session.edges())))?;
         Ok(Self { fst, vcd })
     }
 
@@ -48,9 +48,9 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-fn layout(session: &Session) -> Layout {
+fn layout(session: &impl Rig) -> Layout {
     let layout = Layout::of(session);
-    if session.scene().record.clock { layout.with_clock() } else { layout }
+    if session.record().clock { layout.with_clock() } else { layout }
 }
 
 impl Observe for Waves {

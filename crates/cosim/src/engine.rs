@@ -75,7 +75,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             observer.nets(Cycle(0), self.wiring.words());
         }
         let mut since = 0u32;
-        while self.edge < end && !self.world.is_over() {
+        while self.edge < end && self.world.over().is_none() {
             match driver {
                 Driver::Events => self.leap(end, observer),
                 Driver::Clock => self.step(observer),
@@ -191,7 +191,7 @@ where
     };
     let mut before = (events.world.clone(), events.wiring.words().to_vec());
     for edge in 1..=edges {
-        if clock.world.is_over() {
+        if clock.world.over().is_some() {
             found.edges = edge - 1;
             break;
         }

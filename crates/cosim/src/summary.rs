@@ -44,12 +44,23 @@ pub struct NetUse {
     pub usage: SignalUse,
 }
 
+/// A run that ended before its time.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Abort {
+    /// When.
+    pub at_s: f64,
+    /// Why.
+    pub why: &'static str,
+}
+
 /// What a run was.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Summary {
     /// What became of the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
-    /// Whether it ran to its end.
+    /// Why it ended early, if the world ended it.
+    pub aborted: Option<Abort>,
+    /// Whether nobody stopped it.
     pub complete: bool,
     /// Clock edges simulated.
     pub edges: u64,

@@ -40,9 +40,9 @@ pub trait World: Clone {
     fn encoder_edges(&self) -> u64;
     /// Changes of the plant's mode so far: stick and slip, diodes.
     fn mode_changes(&self) -> u64;
-    /// Whether the run cannot go on: the device has left what is modelled.
-    fn is_over(&self) -> bool {
-        false
+    /// Why the run cannot go on, if it cannot: the device has left what is modelled, or what its test allows.
+    fn over(&self) -> Option<&'static str> {
+        None
     }
 }
 

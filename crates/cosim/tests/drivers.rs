@@ -2,7 +2,7 @@
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Hand, Scene, shipped};
-use hpu_cosim::{Control, Driver, Session, Summary};
+use hpu_cosim::{Control, Driver, Rig, Session, Summary};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Edges that each scene is compared over.

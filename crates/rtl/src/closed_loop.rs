@@ -11,7 +11,7 @@ use std::time::Instant;
 use std::{env, fs};
 
 use hpu_cosim::scene::{Scene, shipped_file};
-use hpu_cosim::{Session, TheLoop};
+use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_datapath::{block_by_name, registry};
 
 use crate::ghdl::{GhdlError, Library};

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
-use hpu_cosim::{ClosedLoop, Session, Visit, World};
+use hpu_cosim::{ClosedLoop, Rig, Visit, World};
 use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Format, Ports, Signal};
 
@@ -104,7 +104,7 @@ pub struct Lockstep<'s> {
 impl<'s> Lockstep<'s> {
     /// Both sides of a scene after reset, for so many edges.
     #[must_use]
-    pub fn new(session: &'s Session, edges: u64) -> Self {
+    pub fn new(session: &'s impl Rig, edges: u64) -> Self {
         let (pair, input) = session.visit(Pairing);
         let nets = session.wiring().nets();
         Self {

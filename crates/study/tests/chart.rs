@@ -1,7 +1,7 @@
 //! Pictures: whole, deterministic, and telling what the run did.
 
 use hpu_cosim::scene::{Scene, shipped};
-use hpu_cosim::{Control, Driver, Session};
+use hpu_cosim::{Control, Driver, Rig, Session};
 use hpu_study::chart::{NETS, Picture, Run, run_pictures, side_by_side};
 
 const COMMAND: &str = "hpu run wall --set 'wall.stiffness=\"2 N.m/rad\"' -o <here> & there";

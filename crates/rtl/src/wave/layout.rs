@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{Session, Visit, World};
+use hpu_cosim::{Rig, Visit, World};
 use hpu_datapath::Wiring;
 use hpu_signal::{Format, Real, Signal};
 
@@ -136,8 +136,8 @@ impl Layout {
 
     /// The hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
-    pub fn of(session: &Session) -> Self {
-        session.visit(Laying { has_device: session.plant().has_device() })
+    pub fn of(session: &impl Rig) -> Self {
+        session.visit(Laying { has_device: session.has_device() })
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two

@@ -1,0 +1,181 @@
+//! A scene made ready: a wiring, a world, constant inputs; and what can be done with any such.
+
+use std::time::Instant;
+
+use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop, Wiring};
+use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
+
+use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
+use crate::scene::Record;
+use crate::summary::{Abort, NetUse, Summary};
+use crate::trace::Trace;
+use crate::verdict::Verdict;
+use crate::world::World;
+
+/// The scene's wiring.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub enum TheLoop {
+    /// Spring combinational, damping sampled.
+    Hybrid(HybridLoop),
+    /// Both sampled and held.
+    Conventional(ConventionalLoop),
+}
+
+impl TheLoop {
+    /// Every wiring in its default configuration.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        vec![Self::Hybrid(HybridLoop::default()), Self::Conventional(ConventionalLoop::default())]
+    }
+
+    /// The wiring as a block.
+    #[must_use]
+    pub fn block(&self) -> &dyn AnyBlock {
+        match self {
+            Self::Hybrid(wiring) => wiring,
+            Self::Conventional(wiring) => wiring,
+        }
+    }
+
+    /// The wiring's name.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.block().name()
+    }
+
+    /// The nets.
+    #[must_use]
+    pub fn nets(&self) -> Vec<Signal> {
+        match self {
+            Self::Hybrid(wiring) => wiring.nets(),
+            Self::Conventional(wiring) => wiring.nets(),
+        }
+    }
+}
+
+/// Something to do with a scene's loop, whatever its wiring and its world are.
+pub trait Visit<'s> {
+    /// What comes of it.
+    type Out;
+    /// Does it. The wiring stands as after reset, the world at edge 0; `input` holds the constant words.
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
+}
+
+/// A scene made ready.
+pub trait Rig {
+    /// The scene's name.
+    fn name(&self) -> &str;
+    /// The FPGA's clock.
+    fn clock(&self) -> Clock;
+    /// Clock edges of the whole run.
+    fn edges(&self) -> u64;
+    /// What a recording shows beside the nets.
+    fn record(&self) -> Record;
+    /// The wiring, as it stands before reset.
+    fn wiring(&self) -> &TheLoop;
+    /// The continuous outputs of the world.
+    fn reals(&self) -> &'static [Real];
+    /// Whether there is a device, and not a recording in its place.
+    fn has_device(&self) -> bool;
+    /// Does something with the wiring and the world.
+    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
+    /// What became of the motion, from the trace of a complete run.
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
+
+    /// Edges between rows of the trace.
+    fn stride(&self) -> u64 {
+        self.clock().edges(1.0 / self.record().plant_rate_hz).max(1)
+    }
+
+    /// An empty trace of the plant and of the nets with these names.
+    fn trace(&self, nets: &[&str]) -> Trace {
+        let all = self.wiring().nets();
+        let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
+        Trace::new(self.clock(), self.stride(), self.reals().len(), picks)
+    }
+
+    /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
+    fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
+        let run = Run { driver, end: self.edges(), stride: self.stride(), observer: Both(trace, observer), control };
+        let (mut summary, over) = self.visit(run);
+        summary.motion_s = self.clock().seconds(Cycle(summary.edges));
+        summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
+        if summary.complete && self.has_device() {
+            summary.verdict = Some(self.judge(trace, summary.aborted));
+        }
+        summary
+    }
+
+    /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
+    fn compare(&self, edges: u64) -> Comparison {
+        self.visit(Compare(edges))
+    }
+}
+
+struct Both<'a, O>(&'a mut Trace, &'a mut O);
+
+impl<O: Observe> Observe for Both<'_, O> {
+    #[inline]
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.0.nets(cycle, words);
+        self.1.nets(cycle, words);
+    }
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.0.reals(cycle, values);
+        self.1.reals(cycle, values);
+    }
+}
+
+struct Compare(u64);
+
+impl<'s> Visit<'s> for Compare {
+    type Out = Comparison;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Comparison
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        compare(wiring.clone(), world, input, self.0)
+    }
+}
+
+struct Run<'a, O> {
+    driver: Driver,
+    end: u64,
+    stride: u64,
+    observer: Both<'a, O>,
+    control: &'a Control,
+}
+
+impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
+    type Out = (Summary, Option<&'static str>);
+    fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let start = Instant::now();
+        let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
+        let complete = run.run(self.driver, self.end, &mut self.observer, self.control);
+        let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
+        let summary = Summary {
+            verdict: None,
+            aborted: None,
+            complete,
+            edges: run.edge(),
+            motion_s: 0.0,
+            wall_s: start.elapsed().as_secs_f64(),
+            ticks: run.ticks(),
+            encoder_edges: run.world.encoder_edges(),
+            output_changes: run.output_changes(),
+            mode_changes: run.world.mode_changes(),
+            energy: run.world.audit(),
+            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
+        };
+        (summary, run.world.over())
+    }
+}
