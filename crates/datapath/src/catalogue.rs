@@ -2,13 +2,13 @@
 
 use crate::{
     AnyBlock, ConventionalLoop, Displacement, HybridLoop, PositionCounter, Pwm, QuadratureDecoder, Saturator,
-    Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold,
+    Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold, phantom,
 };
 
 /// Every block and wiring in its default configuration.
 #[must_use]
 pub fn registry() -> Vec<Box<dyn AnyBlock>> {
-    vec![
+    let mut all: Vec<Box<dyn AnyBlock>> = vec![
         Box::new(Synchronizer::default()),
         Box::new(QuadratureDecoder::default()),
         Box::new(PositionCounter::default()),
@@ -22,7 +22,9 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(Pwm::default()),
         Box::new(HybridLoop::default()),
         Box::new(ConventionalLoop::default()),
-    ]
+    ];
+    all.extend(phantom::registry());
+    all
 }
 
 /// The block of that name in its default configuration.

@@ -7,6 +7,11 @@ pub(crate) struct Countdown {
 }
 
 impl Countdown {
+    /// A countdown whose first sample edge comes after that many others.
+    pub(crate) fn after(edges: u32) -> Self {
+        Self { left: edges.into() }
+    }
+
     /// Edges that certainly come before the next sample edge.
     #[inline]
     pub(crate) fn left(&self) -> u64 {

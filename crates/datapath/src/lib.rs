@@ -14,6 +14,7 @@ mod wiring;
 pub mod conventional_loop;
 pub mod displacement;
 pub mod hybrid_loop;
+pub mod phantom;
 pub mod position_counter;
 pub mod pwm;
 pub mod quadrature_decoder;

@@ -119,7 +119,7 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
 }
 
 /// An instance whose ports, inputs first, are connected to these nets.
-fn instance<B: Block + Clone + 'static>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
+pub(crate) fn instance<B: Block + Clone + 'static>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
     let mut ports = flatten(&block.inputs());
     ports.extend(flatten(&block.outputs()));
     debug_assert_eq!(ports.len(), nets.len());

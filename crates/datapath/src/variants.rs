@@ -5,7 +5,7 @@ use hpu_signal::{Format, Overflow};
 use crate::{
     AnyBlock, ConfigError, ConventionalLoop, Displacement, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
     QuadratureDecoder, Saturator, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig, VelocityRegister,
-    ZeroOrderHold, registry,
+    ZeroOrderHold, phantom, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -55,6 +55,7 @@ fn others() -> Result<Variants, ConfigError> {
         all.push((label, Box::new(HybridLoop::new(config)?)));
         all.push((label, Box::new(ConventionalLoop::new(config)?)));
     }
+    all.extend(phantom::others()?);
     Ok(all)
 }
 

@@ -48,6 +48,16 @@ macro_rules! ports {
         #[allow(missing_docs, reason = "each port is documented by the signal that describes it")]
         pub struct $name<T> { $(pub $port: T),* }
 
+        impl<T> $name<T> {
+            /// The bundle of what `change` makes of each port, in order.
+            #[allow(dead_code, reason = "not every bundle is changed port by port")]
+            #[inline]
+            #[must_use]
+            pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> $name<U> {
+                $name { $($port: change(self.$port)),* }
+            }
+        }
+
         impl<T> $crate::Ports<T> for $name<T> {
             #[inline]
             fn build(mut next: impl FnMut() -> T) -> Self {

@@ -1,0 +1,127 @@
+//! Three commands, taken together once a sample period, a fixed number of edges after the samples they come of.
+//!
+//! - **Equation**: `q_i(t) = d_i(kT + DELAY)` for `kT + DELAY <= t < (k+1)T + DELAY`, in edges.
+//! - **Ports**: `d1` `d2` `d3` (1,WIDTH-1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q1` `q2` `q3`
+//!   (1,WIDTH-1,0) out.
+//! - **Latency**: 1 edge after a capture, up to `period`.
+//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts down.
+//!   Released from reset together with a `sample_register` of the same period, it captures `DELAY` edges after each
+//!   sample edge; a new period takes effect at the next capture, and with a period above `DELAY` both stay in step.
+//! - **Reset**: `q` 0, countdown `DELAY`. **Overflow**: none.
+//! - **VHDL twin**: `hdl/command_register.vhd`.
+//! - **Source**: the sampled loop of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Signal};
+
+use super::words::natural;
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::Countdown;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the register.
+    pub struct In { d1, d2, d3, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the register.
+    pub struct Out { q1, q2, q3 }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CommandRegister {
+    command: Format,
+    period: Format,
+    delay: u32,
+    countdown: Countdown,
+    out: Out<i64>,
+}
+
+impl CommandRegister {
+    /// A register of commands of `width` bits, with a period of `period_width` bits, `delay` edges behind the samples.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62, `period_width` 2 to 30, and `delay` at most `2^16`.
+    pub fn new(width: u32, period_width: u32, delay: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        within(Self::NAME, "DELAY", delay, 0..=1 << 16)?;
+        Ok(Self {
+            command: Format::signed(width),
+            period: Format::unsigned(period_width),
+            delay,
+            countdown: Countdown::after(delay),
+            out: Out { q1: 0, q2: 0, q3: 0 },
+        })
+    }
+}
+
+impl Default for CommandRegister {
+    fn default() -> Self {
+        Self::new(16, 24, 8).expect("the data sheet's default")
+    }
+}
+
+impl Block for CommandRegister {
+    const NAME: &'static str = "command_register";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
+        In {
+            d1: command("d1", "Command of motor 1 to be taken"),
+            d2: command("d2", "Command of motor 2 to be taken"),
+            d3: command("d3", "Command of motor 3 to be taken"),
+            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
+        Out {
+            q1: command("q1", "Command of motor 1 of the latest capture"),
+            q2: command("q2", "Command of motor 2 of the latest capture"),
+            q3: command("q3", "Command of motor 3 of the latest capture"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            natural("WIDTH", self.command.width()),
+            natural("PERIOD_WIDTH", self.period.width()),
+            natural("DELAY", self.delay),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::after(self.delay);
+        self.out = Out { q1: 0, q2: 0, q3: 0 };
+        self.out
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        let In { d1, d2, d3, period } = input;
+        if self.countdown.tick(period) {
+            self.out = Out { q1: d1, q2: d2, q3: d3 };
+        }
+        self.out
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let In { d1, d2, d3, .. } = *input;
+        if self.out == (Out { q1: d1, q2: d2, q3: d3 }) { u64::MAX } else { self.countdown.left() }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.countdown.skip(edges, input.period);
+    }
+}

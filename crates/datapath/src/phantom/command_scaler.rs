@@ -1,0 +1,119 @@
+//! Joint torque to motor command, and none while a joint is where its sines are not known.
+//!
+//! - **Equation**: `command = saturate(round(torque GAIN / 2^GAIN_FRAC))` to a whole DAC count, nearest, ties up, if all
+//!   of `valid1` `valid2` `valid3` are set; else 0.
+//! - **Ports**: `torque` (1,TORQUE_INT,TORQUE_FRAC) in N.m, `valid1` `valid2` `valid3` in; `command` (1,COMMAND_WIDTH-1,0)
+//!   in DAC counts out. `GAIN / 2^GAIN_FRAC` DAC counts per N.m.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: saturates. [`eval`](CommandScaler::eval) tells it.
+//! - **VHDL twin**: `hdl/command_scaler.vhd`.
+//! - **Source**: the output stage of Sevcik et al. 2009.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use super::words::{accept, exact, natural, parts};
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the scaler.
+    pub struct In { torque, valid1, valid2, valid3 }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the scaler.
+    pub struct Out { command }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CommandScaler {
+    torque: Format,
+    gain: u32,
+    gain_frac: u32,
+    narrowing: Narrowing,
+}
+
+impl CommandScaler {
+    /// A scaler of torques by `gain / 2^gain_frac` into commands of `command_width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless the torque is signed, of 2 to 40 bits with 0 to 30 fraction bits, the gain a positive VHDL `natural` with
+    /// at most 30 fraction bits, and `command_width` is 2 to 31.
+    pub fn new(torque: Format, gain: u32, gain_frac: u32, command_width: u32) -> Result<Self, ConfigError> {
+        accept(Self::NAME, "TORQUE", torque, true)?;
+        within(Self::NAME, "GAIN", gain, 1..=NATURAL)?;
+        within(Self::NAME, "GAIN_FRAC", gain_frac, 0..=30)?;
+        within(Self::NAME, "COMMAND_WIDTH", command_width, 2..=31)?;
+        let narrowing = Narrowing {
+            from_frac: torque.frac() + gain_frac.cast_signed(),
+            to: Format::signed(command_width),
+            rounding: Rounding::NearestUp,
+            overflow: Overflow::Saturate,
+        };
+        Ok(Self { torque, gain, gain_frac, narrowing })
+    }
+
+    /// The command, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
+        let valid = input.valid1 & input.valid2 & input.valid3 == 1;
+        let product = i128::from(input.torque) * i128::from(self.gain);
+        Out { command: if valid { self.narrowing.apply(product) } else { exact(0) } }
+    }
+}
+
+impl Default for CommandScaler {
+    fn default() -> Self {
+        let torque = Format::new(true, 3, 20).expect("24 bits");
+        Self::new(torque, 220_289, 3, 16).expect("the data sheet's default")
+    }
+}
+
+impl Block for CommandScaler {
+    const NAME: &'static str = "command_scaler";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            torque: Signal::new("torque", self.torque, "N.m", "Torque asked for"),
+            valid1: Signal::bit("valid1", "The sine of joint 1 is known"),
+            valid2: Signal::bit("valid2", "The sine of joint 2 is known"),
+            valid3: Signal::bit("valid3", "The sine of joint 3 is known"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { command: Signal::new("command", self.narrowing.to, "DAC count", "Command of the motor") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = parts("TORQUE_INT", "TORQUE_FRAC", self.torque).to_vec();
+        all.push(natural("GAIN", self.gain));
+        all.push(natural("GAIN_FRAC", self.gain_frac));
+        all.push(natural("COMMAND_WIDTH", self.narrowing.to.width()));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        Out { command: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input).map(|port| port.word)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

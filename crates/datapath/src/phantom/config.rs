@@ -1,0 +1,172 @@
+//! The geometry and the words of a PHANToM, shared by its blocks and wirings.
+
+use hpu_signal::Format;
+
+use super::words::{natural, parts};
+use crate::Generic;
+
+/// The formats along the path from an angle to a torque.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PhantomFormats {
+    /// Sines and cosines.
+    pub trig: Format,
+    /// Fraction bits of the lengths, in metres.
+    pub length_frac: u32,
+    /// Positions of the tip and of the walls, in metres.
+    pub position: Format,
+    /// Stiffness of the walls, in N/m.
+    pub stiffness: Format,
+    /// Forces on the tip, in newtons.
+    pub force: Format,
+    /// Torques about the joints, in N.m.
+    pub torque: Format,
+}
+
+/// The angle of one count as an exact fraction of a turn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Turn {
+    /// Numerator.
+    pub num: u32,
+    /// Denominator.
+    pub den: u32,
+}
+
+/// A PHANToM and the datapath that drives it; the default is the Premium 1.0.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PhantomConfig {
+    /// Width of the position counters.
+    pub position_width: u32,
+    /// Width of the sample period.
+    pub period_width: u32,
+    /// Width of the counts that the tables of sines hold.
+    pub depth_width: u32,
+    /// Angle of one count of each joint.
+    pub turns: [Turn; 3],
+    /// The words along the path.
+    pub formats: PhantomFormats,
+    /// Lengths of the upper arm and the forearm, `length / 2^length_frac` metres.
+    pub lengths: [u32; 2],
+    /// Greatest force, a word of its format.
+    pub force_limit: u32,
+    /// Command per torque of each joint, `gain / 2^gain_frac` DAC counts per N.m.
+    pub gains: [u32; 3],
+    /// Fraction bits of the gains.
+    pub gain_frac: u32,
+    /// Width of the commands.
+    pub command_width: u32,
+    /// Edges from a sample to the capture of what has become of it: in `phantom_loop` by the commands' register, in
+    /// `phantom_shared_loop` by the engine.
+    pub delay: u32,
+}
+
+impl Default for PhantomFormats {
+    fn default() -> Self {
+        Self {
+            trig: format(true, 9, 22),
+            length_frac: 24,
+            position: format(true, 0, 24),
+            stiffness: format(false, 16, 2),
+            force: format(true, 4, 16),
+            torque: format(true, 3, 20),
+        }
+    }
+}
+
+impl Default for PhantomConfig {
+    fn default() -> Self {
+        let joint = Turn { num: 1, den: 28_000 };
+        Self {
+            position_width: 16,
+            period_width: 24,
+            depth_width: 13,
+            turns: [Turn { num: 3, den: 92_000 }, joint, joint],
+            formats: PhantomFormats::default(),
+            lengths: [2_348_810; 2],
+            force_limit: 557_056,
+            gains: [201_134, 220_289, 220_289],
+            gain_frac: 3,
+            command_width: 16,
+            delay: 8,
+        }
+    }
+}
+
+impl PhantomConfig {
+    /// The Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the motors
+    /// and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
+    #[must_use]
+    pub fn premium_1_5() -> Self {
+        let joint = Turn { num: 5, den: 229_376 };
+        Self {
+            turns: [Turn { num: 5, den: 272_384 }, joint, joint],
+            lengths: [3_607_101, 2_852_127],
+            gains: [115_942, 137_681, 137_681],
+            ..Self::default()
+        }
+    }
+
+    /// The Premium 1.0 with (1,9,22) everywhere, and (0,9,22) for the stiffness.
+    #[must_use]
+    pub fn plain_q22() -> Self {
+        let word = format(true, 9, 22);
+        let formats = PhantomFormats {
+            trig: word,
+            length_frac: 22,
+            position: word,
+            stiffness: format(false, 9, 22),
+            force: word,
+            torque: word,
+        };
+        Self { formats, lengths: [587_203; 2], force_limit: 35_651_584, ..Self::default() }
+    }
+
+    /// This configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as the sines
+    /// are there.
+    #[must_use]
+    pub fn shared(self) -> Self {
+        Self { delay: 2, ..self }
+    }
+
+    /// The VHDL generics of the loops, in the order of the entity.
+    pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let [turn_1, turn_2, turn_3] = self.turns;
+        let mut all = vec![
+            natural("POSITION_WIDTH", self.position_width),
+            natural("PERIOD_WIDTH", self.period_width),
+            natural("DEPTH_WIDTH", self.depth_width),
+            natural("TURN_NUM_1", turn_1.num),
+            natural("TURN_DEN_1", turn_1.den),
+            natural("TURN_NUM_2", turn_2.num),
+            natural("TURN_DEN_2", turn_2.den),
+            natural("TURN_NUM_3", turn_3.num),
+            natural("TURN_DEN_3", turn_3.den),
+        ];
+        all.extend(self.path_generics());
+        all.push(natural("DELAY", self.delay));
+        all
+    }
+
+    /// The VHDL generics of the path from sines to commands.
+    pub(crate) fn path_generics(&self) -> Vec<(&'static str, Generic)> {
+        let PhantomFormats { trig, length_frac, position, stiffness, force, torque } = self.formats;
+        let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();
+        all.push(natural("LENGTH_FRAC", length_frac));
+        all.push(natural("LENGTH_1", self.lengths[0]));
+        all.push(natural("LENGTH_2", self.lengths[1]));
+        all.extend(parts("POSITION_INT", "POSITION_FRAC", position));
+        all.extend(parts("STIFFNESS_INT", "STIFFNESS_FRAC", stiffness));
+        all.extend(parts("FORCE_INT", "FORCE_FRAC", force));
+        all.push(natural("FORCE_LIMIT", self.force_limit));
+        all.extend(parts("TORQUE_INT", "TORQUE_FRAC", torque));
+        all.push(natural("GAIN_1", self.gains[0]));
+        all.push(natural("GAIN_2", self.gains[1]));
+        all.push(natural("GAIN_3", self.gains[2]));
+        all.push(natural("GAIN_FRAC", self.gain_frac));
+        all.push(natural("COMMAND_WIDTH", self.command_width));
+        all
+    }
+}
+
+fn format(signed: bool, int: i32, frac: i32) -> Format {
+    Format::new(signed, int, frac).expect("a constant")
+}

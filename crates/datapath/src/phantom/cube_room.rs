@@ -1,0 +1,165 @@
+//! Three pairs of walls, each of which can be taken out: a spring beyond each, with a greatest force.
+//!
+//! - **Equation**: for each axis, `depth = x - x_high` if `x > x_high`, else `x - x_low` if `x < x_low`, else 0, exact in
+//!   one bit more than a position; `force = clamp(round(-stiffness depth))` to `FORCE_FRAC` bits, nearest, ties up, and
+//!   to `-FORCE_LIMIT..=FORCE_LIMIT`. Without its pair, an axis has neither force nor contact.
+//! - **Ports**: `x` `y` `z` `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC) in metres,
+//!   `room` (0,3,0): bits 0, 1, 2 put the pairs of x, y, z in, `stiffness` (0,STIFFNESS_INT,STIFFNESS_FRAC) in N/m, in;
+//!   `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC) in newtons on the tip, `contact` (0,3,0): bit per axis, set
+//!   beyond a wall, out.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: saturates at the limit. [`eval`](CubeRoom::eval) tells it as overflow.
+//! - **VHDL twin**: `hdl/cube_room.vhd`.
+//! - **Source**: the cube of Sevcik et al. 2009.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use super::PhantomFormats;
+use super::words::{accept, exact, natural, parts};
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the room.
+    pub struct In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the room.
+    pub struct Out { force_x, force_y, force_z, contact }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CubeRoom {
+    position: Format,
+    stiffness: Format,
+    force: Format,
+    limit: u32,
+    /// To the force's fraction bits, with more room than the clamp leaves.
+    rounding: Narrowing,
+}
+
+impl CubeRoom {
+    /// A room of these words; `formats` beyond those of the ports do not matter.
+    ///
+    /// # Errors
+    ///
+    /// Unless the words have 2 to 40 bits with 0 to 30 fraction bits, positions and forces signed and the stiffness
+    /// unsigned, and the limit is a positive VHDL `natural` and a word of the force's format.
+    pub fn new(formats: &PhantomFormats, limit: u32) -> Result<Self, ConfigError> {
+        let PhantomFormats { position, stiffness, force, .. } = *formats;
+        accept(Self::NAME, "POSITION", position, true)?;
+        accept(Self::NAME, "STIFFNESS", stiffness, false)?;
+        accept(Self::NAME, "FORCE", force, true)?;
+        let most = u32::try_from(force.max()).map_or(NATURAL, |most| most.min(NATURAL));
+        within(Self::NAME, "FORCE_LIMIT", limit, 1..=most)?;
+        let rounding = Narrowing {
+            from_frac: position.frac() + stiffness.frac(),
+            to: Format::new(true, 63 - force.frac(), force.frac()).expect("64 bits"),
+            rounding: Rounding::NearestUp,
+            overflow: Overflow::Saturate,
+        };
+        Ok(Self { position, stiffness, force, limit, rounding })
+    }
+
+    /// Force and contact, and what was lost to make them.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
+        let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
+        let force = |depth: i64| self.force(stiffness, depth);
+        let x = if room & 1 == 0 { 0 } else { depth(x, x_low, x_high) };
+        let y = if room & 2 == 0 { 0 } else { depth(y, y_low, y_high) };
+        let z = if room & 4 == 0 { 0 } else { depth(z, z_low, z_high) };
+        let contact = i64::from(x != 0) + 2 * i64::from(y != 0) + 4 * i64::from(z != 0);
+        Out { force_x: force(x), force_y: force(y), force_z: force(z), contact: exact(contact) }
+    }
+
+    /// The force of a wall on a tip that far beyond it.
+    #[inline]
+    fn force(&self, stiffness: i64, depth: i64) -> Narrowed {
+        let spring = self.rounding.apply(-i128::from(stiffness) * i128::from(depth));
+        let limit = i64::from(self.limit);
+        let word = spring.word.clamp(-limit, limit);
+        Narrowed { word, overflowed: spring.overflowed || word != spring.word, ..spring }
+    }
+}
+
+/// How far a coordinate is beyond one of two walls; the upper one counts first, should they be crossed.
+#[inline]
+fn depth(at: i64, low: i64, high: i64) -> i64 {
+    if at > high {
+        at - high
+    } else if at < low {
+        at - low
+    } else {
+        0
+    }
+}
+
+impl Default for CubeRoom {
+    fn default() -> Self {
+        Self::new(&PhantomFormats::default(), 557_056).expect("the data sheet's default")
+    }
+}
+
+impl Block for CubeRoom {
+    const NAME: &'static str = "cube_room";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = |name, doc| Signal::new(name, self.position, "m", doc);
+        In {
+            x: position("x", "Tip to the right of the origin"),
+            y: position("y", "Tip above the origin"),
+            z: position("z", "Tip before the origin"),
+            x_low: position("x_low", "Left wall"),
+            x_high: position("x_high", "Right wall"),
+            y_low: position("y_low", "Floor"),
+            y_high: position("y_high", "Ceiling"),
+            z_low: position("z_low", "Far wall"),
+            z_high: position("z_high", "Near wall"),
+            room: Signal::new("room", Format::unsigned(3), "1", "Pairs of walls that are there: bit 0 x, 1 y, 2 z"),
+            stiffness: Signal::new("stiffness", self.stiffness, "N/m", "Stiffness of the walls"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let force = |name, doc| Signal::new(name, self.force, "N", doc);
+        Out {
+            force_x: force("force_x", "Force on the tip to the right"),
+            force_y: force("force_y", "Force on the tip upwards"),
+            force_z: force("force_z", "Force on the tip towards the user"),
+            contact: Signal::new("contact", Format::unsigned(3), "1", "Beyond a wall: bit 0 x, 1 y, 2 z"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = parts("POSITION_INT", "POSITION_FRAC", self.position).to_vec();
+        all.extend(parts("STIFFNESS_INT", "STIFFNESS_FRAC", self.stiffness));
+        all.extend(parts("FORCE_INT", "FORCE_FRAC", self.force));
+        all.push(natural("FORCE_LIMIT", self.limit));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        Out { force_x: 0, force_y: 0, force_z: 0, contact: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input).map(|port| port.word)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

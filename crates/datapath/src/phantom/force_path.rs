@@ -1,0 +1,101 @@
+//! The combinational path of a PHANToM, from sines and cosines to commands.
+
+use hpu_signal::Narrowed;
+
+use super::{
+    CommandScaler, CubeRoom, PhantomConfig, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
+    phantom_torque,
+};
+use crate::ConfigError;
+
+hpu_signal::ports! {
+    /// What the path is made of: the outputs of three sources of sines, and the words of the scene.
+    pub struct In {
+        sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
+        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness,
+    }
+}
+
+hpu_signal::ports! {
+    /// What comes of it.
+    pub struct Out {
+        x, y, z, radius, force_x, force_y, force_z, contact, torque1, torque2, torque3, command1, command2, command3,
+    }
+}
+
+/// The combinational blocks by instance label.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct ForcePath {
+    pub(crate) forward: PhantomForward,
+    pub(crate) room_walls: CubeRoom,
+    pub(crate) jacobian: PhantomTorque,
+    pub(crate) scale: [CommandScaler; 3],
+}
+
+impl ForcePath {
+    pub(crate) fn new(config: &PhantomConfig) -> Result<Self, ConfigError> {
+        let PhantomConfig { formats, lengths, gains, gain_frac, command_width, .. } = *config;
+        let scaler = |gain| CommandScaler::new(formats.torque, gain, gain_frac, command_width);
+        Ok(Self {
+            forward: PhantomForward::new(&formats, lengths)?,
+            room_walls: CubeRoom::new(&formats, config.force_limit)?,
+            jacobian: PhantomTorque::new(&formats, lengths)?,
+            scale: [scaler(gains[0])?, scaler(gains[1])?, scaler(gains[2])?],
+        })
+    }
+
+    /// The position, the forces it meets, and the torques and commands that make them, each with what it has lost.
+    pub(crate) fn eval(&self, input: &In<i64>) -> Out<Narrowed> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *input;
+        let In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *input;
+        let posture = phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 };
+        let phantom_forward::Out { x, y, z, radius } = self.forward.eval(posture);
+        let tip = cube_room::In {
+            x: x.word,
+            y: y.word,
+            z: z.word,
+            x_low,
+            x_high,
+            y_low,
+            y_high,
+            z_low,
+            z_high,
+            room,
+            stiffness,
+        };
+        let cube_room::Out { force_x, force_y, force_z, contact } = self.room_walls.eval(tip);
+        let pushed = phantom_torque::In {
+            sine1,
+            cosine1,
+            sine2,
+            cosine2,
+            sine3,
+            cosine3,
+            x: x.word,
+            z: z.word,
+            force_x: force_x.word,
+            force_y: force_y.word,
+            force_z: force_z.word,
+        };
+        let phantom_torque::Out { torque1, torque2, torque3 } = self.jacobian.eval(pushed);
+        let command = |joint: usize, torque: Narrowed| {
+            self.scale[joint].eval(command_scaler::In { torque: torque.word, valid1, valid2, valid3 }).command
+        };
+        Out {
+            x,
+            y,
+            z,
+            radius,
+            force_x,
+            force_y,
+            force_z,
+            contact,
+            torque1,
+            torque2,
+            torque3,
+            command1: command(0, torque1),
+            command2: command(1, torque2),
+            command3: command(2, torque3),
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! A three-joint PHANToM, from the counts of its encoders to the commands of its motors (Sevcik, Kopp, O'Malley et al.
+//! 2009): four sources of sine and cosine, the kinematics, a room of walls, the transposed Jacobian, and the wirings.
+//!
+//! Joint 1 turns about the vertical, joints 2 and 3 lift the upper arm and the forearm, both measured from the horizontal
+//! and the vertical; at counts of 0 the tip is at the origin, x to the right, y up, z towards the user. Every narrowing is
+//! to the nearest, ties up, and wraps unless a block says otherwise.
+
+mod config;
+mod force_path;
+mod phase;
+mod trig;
+mod variants;
+mod words;
+
+pub mod command_register;
+pub mod command_scaler;
+pub mod cube_room;
+pub mod phantom_engine;
+pub mod phantom_forward;
+pub mod phantom_torque;
+pub mod sample_register;
+pub mod trig_cordic;
+pub mod trig_interpolated;
+pub mod trig_quarter;
+pub mod trig_table;
+
+pub(crate) use variants::{others, registry};
+
+pub use command_register::CommandRegister;
+pub use command_scaler::CommandScaler;
+pub use config::{PhantomConfig, PhantomFormats, Turn};
+pub use cube_room::CubeRoom;
+pub use phantom_engine::PhantomEngine;
+pub use phantom_forward::PhantomForward;
+pub use phantom_torque::PhantomTorque;
+pub use phase::Phase;
+pub use sample_register::SampleRegister;
+pub use trig::{Trig, TrigIn, TrigOut, Wave};
+pub use trig_cordic::TrigCordic;
+pub use trig_interpolated::TrigInterpolated;
+pub use trig_quarter::TrigQuarter;
+pub use trig_table::TrigTable;

@@ -1,0 +1,242 @@
+//! Kinematics, room, Jacobian and scaling by one multiplier, one product an edge.
+//!
+//! - **Equation**: word for word that of `phantom_forward`, `cube_room`, `phantom_torque` and one `command_scaler` a joint,
+//!   of the inputs as the computation has captured them.
+//! - **Ports**: `sine1` `cosine1` `sine2` `cosine2` `sine3` `cosine3` (1,TRIG_INT,TRIG_FRAC), `valid1` `valid2` `valid3`,
+//!   `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC), `room` (0,3,0), `stiffness`
+//!   (0,STIFFNESS_INT,STIFFNESS_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `x` `y` `z` `radius`,
+//!   `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC), `contact` (0,3,0), `torque1` `torque2` `torque3`
+//!   (1,TORQUE_INT,TORQUE_FRAC), `command1` `command2` `command3` (1,COMMAND_WIDTH-1,0) out.
+//! - **Latency**: 32 edges from the capture to the outputs, which change all at once.
+//! - **Edge**: with the countdown at 0, the inputs are captured, the computation starts (a running one is given up, even
+//!   on its last edge: periods up to 32 never show a result), and the countdown restarts at `max(period,1) - 1`; else it
+//!   counts down and the computation goes on.
+//! - **Reset**: outputs 0, nothing running, countdown `DELAY`, so that it captures `DELAY` edges after the samples of a
+//!   `sample_register` with the same period.
+//! - **Overflow**: as in the blocks it replaces.
+//! - **VHDL twin**: `hdl/phantom_engine.vhd`.
+//! - **Source**: a shared datapath as a smaller FPGA would need for Sevcik et al. 2009.
+//! - **Differs from the hardware**: computes at the capture and holds the words back; nobody can tell.
+
+use hpu_signal::{Format, Narrowed, Ports, Signal};
+
+use super::PhantomConfig;
+use super::force_path::{self, ForcePath};
+use super::words::{exact, natural};
+use crate::config::{COUNTER, within};
+use crate::countdown::{Countdown, edges};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the engine.
+    pub struct In {
+        sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
+        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+    }
+}
+
+pub use super::force_path::Out;
+
+/// Edges from the capture of the inputs to the outputs.
+pub const LATENCY: u64 = 32;
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PhantomEngine {
+    config: PhantomConfig,
+    path: ForcePath,
+    countdown: Countdown,
+    /// What the latest computation has captured, and what it will put out or has put out; none since reset.
+    captured: Option<force_path::In<i64>>,
+    next: Out<Narrowed>,
+    /// Edges until the computation is done; 0 when none is running.
+    left: u64,
+    out: Out<Narrowed>,
+}
+
+impl PhantomEngine {
+    /// An engine for that PHANToM, `config.delay` edges behind the samples.
+    ///
+    /// # Errors
+    ///
+    /// When one of the blocks that it replaces refuses its words, and unless the period has 2 to 30 bits and the delay is
+    /// at most `2^16`.
+    pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
+        within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
+        within(Self::NAME, "DELAY", config.delay, 0..=1 << 16)?;
+        let zero = Out::build(|| exact(0));
+        Ok(Self {
+            config,
+            path: ForcePath::new(&config)?,
+            countdown: Countdown::after(config.delay),
+            captured: None,
+            next: zero,
+            left: 0,
+            out: zero,
+        })
+    }
+
+    /// The outputs, each with what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> &Out<Narrowed> {
+        &self.out
+    }
+
+    /// The blocks that it replaces.
+    pub(crate) fn path(&self) -> &ForcePath {
+        &self.path
+    }
+}
+
+impl In<i64> {
+    /// What a computation captures.
+    #[inline]
+    fn captured(&self) -> force_path::In<i64> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *self;
+        let In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *self;
+        force_path::In {
+            sine1,
+            cosine1,
+            sine2,
+            cosine2,
+            sine3,
+            cosine3,
+            valid1,
+            valid2,
+            valid3,
+            x_low,
+            x_high,
+            y_low,
+            y_high,
+            z_low,
+            z_high,
+            room,
+            stiffness,
+        }
+    }
+}
+
+impl Default for PhantomEngine {
+    fn default() -> Self {
+        Self::new(PhantomConfig::default().shared()).expect("the data sheet's default")
+    }
+}
+
+impl Block for PhantomEngine {
+    const NAME: &'static str = "phantom_engine";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let path = &self.path;
+        let super::phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 } = path.forward.inputs();
+        let super::command_scaler::In { valid1, valid2, valid3, .. } = path.scale[0].inputs();
+        let super::cube_room::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } =
+            path.room_walls.inputs();
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            sine1,
+            cosine1,
+            sine2,
+            cosine2,
+            sine3,
+            cosine3,
+            valid1,
+            valid2,
+            valid3,
+            x_low,
+            x_high,
+            y_low,
+            y_high,
+            z_low,
+            z_high,
+            room,
+            stiffness,
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let path = &self.path;
+        let super::phantom_forward::Out { x, y, z, radius } = path.forward.outputs();
+        let super::cube_room::Out { force_x, force_y, force_z, contact } = path.room_walls.outputs();
+        let super::phantom_torque::Out { torque1, torque2, torque3 } = path.jacobian.outputs();
+        let command = |joint: usize, name, doc| Signal { name, doc, ..path.scale[joint].outputs().command };
+        Out {
+            x,
+            y,
+            z,
+            radius,
+            force_x,
+            force_y,
+            force_z,
+            contact,
+            torque1,
+            torque2,
+            torque3,
+            command1: command(0, "command1", "Command of motor 1"),
+            command2: command(1, "command2", "Command of motor 2"),
+            command3: command(2, "command3", "Command of motor 3"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = vec![natural("PERIOD_WIDTH", self.config.period_width), natural("DELAY", self.config.delay)];
+        all.extend(self.config.path_generics());
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::after(self.config.delay);
+        self.captured = None;
+        self.next = Out::build(|| exact(0));
+        self.left = 0;
+        self.out = self.next;
+        Out::build(|| 0)
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            let captured = input.captured();
+            if self.captured != Some(captured) {
+                self.next = self.path.eval(&captured);
+                self.captured = Some(captured);
+            }
+            self.left = LATENCY;
+        } else if self.left > 0 {
+            self.left -= 1;
+            if self.left == 0 {
+                self.out = self.next;
+            }
+        }
+        self.out.map(|port| port.word)
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let start = self.countdown.left();
+        let changes = self.next != self.out;
+        if changes && self.left > 0 && self.left <= start {
+            return self.left - 1;
+        }
+        if self.captured != Some(input.captured()) {
+            return start;
+        }
+        // Every computation from the next one on captures the same.
+        if changes && edges(input.period) > LATENCY { start + LATENCY } else { u64::MAX }
+    }
+
+    #[inline]
+    fn skip(&mut self, count: u64, input: &In<i64>) {
+        debug_assert!(count <= self.quiet(input));
+        self.left = if self.countdown.skip(count, input.period) {
+            let since_start = edges(input.period) - 1 - self.countdown.left();
+            LATENCY.saturating_sub(since_start)
+        } else {
+            self.left.saturating_sub(count)
+        };
+    }
+}

@@ -1,0 +1,139 @@
+//! Forward kinematics: where the tip is.
+//!
+//! - **Equation**: `radius = L1 cos(q2) + L2 sin(q3)`, `x = sin(q1) radius`, `y = L2 - L2 cos(q3) + L1 sin(q2)`,
+//!   `z = cos(q1) radius - L1`; `x` and `z` are made of the narrowed `radius`. `L1 = LENGTH_1 / 2^LENGTH_FRAC` metres,
+//!   likewise `L2`. Every sum of products is exact and narrowed once, to the nearest, ties up.
+//! - **Ports**: `sine1` `cosine1` `sine2` `cosine2` `sine3` `cosine3` (1,TRIG_INT,TRIG_FRAC) in; `x` `y` `z` `radius`
+//!   (1,POSITION_INT,POSITION_FRAC), in metres, out.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: wraps. [`eval`](PhantomForward::eval) tells what was lost; the loss of `radius` is told of `radius`
+//!   alone.
+//! - **VHDL twin**: `hdl/phantom_forward.vhd`.
+//! - **Source**: the kinematics of Çavuşoğlu et al. 2002, as used by Sevcik et al. 2009.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Narrowed, Signal};
+
+use super::PhantomFormats;
+use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the kinematics.
+    pub struct In { sine1, cosine1, sine2, cosine2, sine3, cosine3 }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the kinematics.
+    pub struct Out { x, y, z, radius }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PhantomForward {
+    trig: Format,
+    length_frac: i32,
+    lengths: [i128; 2],
+    position: Format,
+}
+
+impl PhantomForward {
+    /// The kinematics of these words; `formats` beyond those of the ports do not matter.
+    ///
+    /// # Errors
+    ///
+    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction bits
+    /// at least), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
+    pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
+        let PhantomFormats { trig, length_frac, position, .. } = *formats;
+        accept_trig(Self::NAME, trig)?;
+        accept(Self::NAME, "POSITION", position, true)?;
+        within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
+        within(Self::NAME, "LENGTH_1", lengths[0], 1..=NATURAL)?;
+        within(Self::NAME, "LENGTH_2", lengths[1], 1..=NATURAL)?;
+        Ok(Self { trig, length_frac: length_frac.cast_signed(), lengths: lengths.map(i128::from), position })
+    }
+
+    /// The position, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3 } = input.map(i128::from);
+        let ([upper, fore], length_frac) = (self.lengths, self.length_frac);
+        let (trig_frac, position) = (self.trig.frac(), self.position);
+
+        let frac = length_frac + trig_frac;
+        let radius = nearest(frac, position).apply(upper * cosine2 + fore * sine3);
+        let (rise, rise_frac) = aligned_sum((fore, length_frac), (upper * sine2 - fore * cosine3, frac));
+        let y = nearest(rise_frac, position).apply(rise);
+
+        let (reach, frac) = (i128::from(radius.word), position.frac() + trig_frac);
+        let x = nearest(frac, position).apply(sine1 * reach);
+        let (depth, depth_frac) = aligned_sum((-upper, length_frac), (cosine1 * reach, frac));
+        let z = nearest(depth_frac, position).apply(depth);
+        Out { x, y, z, radius }
+    }
+}
+
+impl Default for PhantomForward {
+    fn default() -> Self {
+        Self::new(&PhantomFormats::default(), [2_348_810; 2]).expect("the data sheet's default")
+    }
+}
+
+impl Block for PhantomForward {
+    const NAME: &'static str = "phantom_forward";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let trig = |name, doc| Signal::new(name, self.trig, "1", doc);
+        In {
+            sine1: trig("sine1", "Sine of joint 1"),
+            cosine1: trig("cosine1", "Cosine of joint 1"),
+            sine2: trig("sine2", "Sine of joint 2"),
+            cosine2: trig("cosine2", "Cosine of joint 2"),
+            sine3: trig("sine3", "Sine of joint 3"),
+            cosine3: trig("cosine3", "Cosine of joint 3"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let position = |name, doc| Signal::new(name, self.position, "m", doc);
+        Out {
+            x: position("x", "Tip to the right of the origin"),
+            y: position("y", "Tip above the origin"),
+            z: position("z", "Tip before the origin"),
+            radius: position("radius", "Distance of the tip from the vertical axis of joint 1"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let length = |index: usize| u32::try_from(self.lengths[index]).expect("a natural");
+        let mut all = parts("TRIG_INT", "TRIG_FRAC", self.trig).to_vec();
+        all.push(natural("LENGTH_FRAC", self.length_frac.cast_unsigned()));
+        all.push(natural("LENGTH_1", length(0)));
+        all.push(natural("LENGTH_2", length(1)));
+        all.extend(parts("POSITION_INT", "POSITION_FRAC", self.position));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.tick(In { sine1: 0, cosine1: 0, sine2: 0, cosine2: 0, sine3: 0, cosine3: 0 })
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input).map(|port| port.word)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,156 @@
+//! Transposed Jacobian: the joint torques that put a force on the tip.
+//!
+//! - **Equation**: `radial = sin(q1) Fx + cos(q1) Fz`, `upper = cos(q2) Fy - sin(q2) radial`,
+//!   `fore = sin(q3) Fy + cos(q3) radial`, all narrowed to the force with one integer bit more; then
+//!   `torque1 = (z + L1) Fx - x Fz`, `torque2 = L1 upper`, `torque3 = L2 fore`. `L1 = LENGTH_1 / 2^LENGTH_FRAC` metres,
+//!   likewise `L2`. Every sum of products is exact and narrowed once, to the nearest, ties up.
+//! - **Ports**: `sine1` `cosine1` `sine2` `cosine2` `sine3` `cosine3` (1,TRIG_INT,TRIG_FRAC), `x` `z`
+//!   (1,POSITION_INT,POSITION_FRAC) in metres, `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC) in newtons, in;
+//!   `torque1` `torque2` `torque3` (1,TORQUE_INT,TORQUE_FRAC) in N.m out.
+//! - **Latency**: none, combinational. **Reset**: none.
+//! - **Overflow**: wraps. [`eval`](PhantomTorque::eval) tells what was lost on the way to each torque.
+//! - **VHDL twin**: `hdl/phantom_torque.vhd`.
+//! - **Source**: the Jacobian of those kinematics (Çavuşoğlu et al. 2002), as used by Sevcik et al. 2009.
+//! - **Differs from the hardware**: settles at once.
+
+use hpu_signal::{Format, Narrowed, Signal};
+
+use super::PhantomFormats;
+use super::words::{accept, accept_trig, after, aligned_sum, natural, nearest, parts};
+use crate::config::{NATURAL, within};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the Jacobian.
+    pub struct In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the Jacobian.
+    pub struct Out { torque1, torque2, torque3 }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PhantomTorque {
+    formats: PhantomFormats,
+    lengths: [u32; 2],
+    beam: Format,
+}
+
+impl PhantomTorque {
+    /// The Jacobian of these words.
+    ///
+    /// # Errors
+    ///
+    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction bits
+    /// at least; forces: 39 bits at most), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
+    pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
+        let PhantomFormats { trig, length_frac, position, force, torque, .. } = *formats;
+        accept_trig(Self::NAME, trig)?;
+        within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
+        within(Self::NAME, "LENGTH_1", lengths[0], 1..=NATURAL)?;
+        within(Self::NAME, "LENGTH_2", lengths[1], 1..=NATURAL)?;
+        accept(Self::NAME, "POSITION", position, true)?;
+        accept(Self::NAME, "FORCE", force, true)?;
+        within(Self::NAME, "FORCE's width", force.width(), 2..=39)?;
+        accept(Self::NAME, "TORQUE", torque, true)?;
+        let beam = Format::new(true, force.int() + 1, force.frac()).expect("at most 40 bits");
+        Ok(Self { formats: *formats, lengths, beam })
+    }
+
+    /// The torques, and what was lost to make them.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z } =
+            input.map(i128::from);
+        let PhantomFormats { trig, position, force, torque, .. } = self.formats;
+        let [upper_m, fore_m] = self.lengths.map(i128::from);
+        let length_frac = self.formats.length_frac.cast_signed();
+
+        let beam = nearest(trig.frac() + force.frac(), self.beam);
+        let radial = beam.apply(sine1 * force_x + cosine1 * force_z);
+        let along = i128::from(radial.word);
+        let upper = beam.apply(cosine2 * force_y - sine2 * along);
+        let fore = beam.apply(sine3 * force_y + cosine3 * along);
+
+        let (reach, reach_frac) = aligned_sum((z, position.frac()), (upper_m, length_frac));
+        let (aside, _) = aligned_sum((x, position.frac()), (0, reach_frac));
+        let torque1 = nearest(reach_frac + force.frac(), torque).apply(reach * force_x - aside * force_z);
+        let lever = nearest(length_frac + force.frac(), torque);
+        let torque2 = lever.apply(upper_m * i128::from(upper.word));
+        let torque3 = lever.apply(fore_m * i128::from(fore.word));
+        Out { torque1, torque2: after(torque2, [radial, upper]), torque3: after(torque3, [radial, fore]) }
+    }
+}
+
+impl Default for PhantomTorque {
+    fn default() -> Self {
+        Self::new(&PhantomFormats::default(), [2_348_810; 2]).expect("the data sheet's default")
+    }
+}
+
+impl Block for PhantomTorque {
+    const NAME: &'static str = "phantom_torque";
+    const CLOCKED: bool = false;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let PhantomFormats { trig, position, force, .. } = self.formats;
+        let trig = |name, doc| Signal::new(name, trig, "1", doc);
+        let force = |name, doc| Signal::new(name, force, "N", doc);
+        In {
+            sine1: trig("sine1", "Sine of joint 1"),
+            cosine1: trig("cosine1", "Cosine of joint 1"),
+            sine2: trig("sine2", "Sine of joint 2"),
+            cosine2: trig("cosine2", "Cosine of joint 2"),
+            sine3: trig("sine3", "Sine of joint 3"),
+            cosine3: trig("cosine3", "Cosine of joint 3"),
+            x: Signal::new("x", position, "m", "Tip to the right of the origin"),
+            z: Signal::new("z", position, "m", "Tip before the origin"),
+            force_x: force("force_x", "Force on the tip to the right"),
+            force_y: force("force_y", "Force on the tip upwards"),
+            force_z: force("force_z", "Force on the tip towards the user"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let torque = |name, doc| Signal::new(name, self.formats.torque, "N.m", doc);
+        Out {
+            torque1: torque("torque1", "Torque about joint 1"),
+            torque2: torque("torque2", "Torque about joint 2"),
+            torque3: torque("torque3", "Torque about joint 3"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let PhantomFormats { trig, length_frac, position, force, torque, .. } = self.formats;
+        let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();
+        all.push(natural("LENGTH_FRAC", length_frac));
+        all.push(natural("LENGTH_1", self.lengths[0]));
+        all.push(natural("LENGTH_2", self.lengths[1]));
+        all.extend(parts("POSITION_INT", "POSITION_FRAC", position));
+        all.extend(parts("FORCE_INT", "FORCE_FRAC", force));
+        all.extend(parts("TORQUE_INT", "TORQUE_FRAC", torque));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        Out { torque1: 0, torque2: 0, torque3: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.eval(input).map(|port| port.word)
+    }
+
+    #[inline]
+    fn quiet(&self, _: &In<i64>) -> u64 {
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, _: u64, _: &In<i64>) {}
+}

@@ -1,0 +1,111 @@
+//! Phases: angles as binary fractions of a turn, and the sines that tables are made of.
+
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use hpu_signal::{Format, Rounding};
+
+use super::Turn;
+use super::words::{accept_trig, natural, parts};
+use crate::config::{NATURAL, within};
+use crate::{ConfigError, Generic};
+
+/// A count's phase, in turns of `2^PHASE_WIDTH`, and the words on both sides of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Phase {
+    /// Width of the count.
+    pub count_width: u32,
+    /// Width of the phase.
+    pub width: u32,
+    /// Phase of one count: `2^width` times the fraction of a turn, to the nearest.
+    pub step: u32,
+    /// Format of sine and cosine.
+    pub trig: Format,
+}
+
+impl Default for Phase {
+    /// Joints 2 and 3 of the Premium 1.0.
+    fn default() -> Self {
+        let trig = Format::new(true, 9, 22).expect("32 bits");
+        Self { count_width: 16, width: 40, step: 39_268_273, trig }
+    }
+}
+
+impl Phase {
+    /// The same with the step of that turn.
+    ///
+    /// # Panics
+    ///
+    /// When the step is no VHDL `natural`.
+    #[must_use]
+    pub fn of(self, turn: Turn) -> Self {
+        let (num, den) = (u128::from(turn.num) * (1 << self.width), u128::from(turn.den));
+        let step = u32::try_from((2 * num + den) / (2 * den)).ok().filter(|step| *step <= NATURAL);
+        Self { step: step.expect("a fraction of a turn that is small enough"), ..self }
+    }
+
+    /// Refuses what no source of sines can have, or a phase of fewer than `least` bits.
+    pub(crate) fn accept(&self, block: &'static str, least: u32) -> Result<(), ConfigError> {
+        within(block, "COUNT_WIDTH", self.count_width, 4..=24)?;
+        within(block, "PHASE_WIDTH", self.width, least..=48)?;
+        within(block, "STEP", self.step, 0..=NATURAL)?;
+        accept_trig(block, self.trig)
+    }
+
+    /// The upper `width` bits of a count's phase.
+    #[inline]
+    pub(crate) fn upper(&self, count: i64, width: u32) -> i64 {
+        let phase = Format::unsigned(self.width).wrap(i128::from(count) * i128::from(self.step));
+        lower(Rounding::Truncate.shift(phase.into(), self.width - width), width)
+    }
+
+    /// The VHDL generics from `PHASE_WIDTH` on.
+    pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = vec![natural("PHASE_WIDTH", self.width), natural("STEP", self.step)];
+        all.extend(parts("TRIG_INT", "TRIG_FRAC", self.trig));
+        all
+    }
+}
+
+/// The lower `width` bits of a number.
+#[inline]
+pub(crate) fn lower(value: i128, width: u32) -> i64 {
+    Format::unsigned(width).wrap(value)
+}
+
+/// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest.
+///
+/// The angle is reduced to an eighth of a turn in integers, so that the float is within 4 ulp of the sine, that is
+/// `2^-51`: all but words within `2^(frac-51)` of a tie are certain, and the tests show that the shipped tables have none.
+pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
+    let (size, turn) = (4 * i128::from(num), i128::from(den));
+    let quadrant = (2 * size + turn).div_euclid(2 * turn);
+    let rest = FRAC_PI_2 * ((size - quadrant * turn) as f64 / den as f64);
+    let value = match quadrant.rem_euclid(4) {
+        0 => libm::sin(rest),
+        1 => libm::cos(rest),
+        2 => -libm::sin(rest),
+        _ => -libm::cos(rest),
+    };
+    libm::round(libm::scalbn(value, frac)) as i32
+}
+
+/// A quarter of a sine, from 0 to 1 inclusive in `2^width` steps.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Quarter {
+    words: Arc<[i32]>,
+}
+
+impl Quarter {
+    pub(crate) fn new(width: u32, frac: i32) -> Self {
+        let words = (0..=1i64 << width).map(|step| sine(step, 4 << width, frac)).collect();
+        Self { words }
+    }
+
+    /// The sine at a step.
+    #[inline]
+    pub(crate) fn at(&self, step: i64) -> i64 {
+        let index = usize::try_from(step).expect("a step of the first quarter");
+        self.words[index].into()
+    }
+}

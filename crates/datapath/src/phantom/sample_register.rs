@@ -1,0 +1,124 @@
+//! The counts of three joints, taken together once a sample period.
+//!
+//! - **Equation**: `count_i(t) = position_i(kT)` for `kT <= t < (k+1)T`, read as two's complement.
+//! - **Ports**: `position1` `position2` `position3` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in;
+//!   `count1` `count2` `count3` (1,WIDTH-1,0) out.
+//! - **Latency**: 1 edge after a sample edge, up to `period`.
+//! - **Edge**: with the countdown at 0, the counts are taken and the countdown restarts at `max(period,1) - 1`; else it
+//!   counts down.
+//! - **Reset**: counts and countdown 0, so that the first edge samples. **Overflow**: none.
+//! - **VHDL twin**: `hdl/sample_register.vhd`.
+//! - **Source**: the sampled loop of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Signal};
+
+use super::words::natural;
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::Countdown;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the register.
+    pub struct In { position1, position2, position3, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the register.
+    pub struct Out { count1, count2, count3 }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SampleRegister {
+    count: Format,
+    period: Format,
+    countdown: Countdown,
+    out: Out<i64>,
+}
+
+impl SampleRegister {
+    /// A register of counts of `width` bits, with a period of `period_width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62 and `period_width` 2 to 30.
+    pub fn new(width: u32, period_width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        Ok(Self {
+            count: Format::signed(width),
+            period: Format::unsigned(period_width),
+            countdown: Countdown::default(),
+            out: Out { count1: 0, count2: 0, count3: 0 },
+        })
+    }
+
+    /// The counts that a sample edge would load now.
+    #[inline]
+    fn sample(&self, input: &In<i64>) -> Out<i64> {
+        let In { position1, position2, position3, .. } = *input;
+        Out { count1: position1, count2: position2, count3: position3 }.map(|word| self.count.wrap(word.into()))
+    }
+}
+
+impl Default for SampleRegister {
+    fn default() -> Self {
+        Self::new(16, 24).expect("the data sheet's default")
+    }
+}
+
+impl Block for SampleRegister {
+    const NAME: &'static str = "sample_register";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = |name, doc| Signal::new(name, Format::unsigned(self.count.width()), "count", doc);
+        In {
+            position1: position("position1", "Position of joint 1, modulo its width"),
+            position2: position("position2", "Position of joint 2, modulo its width"),
+            position3: position("position3", "Position of joint 3, modulo its width"),
+            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let count = |name, doc| Signal::new(name, self.count, "count", doc);
+        Out {
+            count1: count("count1", "Position of joint 1 at the latest sample edge"),
+            count2: count("count2", "Position of joint 2 at the latest sample edge"),
+            count3: count("count3", "Position of joint 3 at the latest sample edge"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![natural("WIDTH", self.count.width()), natural("PERIOD_WIDTH", self.period.width())]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.out = Out { count1: 0, count2: 0, count3: 0 };
+        self.out
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.out = self.sample(&input);
+        }
+        self.out
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        if self.sample(input) == self.out { u64::MAX } else { self.countdown.left() }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.countdown.skip(edges, input.period);
+    }
+}

@@ -1,0 +1,97 @@
+//! What the four sources of sine and cosine have in common: a wave, registered at every edge.
+
+use hpu_signal::{Format, Signal};
+
+use crate::{Block, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of a source of sine and cosine.
+    pub struct TrigIn { count }
+}
+
+hpu_signal::ports! {
+    /// Outputs of a source of sine and cosine.
+    pub struct TrigOut { sine, cosine, valid }
+}
+
+/// Sine and cosine as a function of the count: what tells the four sources from each other.
+pub trait Wave: Clone + PartialEq {
+    /// See [`Block::NAME`].
+    const NAME: &'static str;
+    /// Format of the count.
+    fn count(&self) -> Format;
+    /// Format of sine and cosine.
+    fn word(&self) -> Format;
+    /// See [`Block::generics`].
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// Sine and cosine of a count, and whether they are known.
+    fn at(&self, count: i64) -> TrigOut<i64>;
+}
+
+/// A source of sine and cosine: latency 1 edge, the outputs registered at every edge; reset clears them all.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Trig<W> {
+    wave: W,
+    out: TrigOut<i64>,
+}
+
+/// The outputs after reset.
+const ZERO: TrigOut<i64> = TrigOut { sine: 0, cosine: 0, valid: 0 };
+
+impl<W: Wave> Trig<W> {
+    pub(crate) fn of(wave: W) -> Self {
+        Self { wave, out: ZERO }
+    }
+
+    /// Sine and cosine of a count: the outputs after an edge that has seen it.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, count: i64) -> TrigOut<i64> {
+        self.wave.at(count)
+    }
+}
+
+impl<W: Wave> Block for Trig<W> {
+    const NAME: &'static str = W::NAME;
+    const CLOCKED: bool = true;
+    type In<T> = TrigIn<T>;
+    type Out<T> = TrigOut<T>;
+
+    fn inputs(&self) -> TrigIn<Signal> {
+        TrigIn { count: Signal::new("count", self.wave.count(), "count", "Position of the joint") }
+    }
+
+    fn outputs(&self) -> TrigOut<Signal> {
+        let word = self.wave.word();
+        TrigOut {
+            sine: Signal::new("sine", word, "1", "Sine of the joint's angle"),
+            cosine: Signal::new("cosine", word, "1", "Cosine of the joint's angle"),
+            valid: Signal::bit("valid", "Sine and cosine are those of the count"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        self.wave.generics()
+    }
+
+    fn reset(&mut self) -> TrigOut<i64> {
+        self.out = ZERO;
+        ZERO
+    }
+
+    #[inline]
+    fn tick(&mut self, input: TrigIn<i64>) -> TrigOut<i64> {
+        self.out = self.wave.at(input.count);
+        self.out
+    }
+
+    #[inline]
+    fn quiet(&self, input: &TrigIn<i64>) -> u64 {
+        if self.wave.at(input.count) == self.out { u64::MAX } else { 0 }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &TrigIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+    }
+}

@@ -1,0 +1,114 @@
+//! Sine and cosine by CORDIC, all rotations between two edges: no table, no multiplier but that of the phase.
+//!
+//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `z` is its upper 30 bits, signed; half a turn is added
+//!   or taken where `z` is not in `-2^28..2^28`, and the result turned round. From `x = K`, `y = 0`, for
+//!   `i = 0 .. ITERATIONS-1`: `d = 1` if `z >= 0` else `-1`; `x, y, z = x - d floor(y/2^i), y + d floor(x/2^i),
+//!   z - d A(i)`, with `A(i) = round(2^30 atan(2^-i) / 2 pi)` and
+//!   `K = round(2^(TRIG_FRAC+GUARD) prod 1/sqrt(1+2^-2i))`. `sine` and `cosine` are `y` and `x` without their lower
+//!   `GUARD` bits, to the nearest, ties up.
+//! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
+//! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
+//! - **Overflow**: none, `x` and `y` stay within `TRIG_FRAC+GUARD+3` bits.
+//! - **VHDL twin**: `hdl/trig_cordic.vhd`.
+//! - **Source**: Volder 1959; an alternative to the tables of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use hpu_signal::Format;
+
+use super::phase::Phase;
+use super::trig::{Trig, TrigOut, Wave};
+use super::words::{natural, nearest};
+use crate::config::within;
+use crate::{ConfigError, Generic};
+
+/// See the [module](self).
+pub type TrigCordic = Trig<Rotations>;
+
+/// The rotations.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Rotations {
+    phase: Phase,
+    guard: u32,
+    /// `K`: the length that the rotations stretch to 1.
+    start: i64,
+    /// `A(i)`: the angle of each rotation, in turns of `2^30`.
+    angles: Arc<[i64]>,
+}
+
+/// A quarter of a turn of `2^30`.
+const QUARTER: i64 = 1 << 28;
+
+impl TrigCordic {
+    /// That many rotations with `guard` more fraction bits than the result.
+    ///
+    /// # Errors
+    ///
+    /// Unless there are 4 to 28 rotations, `guard` is 0 to 8, the sines' fraction bits 4 to 28 with `guard`, counts have
+    /// 4 to 24 bits, the phase 31 to 48, and the step is a VHDL `natural`.
+    pub fn new(phase: Phase, iterations: u32, guard: u32) -> Result<Self, ConfigError> {
+        const NAME: &str = Rotations::NAME;
+        within(NAME, "ITERATIONS", iterations, 4..=28)?;
+        within(NAME, "GUARD", guard, 0..=8)?;
+        phase.accept(NAME, 31)?;
+        within(NAME, "TRIG_FRAC + GUARD", phase.trig.frac().unsigned_abs() + guard, 4..=28)?;
+        let slopes = || (0..iterations).map(|index| libm::scalbn(1.0, -index.cast_signed()));
+        let stretch = libm::sqrt(slopes().map(|slope| 1.0 + slope * slope).product());
+        let start = libm::round(libm::scalbn(1.0 / stretch, phase.trig.frac() + guard.cast_signed())) as i64;
+        let angles = slopes().map(|slope| libm::round(libm::scalbn(libm::atan(slope) / TAU, 30)) as i64).collect();
+        Ok(Trig::of(Rotations { phase, guard, start, angles }))
+    }
+}
+
+impl Default for TrigCordic {
+    fn default() -> Self {
+        Self::new(Phase::default(), 24, 4).expect("the data sheet's default")
+    }
+}
+
+impl Wave for Rotations {
+    const NAME: &'static str = "trig_cordic";
+
+    fn count(&self) -> Format {
+        Format::signed(self.phase.count_width)
+    }
+
+    fn word(&self) -> Format {
+        self.phase.trig
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let iterations = u32::try_from(self.angles.len()).expect("at most 28");
+        let mut all = vec![
+            natural("COUNT_WIDTH", self.phase.count_width),
+            natural("ITERATIONS", iterations),
+            natural("GUARD", self.guard),
+        ];
+        all.extend(self.phase.generics());
+        all
+    }
+
+    fn at(&self, count: i64) -> TrigOut<i64> {
+        let mut angle = Format::signed(30).wrap(self.phase.upper(count, 30).into());
+        let flip = !(-QUARTER..QUARTER).contains(&angle);
+        if flip {
+            angle += if angle < 0 { 2 * QUARTER } else { -2 * QUARTER };
+        }
+        let (mut x, mut y) = (self.start, 0i64);
+        for (index, rotation) in (0u32..).zip(&*self.angles) {
+            let (across, along) = (y.div_euclid(1 << index), x.div_euclid(1 << index));
+            (x, y, angle) = if angle >= 0 {
+                (x - across, y + along, angle - rotation)
+            } else {
+                (x + across, y - along, angle + rotation)
+            };
+        }
+        if flip {
+            (x, y) = (-x, -y);
+        }
+        let narrowing = nearest(self.phase.trig.frac() + self.guard.cast_signed(), self.phase.trig);
+        TrigOut { sine: narrowing.apply(y.into()).word, cosine: narrowing.apply(x.into()).word, valid: 1 }
+    }
+}

@@ -1,0 +1,104 @@
+//! Sine and cosine from a quarter of a sine, with linear interpolation between its steps.
+//!
+//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; its upper two bits are the quadrant `q`, the next
+//!   `QUARTER_WIDTH+REST_WIDTH` are `f`, the others are dropped; `g = f` for even `q`, `2^(QUARTER_WIDTH+REST_WIDTH) - f`
+//!   for odd; `i` is the upper part of `g`, `r` its lower `REST_WIDTH` bits;
+//!   `m = T(i) + floor(((T(i+1) - T(i)) r + 2^(REST_WIDTH-1)) / 2^REST_WIDTH)` with
+//!   `T(i) = round(sin(pi/2 i / 2^QUARTER_WIDTH) 2^TRIG_FRAC)`; `sine = m, m, -m, -m` by quadrant, `cosine` the same a
+//!   quadrant on with the same `f`.
+//! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
+//! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
+//! - **Overflow**: none. Off by at most one LSB, the chord's `(pi/2 2^-QUARTER_WIDTH)^2 / 8`, and by what the phase is off:
+//!   `pi/2 2^-(QUARTER_WIDTH+REST_WIDTH)` dropped, and `STEP`.
+//! - **VHDL twin**: `hdl/trig_interpolated.vhd`.
+//! - **Source**: the usual interpolated table; an alternative to the tables of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Rounding};
+
+use super::phase::{Phase, Quarter};
+use super::trig::{Trig, TrigOut, Wave};
+use super::words::natural;
+use crate::config::within;
+use crate::{ConfigError, Generic};
+
+/// See the [module](self).
+pub type TrigInterpolated = Trig<Chords>;
+
+/// The quarter of a sine and the width of what lies between its steps; clones share its words.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Chords {
+    phase: Phase,
+    width: u32,
+    rest: u32,
+    quarter: Quarter,
+}
+
+impl TrigInterpolated {
+    /// A quarter of `2^quarter_width` steps, each divided into `2^rest_width`.
+    ///
+    /// # Errors
+    ///
+    /// Unless `quarter_width` is 2 to 12, `rest_width` 1 to 20, counts have 4 to 24 bits, the phase
+    /// `quarter_width + rest_width + 2` to 48, the step is a VHDL `natural`, and sines have an integer bit and 4 to 30
+    /// fraction bits at least.
+    pub fn new(phase: Phase, quarter_width: u32, rest_width: u32) -> Result<Self, ConfigError> {
+        within(Chords::NAME, "QUARTER_WIDTH", quarter_width, 2..=12)?;
+        within(Chords::NAME, "REST_WIDTH", rest_width, 1..=20)?;
+        phase.accept(Chords::NAME, quarter_width + rest_width + 2)?;
+        let quarter = Quarter::new(quarter_width, phase.trig.frac());
+        Ok(Trig::of(Chords { phase, width: quarter_width, rest: rest_width, quarter }))
+    }
+}
+
+impl Default for TrigInterpolated {
+    fn default() -> Self {
+        Self::new(Phase::default(), 9, 14).expect("the data sheet's default")
+    }
+}
+
+impl Chords {
+    /// The sine in a quadrant, at a fraction of it.
+    #[inline]
+    fn wave(&self, quadrant: i64, fraction: i64) -> i64 {
+        let (turn, step) = (1 << (self.width + self.rest), 1 << self.rest);
+        let folded = if quadrant % 2 == 0 { fraction } else { turn - fraction };
+        let (index, rest) = (folded.div_euclid(step), folded.rem_euclid(step));
+        let from = self.quarter.at(index);
+        let rise = if rest == 0 { 0 } else { self.quarter.at(index + 1) - from };
+        let part = Rounding::NearestUp.shift(i128::from(rise) * i128::from(rest), self.rest);
+        let size = from + Format::signed(32).wrap(part);
+        if quadrant % 4 < 2 { size } else { -size }
+    }
+}
+
+impl Wave for Chords {
+    const NAME: &'static str = "trig_interpolated";
+
+    fn count(&self) -> Format {
+        Format::signed(self.phase.count_width)
+    }
+
+    fn word(&self) -> Format {
+        self.phase.trig
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = vec![
+            natural("COUNT_WIDTH", self.phase.count_width),
+            natural("QUARTER_WIDTH", self.width),
+            natural("REST_WIDTH", self.rest),
+        ];
+        all.extend(self.phase.generics());
+        all
+    }
+
+    #[inline]
+    fn at(&self, count: i64) -> TrigOut<i64> {
+        let turn = 1 << (self.width + self.rest);
+        let phase = self.phase.upper(count, self.width + self.rest + 2);
+        let (quadrant, fraction) = (phase.div_euclid(turn), phase.rem_euclid(turn));
+        let (sine, cosine) = (self.wave(quadrant, fraction), self.wave(quadrant + 1, fraction));
+        TrigOut { sine, cosine, valid: 1 }
+    }
+}

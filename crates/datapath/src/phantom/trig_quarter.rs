@@ -1,0 +1,93 @@
+//! Sine and cosine from a quarter of a sine, addressed by the rounded phase.
+//!
+//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `a` is `phase` rounded to `QUARTER_WIDTH+2` bits, its
+//!   upper two the quadrant, the rest `i` the step; `T(i) = round(sin(pi/2 i / 2^QUARTER_WIDTH) 2^TRIG_FRAC)`;
+//!   `sine = T(i), T(2^QUARTER_WIDTH - i), -T(i), -T(2^QUARTER_WIDTH - i)` by quadrant, `cosine` the same a quadrant on.
+//! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
+//! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
+//! - **Overflow**: none. Off by at most half an LSB and half a step, `pi/4 2^-QUARTER_WIDTH`, and by what `STEP` is off.
+//! - **VHDL twin**: `hdl/trig_quarter.vhd`.
+//! - **Source**: the usual direct digital synthesis; an alternative to the tables of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Rounding};
+
+use super::phase::{Phase, Quarter, lower};
+use super::trig::{Trig, TrigOut, Wave};
+use super::words::natural;
+use crate::config::within;
+use crate::{ConfigError, Generic};
+
+/// See the [module](self).
+pub type TrigQuarter = Trig<Nearest>;
+
+/// The quarter of a sine; clones share its words.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Nearest {
+    phase: Phase,
+    width: u32,
+    quarter: Quarter,
+}
+
+impl TrigQuarter {
+    /// A quarter of `2^quarter_width` steps.
+    ///
+    /// # Errors
+    ///
+    /// Unless `quarter_width` is 2 to 13, counts have 4 to 24 bits, the phase `quarter_width + 3` to 48, the step is a
+    /// VHDL `natural`, and sines have an integer bit and 4 to 30 fraction bits at least.
+    pub fn new(phase: Phase, quarter_width: u32) -> Result<Self, ConfigError> {
+        within(Nearest::NAME, "QUARTER_WIDTH", quarter_width, 2..=13)?;
+        phase.accept(Nearest::NAME, quarter_width + 3)?;
+        let quarter = Quarter::new(quarter_width, phase.trig.frac());
+        Ok(Trig::of(Nearest { phase, width: quarter_width, quarter }))
+    }
+}
+
+impl Default for TrigQuarter {
+    fn default() -> Self {
+        Self::new(Phase::default(), 11).expect("the data sheet's default")
+    }
+}
+
+impl Nearest {
+    /// The sine at an address.
+    #[inline]
+    fn wave(&self, address: i64) -> i64 {
+        let turn = 1 << self.width;
+        let (quadrant, step) = (address.div_euclid(turn), address.rem_euclid(turn));
+        match quadrant {
+            0 => self.quarter.at(step),
+            1 => self.quarter.at(turn - step),
+            2 => -self.quarter.at(step),
+            _ => -self.quarter.at(turn - step),
+        }
+    }
+}
+
+impl Wave for Nearest {
+    const NAME: &'static str = "trig_quarter";
+
+    fn count(&self) -> Format {
+        Format::signed(self.phase.count_width)
+    }
+
+    fn word(&self) -> Format {
+        self.phase.trig
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = vec![natural("COUNT_WIDTH", self.phase.count_width), natural("QUARTER_WIDTH", self.width)];
+        all.extend(self.phase.generics());
+        all
+    }
+
+    #[inline]
+    fn at(&self, count: i64) -> TrigOut<i64> {
+        // One bit more than the address, so that it can be rounded.
+        let fine = self.phase.upper(count, self.width + 3);
+        let address = lower(Rounding::NearestUp.shift(fine.into(), 1), self.width + 2);
+        let ahead = lower(i128::from(address + (1 << self.width)), self.width + 2);
+        TrigOut { sine: self.wave(address), cosine: self.wave(ahead), valid: 1 }
+    }
+}

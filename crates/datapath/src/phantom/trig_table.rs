@@ -1,0 +1,98 @@
+//! Sine and cosine from one full table, indexed by the count itself.
+//!
+//! - **Equation**: `sine = round(sin(2 pi count TURN_NUM / TURN_DEN) 2^TRIG_FRAC)`, to the nearest, `cosine` likewise;
+//!   `valid = -2^(DEPTH_WIDTH-1) <= count < 2^(DEPTH_WIDTH-1)`, and without it both are 0.
+//! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid` out.
+//! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
+//! - **Overflow**: none. Off by at most half an LSB.
+//! - **VHDL twin**: `hdl/trig_table.vhd`.
+//! - **Source**: the look-up tables of Sevcik et al. 2009.
+//! - **Differs from the hardware**: nothing known.
+
+use std::sync::Arc;
+
+use hpu_signal::Format;
+
+use super::phase::sine;
+use super::trig::{Trig, TrigOut, Wave};
+use super::words::{accept_trig, natural, parts};
+use super::{PhantomFormats, Turn};
+use crate::config::{NATURAL, within};
+use crate::{ConfigError, Generic};
+
+/// See the [module](self).
+pub type TrigTable = Trig<Table>;
+
+/// The full table; clones share its words.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Table {
+    count: Format,
+    depth: Format,
+    turn: Turn,
+    trig: Format,
+    /// Sine and cosine of each count, from the least count on.
+    words: Arc<[(i32, i32)]>,
+}
+
+impl TrigTable {
+    /// A table of `2^depth_width` counts of `turn` each.
+    ///
+    /// # Errors
+    ///
+    /// Unless `count_width` is 4 to 24, `depth_width` 2 to 16 and at most `count_width`, the turn's numerator and
+    /// denominator positive VHDL `natural`s and so is every count times the numerator, and sines have an integer bit and
+    /// 4 to 30 fraction bits at least.
+    pub fn new(count_width: u32, depth_width: u32, turn: Turn, trig: Format) -> Result<Self, ConfigError> {
+        const NAME: &str = Table::NAME;
+        within(NAME, "COUNT_WIDTH", count_width, 4..=24)?;
+        within(NAME, "DEPTH_WIDTH", depth_width, 2..=count_width.min(16))?;
+        let depth = Format::signed(depth_width);
+        within(NAME, "TURN_NUM", turn.num, 1..=NATURAL / (1 << (depth_width - 1)))?;
+        within(NAME, "TURN_DEN", turn.den, 1..=NATURAL)?;
+        accept_trig(NAME, trig)?;
+        let (num, den) = (i64::from(turn.num), i64::from(turn.den));
+        let word = |quarters: i64| sine(quarters, 4 * den, trig.frac());
+        let least = -(1i64 << (depth_width - 1));
+        let words = (least..-least).map(|count| (word(4 * count * num), word(4 * count * num + den))).collect();
+        Ok(Trig::of(Table { count: Format::signed(count_width), depth, turn, trig, words }))
+    }
+}
+
+impl Default for TrigTable {
+    fn default() -> Self {
+        let turn = Turn { num: 1, den: 28_000 };
+        Self::new(16, 13, turn, PhantomFormats::default().trig).expect("the data sheet's default")
+    }
+}
+
+impl Wave for Table {
+    const NAME: &'static str = "trig_table";
+
+    fn count(&self) -> Format {
+        self.count
+    }
+
+    fn word(&self) -> Format {
+        self.trig
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = vec![
+            natural("COUNT_WIDTH", self.count.width()),
+            natural("DEPTH_WIDTH", self.depth.width()),
+            natural("TURN_NUM", self.turn.num),
+            natural("TURN_DEN", self.turn.den),
+        ];
+        all.extend(parts("TRIG_INT", "TRIG_FRAC", self.trig));
+        all
+    }
+
+    #[inline]
+    fn at(&self, count: i64) -> TrigOut<i64> {
+        let index = usize::try_from(i128::from(count) - self.depth.min()).ok();
+        match index.and_then(|index| self.words.get(index)) {
+            Some(&(sine, cosine)) => TrigOut { sine: sine.into(), cosine: cosine.into(), valid: 1 },
+            None => TrigOut { sine: 0, cosine: 0, valid: 0 },
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! The rules that the words of the PHANToM's blocks share.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding};
+
+use crate::config::within;
+use crate::{ConfigError, Generic};
+
+/// To the nearest, ties up, the upper bits dropped.
+pub(crate) const fn nearest(from_frac: i32, to: Format) -> Narrowing {
+    Narrowing { from_frac, to, rounding: Rounding::NearestUp, overflow: Overflow::Wrap }
+}
+
+/// A word that has lost nothing.
+pub(crate) const fn exact(word: i64) -> Narrowed {
+    Narrowed { word, rounded: false, overflowed: false }
+}
+
+/// The sum of two terms with their own fraction bits, and the fraction bits of the sum: both aligned, nothing lost.
+pub(crate) const fn aligned_sum(a: (i128, i32), b: (i128, i32)) -> (i128, i32) {
+    let frac = if a.1 > b.1 { a.1 } else { b.1 };
+    (a.0 * (1 << (frac - a.1)) + b.0 * (1 << (frac - b.1)), frac)
+}
+
+/// Refuses a word of more than 40 bits or 30 fraction bits: sums of products of those, aligned, have room in 128 bits.
+pub(crate) fn accept(block: &'static str, word: &str, format: Format, signed: bool) -> Result<(), ConfigError> {
+    let fits = format.int() >= 0 && (0..=30).contains(&format.frac()) && (2..=40).contains(&format.width());
+    if fits && format.is_signed() == signed {
+        return Ok(());
+    }
+    let sign = if signed { "signed" } else { "unsigned" };
+    let accepted = format!("{sign}, 2 to 40 bits, 0 to 30 of them fraction bits");
+    Err(ConfigError::new(block, format!("{word} is {format}"), accepted))
+}
+
+/// Refuses a sine that cannot hold 1, or cannot tell angles apart.
+pub(crate) fn accept_trig(block: &'static str, trig: Format) -> Result<(), ConfigError> {
+    accept(block, "TRIG", trig, true)?;
+    within(block, "TRIG_INT", trig.int().unsigned_abs(), 1..=35)?;
+    within(block, "TRIG_FRAC", trig.frac().unsigned_abs(), 4..=30)
+}
+
+/// The VHDL generics of a format.
+pub(crate) fn parts(int: &'static str, frac: &'static str, format: Format) -> [(&'static str, Generic); 2] {
+    [(int, Generic::Integer(format.int().into())), (frac, Generic::Integer(format.frac().into()))]
+}
+
+/// A generic of type `natural`.
+pub(crate) fn natural(name: &'static str, value: u32) -> (&'static str, Generic) {
+    (name, Generic::Integer(value.into()))
+}
+
+/// A word with what was lost on the way to it added to its own loss.
+pub(crate) fn after<const N: usize>(word: Narrowed, way: [Narrowed; N]) -> Narrowed {
+    way.iter().fold(word, |sum, step| Narrowed {
+        word: sum.word,
+        rounded: sum.rounded || step.rounded,
+        overflowed: sum.overflowed || step.overflowed,
+    })
+}
