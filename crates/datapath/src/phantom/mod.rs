@@ -6,7 +6,10 @@
 //! to the nearest, ties up, and wraps unless a block says otherwise.
 
 mod config;
+mod encoders;
 mod force_path;
+mod phantom_nets;
+mod phantom_wiring;
 mod phase;
 mod trig;
 mod variants;
@@ -17,6 +20,9 @@ pub mod command_scaler;
 pub mod cube_room;
 pub mod phantom_engine;
 pub mod phantom_forward;
+pub mod phantom_io;
+pub mod phantom_loop;
+pub mod phantom_shared_loop;
 pub mod phantom_torque;
 pub mod sample_register;
 pub mod trig_cordic;
@@ -32,7 +38,12 @@ pub use config::{PhantomConfig, PhantomFormats, Turn};
 pub use cube_room::CubeRoom;
 pub use phantom_engine::PhantomEngine;
 pub use phantom_forward::PhantomForward;
+pub use phantom_io::{PhantomIo, PhantomIoIn, PhantomIoOut};
+pub use phantom_loop::PhantomLoop;
+pub use phantom_nets::{PhantomIn, PhantomOut};
+pub use phantom_shared_loop::PhantomSharedLoop;
 pub use phantom_torque::PhantomTorque;
+pub use phantom_wiring::PhantomWiring;
 pub use phase::Phase;
 pub use sample_register::SampleRegister;
 pub use trig::{Trig, TrigIn, TrigOut, Wave};

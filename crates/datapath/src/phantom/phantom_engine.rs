@@ -82,38 +82,28 @@ impl PhantomEngine {
     pub fn latest(&self) -> &Out<Narrowed> {
         &self.out
     }
-
-    /// The blocks that it replaces.
-    pub(crate) fn path(&self) -> &ForcePath {
-        &self.path
-    }
 }
 
 impl In<i64> {
-    /// What a computation captures.
+    /// The inputs that make a computation capture `captured`.
+    #[inline]
+    pub(crate) fn of(captured: &force_path::In<i64>, period: i64) -> Self {
+        let mut last = Some(period);
+        let mut words = [0; 17];
+        let mut next = words.iter_mut();
+        captured.each(|word| *next.next().expect("17 words") = *word);
+        let mut words = words.iter();
+        Self::build(|| words.next().copied().or_else(|| last.take()).expect("18 words"))
+    }
+
+    /// What a computation captures: all but the period, which comes last.
     #[inline]
     fn captured(&self) -> force_path::In<i64> {
-        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *self;
-        let In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *self;
-        force_path::In {
-            sine1,
-            cosine1,
-            sine2,
-            cosine2,
-            sine3,
-            cosine3,
-            valid1,
-            valid2,
-            valid3,
-            x_low,
-            x_high,
-            y_low,
-            y_high,
-            z_low,
-            z_high,
-            room,
-            stiffness,
-        }
+        let mut words = [0; 18];
+        let mut next = words.iter_mut();
+        self.each(|word| *next.next().expect("18 words") = *word);
+        let mut words = words.iter();
+        force_path::In::build(|| *words.next().expect("17 words"))
     }
 }
 

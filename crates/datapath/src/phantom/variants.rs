@@ -3,8 +3,9 @@
 use hpu_signal::Format;
 
 use super::{
-    CommandRegister, CommandScaler, CubeRoom, PhantomConfig, PhantomEngine, PhantomFormats, PhantomForward,
-    PhantomTorque, Phase, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, Turn,
+    CommandRegister, CommandScaler, CubeRoom, PhantomConfig, PhantomEngine, PhantomFormats, PhantomForward, PhantomIo,
+    PhantomLoop, PhantomSharedLoop, PhantomTorque, Phase, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter,
+    TrigTable, Turn,
 };
 use crate::{AnyBlock, ConfigError};
 
@@ -22,6 +23,9 @@ pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(CommandScaler::default()),
         Box::new(CommandRegister::default()),
         Box::new(PhantomEngine::default()),
+        Box::new(PhantomLoop::default()),
+        Box::new(PhantomSharedLoop::default()),
+        Box::new(PhantomIo::default()),
     ]
 }
 
@@ -32,6 +36,7 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
     let mut all: Variants = vec![
         ("8_bit", Box::new(SampleRegister::new(8, 6)?)),
         ("8_bit", Box::new(CommandRegister::new(8, 6, 3)?)),
+        ("8_bit", Box::new(PhantomIo::new(8, 8)?)),
         ("delay_0", Box::new(CommandRegister::new(10, 4, 0)?)),
     ];
     all.extend(sines()?);
@@ -42,6 +47,10 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         all.push((label, Box::new(PhantomTorque::new(&formats, lengths)?)));
         all.push((label, Box::new(CommandScaler::new(formats.torque, gains[0], gain_frac, command_width)?)));
         all.push((label, Box::new(PhantomEngine::new(config)?)));
+    }
+    for (label, config) in loops() {
+        all.push((label, Box::new(PhantomLoop::new(config)?)));
+        all.push((label, Box::new(PhantomSharedLoop::new(config.shared())?)));
     }
     // The geometry does not reach the room.
     all.retain(|(label, block)| *label != "premium_1_5" || block.name() != "cube_room");
@@ -83,6 +92,24 @@ fn paths() -> [(&'static str, PhantomConfig); 4] {
         ("plain_q22", PhantomConfig::plain_q22().shared()),
         ("narrow", short),
         ("widening", wide),
+    ]
+}
+
+fn loops() -> [(&'static str, PhantomConfig); 4] {
+    let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };
+    let joint = Turn { num: 1, den: 100 };
+    let small = PhantomConfig {
+        position_width: 8,
+        period_width: 6,
+        depth_width: 5,
+        turns: [Turn { num: 3, den: 200 }, joint, joint],
+        ..PhantomConfig::default()
+    };
+    [
+        ("premium_1_5", PhantomConfig::premium_1_5()),
+        ("plain_q22", PhantomConfig::plain_q22()),
+        ("narrow_trig", PhantomConfig { formats: narrow_trig, ..PhantomConfig::default() }),
+        ("small", small),
     ]
 }
 
