@@ -3,6 +3,7 @@
 //! A plant is immutable laws ([`Axis`]) with its state outside ([`Device`]). Each mode of the piecewise-linear axis (slip,
 //! stuck, prescribed; circuit closed or open) is a [`Linear`] system that flows exactly over any number of clock edges.
 
+pub mod arm;
 mod axis;
 mod bridge;
 mod course;

@@ -1,0 +1,92 @@
+//! The energy audit of an arm: every flow integrated in its own right, from the series of the motion.
+
+use super::polynomial::{Lanes, ORDER, value};
+use super::series::{Series, Start};
+use super::{Arm, ArmModel};
+
+/// Energy flows since the start, in J.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct ArmEnergy {
+    /// Work of the motors' torques.
+    pub source_j: f64,
+    /// Heat of viscous friction.
+    pub viscous_j: f64,
+    /// Heat of Coulomb friction.
+    pub coulomb_j: f64,
+    /// Heat of the transmissions' dampers.
+    pub transmission_j: f64,
+    /// Sum of the sizes of all flows: what a residual is measured against.
+    pub exchanged_j: f64,
+}
+
+impl ArmEnergy {
+    /// Dissipated in all ways.
+    #[must_use]
+    pub fn dissipated_j(&self) -> f64 {
+        self.viscous_j + self.coulomb_j + self.transmission_j
+    }
+
+    /// Accounts for the first `t` of a series.
+    pub(super) fn take(&mut self, model: &ArmModel, x: &Start, series: &Series, t: f64) {
+        if series.powers == 0 {
+            return;
+        }
+        let turned = value(&series.p[1..], t).map(|rate| rate * t);
+        let mut flows = [0.0; 4];
+        flows[0] = turned.iter().zip(&x.u).map(|(turned, torque)| torque * turned).sum();
+        flows[2] = turned.iter().zip(&model.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
+        if model.viscous_nm_s_per_rad != [0.0; 3] {
+            let squares = integral(&series.w, &series.w, t);
+            flows[1] = squares.iter().zip(&model.viscous_nm_s_per_rad).map(|(square, rate)| rate * square).sum();
+        }
+        if x.lag != [0.0; 4] {
+            flows[0] += integral(&series.lag, &series.w, t).iter().sum::<f64>();
+        }
+        if model.transmission.iter().any(Option::is_some) {
+            let slips = std::array::from_fn(|k| std::array::from_fn(|i| series.w[k][i] - series.v[k][i]));
+            let squares = integral(&slips, &slips, t);
+            let rates =
+                model.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
+            flows[3] = squares.iter().zip(rates).map(|(square, rate)| rate * square).sum();
+        }
+        self.source_j += flows[0];
+        self.viscous_j += flows[1];
+        self.coulomb_j += flows[2];
+        self.transmission_j += flows[3];
+        self.exchanged_j += flows.iter().map(|flow| flow.abs()).sum::<f64>();
+    }
+}
+
+/// The integral over `[0, t]` of the product of two series, to the order to which they are known.
+fn integral(a: &[Lanes; ORDER + 1], b: &[Lanes; ORDER + 1], t: f64) -> Lanes {
+    let mut sums = [[0.0; 4]; ORDER];
+    for (k, sum) in sums.iter_mut().enumerate() {
+        for j in 0..=k {
+            for lane in 0..4 {
+                sum[lane] += a[j][lane] * b[k - j][lane];
+            }
+        }
+        let share = 1.0 / (k + 1) as f64;
+        *sum = sum.map(|x| x * share);
+    }
+    value(&sums, t).map(|x| x * t)
+}
+
+impl Arm {
+    /// Energy of motion, in gravity (0 with the joints' first moments at the axis) and in the transmissions, in J.
+    pub(super) fn stored_j(&self, x: &Start) -> f64 {
+        let model = &self.model;
+        let (q, v) = ([x.q[0], x.q[1], x.q[2]], [x.v[0], x.v[1], x.v[2]]);
+        let mass = model.mass_kg_m2(q);
+        let mut stored_j = model.gravity_j(q);
+        for i in 0..3 {
+            stored_j += 0.5 * v[i] * (0..3).map(|j| mass[i][j] * v[j]).sum::<f64>();
+            stored_j += 0.5 * model.rotor_kg_m2[i] * x.w[i] * x.w[i];
+            if let Some(flexible) = model.transmission[i] {
+                let twist_rad = x.p[i] - x.q[i];
+                stored_j += 0.5 * flexible.stiffness_nm_per_rad * twist_rad * twist_rad;
+            }
+        }
+        stored_j
+    }
+}

@@ -1,0 +1,158 @@
+//! Which joints friction holds: the one consistent answer of the coupled joints, found by trying them all.
+
+use super::Arm;
+use super::polynomial::Lanes;
+use super::series::Start;
+
+/// What a joint's motor does.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Hold {
+    /// Never moves.
+    Locked,
+    /// Friction holds it.
+    Stuck,
+    /// Moves, or is about to, in this direction; 0 without Coulomb friction.
+    Slip(f64),
+}
+
+/// A pose's part in the equations of motion.
+struct Pose {
+    m23: f64,
+    /// Torques of gravity and of the motion itself, on the side of the motor's torques.
+    bias_nm: [f64; 3],
+}
+
+impl Pose {
+    fn of(arm: &Arm, q: &Lanes, v: &Lanes) -> Self {
+        let model = &arm.model;
+        let [(s1, c1), (s2, c2), (s3, c3)] = [q[0], q[1], q[2]].map(libm::sincos);
+        let ([_, a2, a3], p, [a, b], g) =
+            (model.turning_kg_m2, model.coupling_kg_m2, model.moments_kg_m, model.gravity_m_per_s2);
+        let (away, along) = (g[0] * s1 + g[2] * c1, g[0] * c1 - g[2] * s1);
+        let (sine, cosine) = (s2 * c3 - c2 * s3, c2 * c3 + s2 * s3);
+        let (d2, d3) = (-2.0 * a2 * s2 * c2 - 0.5 * p * s2 * s3, -2.0 * a3 * s3 * c3 + 0.5 * p * c2 * c3);
+        let bias_nm = [
+            along * (a * c2 + b * s3) - 2.0 * (d2 * v[1] + d3 * v[2]) * v[0],
+            a * (g[1] * c2 - away * s2) + d2 * v[0] * v[0] - 0.5 * p * cosine * v[2] * v[2],
+            b * (g[1] * s3 + away * c3) + d3 * v[0] * v[0] + 0.5 * p * cosine * v[1] * v[1],
+        ];
+        Self { m23: -0.5 * p * sine, bias_nm }
+    }
+}
+
+impl Arm {
+    /// What each joint does from a start on; `broke` names a joint that friction has just ceased to hold, and where it goes.
+    pub(super) fn holds(&self, x: &Start, broke: Option<(usize, f64)>) -> [Hold; 3] {
+        let model = &self.model;
+        let mut holds: [Hold; 3] = std::array::from_fn(|i| {
+            if !model.free[i] {
+                Hold::Locked
+            } else if model.coulomb_nm[i] == 0.0 {
+                Hold::Slip(0.0)
+            } else if x.w[i] != 0.0 {
+                Hold::Slip(x.w[i].signum())
+            } else {
+                Hold::Stuck
+            }
+        });
+        if !holds.contains(&Hold::Stuck) {
+            return holds;
+        }
+        // The torque on each motor but for its friction at rest, and on the links.
+        let mut open = [false; 3];
+        let mut drive_nm = [0.0; 3];
+        for i in 0..3 {
+            let torque_nm = x.u[i] + x.lag[i];
+            open[i] = holds[i] == Hold::Stuck;
+            drive_nm[i] = match (model.transmission[i], holds[i]) {
+                (Some(flexible), hold) => {
+                    let spring_nm = flexible.stiffness_nm_per_rad * (x.p[i] - x.q[i])
+                        + flexible.damping_nm_s_per_rad * (x.w[i] - x.v[i]);
+                    if hold == Hold::Stuck {
+                        open[i] = false;
+                        holds[i] = decide(torque_nm - spring_nm, model.coulomb_nm[i]);
+                    }
+                    spring_nm
+                }
+                (None, Hold::Slip(sign)) => {
+                    torque_nm - model.viscous_nm_s_per_rad[i] * x.w[i] - sign * model.coulomb_nm[i]
+                }
+                (None, _) => torque_nm,
+            };
+        }
+        if open != [false; 3] {
+            let pose = Pose::of(self, &x.q, &x.v);
+            for (drive_nm, bias_nm) in drive_nm.iter_mut().zip(pose.bias_nm) {
+                *drive_nm += bias_nm;
+            }
+            if open[0] {
+                holds[0] = decide(drive_nm[0], model.coulomb_nm[0]);
+            }
+            self.settle(&mut holds, open, broke, &drive_nm, pose.m23);
+        }
+        if let Some((joint, sign)) = broke {
+            holds[joint] = Hold::Slip(sign);
+        }
+        holds
+    }
+
+    /// Decides joints 2 and 3 where `open`: the combination whose accelerations and holding torques agree with it (one
+    /// does, as the mass matrix is positive; rounding may leave it to the least disagreement).
+    fn settle(
+        &self,
+        holds: &mut [Hold; 3],
+        open: [bool; 3],
+        broke: Option<(usize, f64)>,
+        drive_nm: &[f64; 3],
+        m23: f64,
+    ) {
+        let [_, m22, m33] = self.diagonal_kg_m2();
+        let options = |joint: usize| match broke {
+            Some((broken, sign)) if broken == joint => [Some(Hold::Slip(sign)), None, None],
+            _ if open[joint] => [Hold::Stuck, Hold::Slip(1.0), Hold::Slip(-1.0)].map(Some),
+            _ => [Some(holds[joint]), None, None],
+        };
+        let mut best = (f64::INFINITY, holds[1], holds[2]);
+        for two in options(1).into_iter().flatten() {
+            for three in options(2).into_iter().flatten() {
+                let moves: [bool; 2] = std::array::from_fn(|k| match [two, three][k] {
+                    Hold::Locked => false,
+                    Hold::Stuck => !open[k + 1],
+                    Hold::Slip(_) => true,
+                });
+                // Torques with the friction of those about to slip.
+                let net: [f64; 2] = std::array::from_fn(|k| match [two, three][k] {
+                    Hold::Slip(sign) if open[k + 1] => drive_nm[k + 1] - sign * self.model.coulomb_nm[k + 1],
+                    _ => drive_nm[k + 1],
+                });
+                let acceleration = match moves {
+                    [true, true] => {
+                        let determinant = m22 * m33 - m23 * m23;
+                        [(m33 * net[0] - m23 * net[1]) / determinant, (m22 * net[1] - m23 * net[0]) / determinant]
+                    }
+                    [true, false] => [net[0] / m22, 0.0],
+                    [false, true] => [0.0, net[1] / m33],
+                    [false, false] => [0.0, 0.0],
+                };
+                let disagreement: f64 = (0..2)
+                    .map(|k| match [two, three][k] {
+                        Hold::Stuck if open[k + 1] => {
+                            ((net[k] - m23 * acceleration[1 - k]).abs() - self.model.coulomb_nm[k + 1]).max(0.0)
+                        }
+                        Hold::Slip(sign) if open[k + 1] => (-sign * acceleration[k] * [m22, m33][k]).max(0.0),
+                        _ => 0.0,
+                    })
+                    .sum();
+                if disagreement < best.0 {
+                    best = (disagreement, two, three);
+                }
+            }
+        }
+        (holds[1], holds[2]) = (best.1, best.2);
+    }
+}
+
+/// What a joint at rest does by itself.
+fn decide(net_nm: f64, coulomb_nm: f64) -> Hold {
+    if net_nm.abs() <= coulomb_nm { Hold::Stuck } else { Hold::Slip(net_nm.signum()) }
+}

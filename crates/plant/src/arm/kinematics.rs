@@ -1,0 +1,88 @@
+//! Where the tip is, and what forces there mean at the joints.
+//!
+//! Device frame: x right, y up, z toward the user, origin at the tip of the neutral pose (all angles 0).
+
+/// Lengths of upper link and forearm in m.
+pub type Lengths = [f64; 2];
+
+/// The limits within which the links of a Premium 1.5 move freely, in degrees (found in a public model of the device).
+const LIMITS_1_5_DEG: [[f64; 2]; 3] = [[-90.0, 90.0], [-124.0, 119.0], [-29.0, 214.0]];
+/// Least and greatest of joint 2 less joint 3, in degrees, from the same source.
+const DIFFERENCE_1_5_DEG: [f64; 2] = [-55.0, 65.0];
+
+/// Distance of the tip from the vertical axis, and the sines and cosines of the joints.
+struct Pose {
+    radius_m: f64,
+    sine: [f64; 3],
+    cosine: [f64; 3],
+}
+
+impl Pose {
+    fn of([upper_m, fore_m]: Lengths, angles_rad: [f64; 3]) -> Self {
+        let pairs = angles_rad.map(libm::sincos);
+        let (sine, cosine) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1));
+        Self { radius_m: upper_m * cosine[1] + fore_m * sine[2], sine, cosine }
+    }
+}
+
+/// The tip's position.
+#[must_use]
+pub fn tip_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [f64; 3] {
+    let [upper_m, fore_m] = lengths_m;
+    let Pose { radius_m, sine, cosine } = Pose::of(lengths_m, angles_rad);
+    [sine[0] * radius_m, fore_m - fore_m * cosine[2] + upper_m * sine[1], cosine[0] * radius_m - upper_m]
+}
+
+/// Change of the tip's position per change of each joint; rows x, y, z.
+#[must_use]
+pub fn jacobian_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
+    let [upper_m, fore_m] = lengths_m;
+    let Pose { radius_m, sine: [s1, s2, s3], cosine: [c1, c2, c3] } = Pose::of(lengths_m, angles_rad);
+    [
+        [c1 * radius_m, -upper_m * s1 * s2, fore_m * s1 * c3],
+        [0.0, upper_m * c2, fore_m * s3],
+        [-s1 * radius_m, -upper_m * c1 * s2, fore_m * c1 * c3],
+    ]
+}
+
+/// Determinant of the Jacobian, in m³: 0 where the arm is stretched, folded, or reaches its own axis.
+#[must_use]
+pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
+    let [upper_m, fore_m] = lengths_m;
+    let Pose { radius_m, .. } = Pose::of(lengths_m, angles_rad);
+    upper_m * fore_m * radius_m * libm::cos(angles_rad[1] - angles_rad[2])
+}
+
+/// The joint torques that a force on the tip amounts to.
+#[must_use]
+pub fn torques_nm(lengths_m: Lengths, angles_rad: [f64; 3], force_n: [f64; 3]) -> [f64; 3] {
+    let rows = jacobian_m(lengths_m, angles_rad);
+    std::array::from_fn(|joint| (0..3).map(|axis| rows[axis][joint] * force_n[axis]).sum())
+}
+
+/// The angles that bring the tip to a position, elbow up; `None` when the links do not reach it.
+#[must_use]
+pub fn angles_rad(lengths_m: Lengths, tip_m: [f64; 3]) -> Option<[f64; 3]> {
+    let [upper_m, fore_m] = lengths_m;
+    let [x, y, z] = [tip_m[0], tip_m[1] - fore_m, tip_m[2] + upper_m];
+    let ground_m = libm::hypot(x, z);
+    let reach_m = libm::hypot(ground_m, y);
+    let square = |length_m: f64| length_m * length_m;
+    // By the cosine rule: angles at the shoulder and at the elbow.
+    let shoulder = (square(upper_m) + square(reach_m) - square(fore_m)) / (2.0 * upper_m * reach_m);
+    let elbow = (square(upper_m) + square(fore_m) - square(reach_m)) / (2.0 * upper_m * fore_m);
+    if !(shoulder.abs() <= 1.0 && elbow.abs() <= 1.0) {
+        return None;
+    }
+    let upper_rad = libm::atan2(y, ground_m) + libm::acos(shoulder);
+    Some([libm::atan2(x, z), upper_rad, upper_rad + libm::acos(elbow) - std::f64::consts::FRAC_PI_2])
+}
+
+/// Whether the links of a Premium 1.5 can take these angles.
+#[must_use]
+pub fn within_limits_1_5(angles_rad: [f64; 3]) -> bool {
+    let degrees = angles_rad.map(f64::to_degrees);
+    let inside = |value: f64, [low, high]: [f64; 2]| low <= value && value <= high;
+    (0..3).all(|joint| inside(degrees[joint], LIMITS_1_5_DEG[joint]))
+        && inside(degrees[1] - degrees[2], DIFFERENCE_1_5_DEG)
+}

@@ -1,0 +1,34 @@
+//! The arm of a PHANToM: three joints, two links held by a parallelogram, all motors on the base.
+//!
+//! Joint 1 turns about the vertical; joints 2 and 3 are the *absolute* angles of upper link and forearm. With speeds `ω`:
+//!
+//! | equation | |
+//! |---|---|
+//! | `M11 = a0 + a2 cos 2θ2 + a3 cos 2θ3 + P cos θ2 sin θ3` | `M22`, `M33` constant, `M12 = M13 = 0` |
+//! | `M23 = -P/2 sin(θ2 - θ3)` | a rigid joint's rotor adds to its diagonal |
+//! | `(M11 ω1)' = T1 - N1` | momenta, so that no acceleration enters a product |
+//! | `(M22 ω2 + M23 ω3)' = T2 - N2 + ½ ∂2M11 ω1² - P/2 cos(θ2-θ3) ω2 ω3` | |
+//! | `(M33 ω3 + M23 ω2)' = T3 - N3 + ½ ∂3M11 ω1² + P/2 cos(θ2-θ3) ω2 ω3` | |
+//! | `N = ∂U/∂θ`, `U = -g·[s1 R, A s2 - B c3, c1 R]`, `R = A c2 + B s3` | gravity `g`, y up |
+//! | rigid joint: `T = τ - b ω - friction` | stuck: `ω = 0` while the torque to hold it is within `f` |
+//! | flexible: `T = k (φ - θ) + d (φ' - ω)`, `J φ'' = τ - T - b φ' - friction` | encoder and friction at the motor |
+//! | `τ' = (u - τ)/T_a`, or `τ = u` | `u` is held between changes |
+//!
+//! All motor quantities are reflected to the joint. Valid for rigid links without play; no stops at the joint limits.
+//! Equations: Çavuşoğlu, Feygin and Tendick 2002, with their Coriolis term made skew-symmetric again.
+//!
+//! The motion is a chain of Taylor series. Each starts at an *anchor* and lasts until its own coefficients say it is worn
+//! out, friction changes its mode, or a command really changes. All of that is a function of the anchor alone, so asking
+//! edge by edge and leaping from event to event give the same bits.
+
+mod energy;
+mod friction;
+pub mod kinematics;
+mod model;
+mod motion;
+mod polynomial;
+mod series;
+
+pub use energy::ArmEnergy;
+pub use model::{Arm, ArmError, ArmModel, Transmission};
+pub use motion::{ArmMotion, ArmState};

@@ -1,0 +1,254 @@
+//! The parameters of an arm, and an arm whose parameters make sense.
+
+use std::fmt;
+
+/// A flexible transmission between a motor and its link.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Transmission {
+    /// Stiffness at the joint in N·m/rad.
+    pub stiffness_nm_per_rad: f64,
+    /// Damping at the joint in N·m·s/rad.
+    pub damping_nm_s_per_rad: f64,
+}
+
+/// The parameters of an arm. What belongs to a joint's motor is reflected to the joint.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ArmModel {
+    /// Lengths of upper link and forearm in m.
+    pub lengths_m: [f64; 2],
+    /// `a0`, `a2`, `a3`: the constant part of `M11` and what goes with the cosines of twice joints 2 and 3, in kg·m².
+    pub turning_kg_m2: [f64; 3],
+    /// `P`, which couples joints 2 and 3, in kg·m².
+    pub coupling_kg_m2: f64,
+    /// `M22` and `M33` in kg·m².
+    pub swinging_kg_m2: [f64; 2],
+    /// `A` and `B`: first moments of mass about joints 2 and 3, in kg·m; 0 when balanced.
+    pub moments_kg_m: [f64; 2],
+    /// Gravity in the device frame (y up) in m/s².
+    pub gravity_m_per_s2: [f64; 3],
+    /// Viscous friction of each joint in N·m·s/rad.
+    pub viscous_nm_s_per_rad: [f64; 3],
+    /// Coulomb friction of each joint in N·m.
+    pub coulomb_nm: [f64; 3],
+    /// Inertia of each rotor in kg·m².
+    pub rotor_kg_m2: [f64; 3],
+    /// The transmission of each joint; `None` is rigid.
+    pub transmission: [Option<Transmission>; 3],
+    /// Time constant of the current amplifiers in s; 0 is none.
+    pub amplifier_s: f64,
+    /// Joints that move; the others are locked where they are.
+    pub free: [bool; 3],
+}
+
+/// Gravity downward, in m/s².
+const DOWN_M_PER_S2: [f64; 3] = [0.0, -9.81, 0.0];
+
+impl ArmModel {
+    /// A Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg at the tip
+    /// balanced against gravity (assumed: no inertias of a 1.0 are published), Coulomb friction of 0.038 N and viscous
+    /// friction of 0.005 N·s/m at the tip (published, table 1 of Sevcik et al. 2009), taken to the joints at the neutral
+    /// pose (assumed). The apparent mass holds the rotors; rigid transmission, ideal amplifiers.
+    #[must_use]
+    pub fn premium_1_0() -> Self {
+        let length_m = 0.140;
+        let massless = Self {
+            lengths_m: [length_m; 2],
+            turning_kg_m2: [0.0; 3],
+            coupling_kg_m2: 0.0,
+            swinging_kg_m2: [0.0; 2],
+            moments_kg_m: [0.0; 2],
+            gravity_m_per_s2: DOWN_M_PER_S2,
+            viscous_nm_s_per_rad: [0.005 * length_m * length_m; 3],
+            coulomb_nm: [0.038 * length_m; 3],
+            rotor_kg_m2: [0.0; 3],
+            transmission: [None; 3],
+            amplifier_s: 0.0,
+            free: [true; 3],
+        };
+        massless.with_tip_mass(0.075).balanced()
+    }
+
+    /// A Premium 1.5: masses, inertias and lengths published by Çavuşoğlu, Feygin and Tendick 2002 (found in a public
+    /// model of the device); friction (0.01 N·m, 5e-4 N·m·s/rad) and rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) as
+    /// found there too, that they add to the published links is assumed. Rigid transmission, ideal amplifiers.
+    #[must_use]
+    pub fn premium_1_5() -> Self {
+        let (l1, l2, l3, l5, l6): (f64, f64, f64, f64, f64) = (0.215, 0.170, 0.0325, -0.0368, 0.0527);
+        let (fore_kg, parallel_kg, upper_kg, rear_kg) = (0.0202, 0.0249, 0.2359, 0.1906);
+        // Inertias about x, y, z.
+        let fore = [0.4864e-4, 0.001843e-4, 0.4864e-4];
+        let parallel = [0.959e-4, 0.959e-4, 0.0051e-4];
+        let upper = [11.09e-4, 10.06e-4, 0.591e-4];
+        let rear = [7.11e-4, 0.629e-4, 6.246e-4];
+        let base = 11.87e-4;
+        let turns = |part: [f64; 3]| 0.5 * (part[1] + part[2]);
+        let leans = |part: [f64; 3]| 0.5 * (part[1] - part[2]);
+        let upper_arm = l1 * l1 * (0.5 * fore_kg + 0.125 * parallel_kg);
+        let forearm = 0.125 * l2 * l2 * fore_kg + 0.5 * l3 * l3 * parallel_kg;
+        let ratios: [f64; 3] = [13.3, 11.2, 11.2];
+        Self {
+            lengths_m: [l1, l2],
+            turning_kg_m2: [
+                turns(fore) + base + turns(upper) + turns(parallel) + turns(rear) + upper_arm + forearm,
+                leans(upper) + leans(parallel) + upper_arm,
+                leans(rear) - 0.5 * (fore[2] - fore[1]) - forearm,
+            ],
+            coupling_kg_m2: l1 * (l2 * fore_kg + l3 * parallel_kg),
+            swinging_kg_m2: [upper[0] + parallel[0] + 2.0 * upper_arm, fore[0] + rear[0] + 2.0 * forearm],
+            moments_kg_m: [
+                l1 * fore_kg + l5 * upper_kg + 0.5 * l1 * parallel_kg,
+                0.5 * l2 * fore_kg + l3 * parallel_kg - l6 * rear_kg,
+            ],
+            gravity_m_per_s2: DOWN_M_PER_S2,
+            viscous_nm_s_per_rad: [5e-4; 3],
+            coulomb_nm: [0.01; 3],
+            rotor_kg_m2: ratios.map(|ratio| 1.08e-6 * ratio * ratio),
+            transmission: [None; 3],
+            amplifier_s: 0.0,
+            free: [true; 3],
+        }
+    }
+
+    /// The same arm, its present masses balanced against gravity.
+    #[must_use]
+    pub fn balanced(self) -> Self {
+        Self { moments_kg_m: [0.0; 2], ..self }
+    }
+
+    /// The same arm with a point mass at its tip, which gravity pulls at.
+    #[must_use]
+    pub fn with_tip_mass(mut self, mass_kg: f64) -> Self {
+        let [l1, l2] = self.lengths_m;
+        let (upper, fore) = (mass_kg * l1 * l1, mass_kg * l2 * l2);
+        self.turning_kg_m2[0] += 0.5 * (upper + fore);
+        self.turning_kg_m2[1] += 0.5 * upper;
+        self.turning_kg_m2[2] -= 0.5 * fore;
+        self.coupling_kg_m2 += 2.0 * mass_kg * l1 * l2;
+        self.swinging_kg_m2[0] += upper;
+        self.swinging_kg_m2[1] += fore;
+        self.moments_kg_m[0] += mass_kg * l1;
+        self.moments_kg_m[1] += mass_kg * l2;
+        self
+    }
+
+    /// The same arm without friction.
+    #[must_use]
+    pub fn frictionless(self) -> Self {
+        Self { viscous_nm_s_per_rad: [0.0; 3], coulomb_nm: [0.0; 3], ..self }
+    }
+
+    /// The links' mass matrix in kg·m², without rotors.
+    #[must_use]
+    pub fn mass_kg_m2(&self, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
+        let [_, t2, t3] = angles_rad;
+        let ([a0, a2, a3], p, [m22, m33]) = (self.turning_kg_m2, self.coupling_kg_m2, self.swinging_kg_m2);
+        let m11 = a0 + a2 * libm::cos(2.0 * t2) + a3 * libm::cos(2.0 * t3) + p * libm::cos(t2) * libm::sin(t3);
+        let m23 = -0.5 * p * libm::sin(t2 - t3);
+        [[m11, 0.0, 0.0], [0.0, m22, m23], [0.0, m23, m33]]
+    }
+
+    /// Potential energy in gravity, in J.
+    #[must_use]
+    pub fn gravity_j(&self, angles_rad: [f64; 3]) -> f64 {
+        let [(s1, c1), (s2, c2), (s3, c3)] = angles_rad.map(libm::sincos);
+        let ([a, b], g) = (self.moments_kg_m, self.gravity_m_per_s2);
+        let radius = a * c2 + b * s3;
+        -(g[0] * s1 * radius + g[1] * (a * s2 - b * c3) + g[2] * c1 * radius)
+    }
+}
+
+/// Why there is no such arm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ArmError {
+    /// This parameter is not a number, negative, or 0 where it must not be.
+    Impossible(&'static str),
+    /// A free joint has no inertia, or less than none in some pose.
+    Massless,
+}
+
+impl fmt::Display for ArmError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Impossible(name) => write!(f, "the arm's {name} is not possible"),
+            Self::Massless => f.write_str("the arm's inertia is not positive in every pose"),
+        }
+    }
+}
+
+impl std::error::Error for ArmError {}
+
+/// An arm that can move, seen once a clock.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Arm {
+    pub(super) model: ArmModel,
+    pub(super) edge_s: f64,
+    pub(super) tolerance: f64,
+}
+
+impl Arm {
+    /// An arm sampled by a clock of this period.
+    ///
+    /// # Errors
+    /// An impossible parameter, or a free joint without inertia.
+    pub fn new(model: ArmModel, edge_s: f64) -> Result<Self, ArmError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let check = |fine: bool, name| if fine { Ok(()) } else { Err(ArmError::Impossible(name)) };
+        check(positive(edge_s), "clock period")?;
+        check(model.lengths_m.iter().all(|&v| positive(v)), "length")?;
+        check(model.viscous_nm_s_per_rad.iter().all(|&v| not_negative(v)), "viscous friction")?;
+        check(model.coulomb_nm.iter().all(|&v| not_negative(v)), "Coulomb friction")?;
+        check(model.rotor_kg_m2.iter().all(|&v| not_negative(v)), "rotor")?;
+        check(not_negative(model.amplifier_s), "amplifier's time constant")?;
+        check(model.gravity_m_per_s2.iter().chain(&model.moments_kg_m).all(|v| v.is_finite()), "gravity")?;
+        for (transmission, rotor_kg_m2) in model.transmission.iter().zip(model.rotor_kg_m2) {
+            let Some(flexible) = transmission else { continue };
+            check(positive(flexible.stiffness_nm_per_rad), "transmission's stiffness")?;
+            check(not_negative(flexible.damping_nm_s_per_rad), "transmission's damping")?;
+            check(rotor_kg_m2 > 0.0, "rotor behind a flexible transmission")?;
+        }
+        let arm = Self { model, edge_s, tolerance: 1e-16 };
+        let [m1, m2, m3] = arm.diagonal_kg_m2();
+        let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
+        // A point mass has no inertia left in a few poses, which it cannot be moved out of, but none that is negative.
+        let rounding = 1e-12 * (a0.abs() + m1);
+        let definite = model.turning_kg_m2.iter().chain(&[p]).all(|v| v.is_finite())
+            && arm.least_turning_kg_m2() + m1 >= -rounding
+            && a0 + a2 + a3 + m1 > rounding
+            && positive(m2)
+            && positive(m3)
+            && m2 * m3 * (1.0 + 1e-12) >= 0.25 * p * p;
+        if definite { Ok(arm) } else { Err(ArmError::Massless) }
+    }
+
+    /// The same arm, integrated so that the last terms of a series stay below this (rad/s, N·m); 1e-16 unless told.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn model(&self) -> &ArmModel {
+        &self.model
+    }
+
+    /// What the rotors of rigid joints add to `M11`; `M22` and `M33` with theirs.
+    pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
+        let model = &self.model;
+        let links = [0.0, model.swinging_kg_m2[0], model.swinging_kg_m2[1]];
+        std::array::from_fn(|i| links[i] + if model.transmission[i].is_none() { model.rotor_kg_m2[i] } else { 0.0 })
+    }
+
+    /// The least `M11` of the links over all poses.
+    fn least_turning_kg_m2(&self) -> f64 {
+        let ([a0, a2, a3], p) = (self.model.turning_kg_m2, self.model.coupling_kg_m2);
+        // A quadratic form of x = cos θ2 and y = sin θ3 on a square: least in the middle, on a side or in a corner.
+        let value = |x: f64, y: f64| a0 - a2 + a3 + 2.0 * a2 * x * x - 2.0 * a3 * y * y + p * x * y;
+        let side = |square: f64| if square > 0.0 { (-p / (2.0 * square)).clamp(-1.0, 1.0) } else { 1.0 };
+        let (x, y) = (side(2.0 * a2), side(-2.0 * a3));
+        [value(0.0, 0.0), value(1.0, 1.0), value(1.0, -1.0), value(x, 1.0), value(1.0, y)]
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+}

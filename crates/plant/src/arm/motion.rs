@@ -1,0 +1,322 @@
+//! An arm in motion: its anchor, what ends each segment, and where it is at a clock edge.
+
+use super::friction::Hold;
+use super::polynomial::{Polynomial, Reach, value};
+use super::series::{Series, Start};
+use super::{Arm, ArmEnergy};
+use crate::Band;
+
+/// A segment lasts at most this long, so that rounding stays that of small times, unless all is at rest.
+const LONGEST_S: f64 = 1.0;
+/// A segment lasts at least this long, even where the equations are singular.
+const SHORTEST_S: f64 = 1e-9;
+/// An amplifier this close to its command has come there, in N·m.
+const SETTLED_NM: f64 = 1e-18;
+
+/// Where an arm is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ArmState {
+    /// Angles of the links.
+    pub angles_rad: [f64; 3],
+    /// Speeds of the links.
+    pub speeds_rad_per_s: [f64; 3],
+    /// Angles of the motors, which the encoders see.
+    pub motor_angles_rad: [f64; 3],
+    /// Speeds of the motors.
+    pub motor_speeds_rad_per_s: [f64; 3],
+    /// Torques of the motors.
+    pub torques_nm: [f64; 3],
+    /// Whether friction holds a motor.
+    pub stuck: [bool; 3],
+}
+
+/// What ends a segment.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// The series is worn out.
+    Worn,
+    /// This joint comes to rest.
+    Stop(usize),
+    /// Friction does not hold this joint any longer; the direction it goes.
+    Break(usize, f64),
+}
+
+/// An arm in motion.
+#[derive(Clone)]
+pub struct ArmMotion<'a> {
+    arm: &'a Arm,
+    /// The anchor: the first edge at or after it, and how long before that edge it lies.
+    anchor: u64,
+    offset_s: f64,
+    start: Start,
+    holds: [Hold; 3],
+    series: Series,
+    /// How long the segment lasts from the anchor, why, and the first edge that it does not reach.
+    end_s: f64,
+    end: End,
+    end_edge: u64,
+    energy: ArmEnergy,
+    initial_j: f64,
+    mode_changes: u64,
+    segments: u64,
+}
+
+fn lanes([a, b, c]: [f64; 3]) -> [f64; 4] {
+    [a, b, c, 0.0]
+}
+
+fn joints([a, b, c, _]: [f64; 4]) -> [f64; 3] {
+    [a, b, c]
+}
+
+impl<'a> ArmMotion<'a> {
+    /// An arm at edge 0, without torque; transmissions are relaxed, and locked joints do not move whatever their speed.
+    #[must_use]
+    pub fn new(arm: &'a Arm, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
+        let q = lanes(angles_rad);
+        let v = lanes(std::array::from_fn(|i| if arm.model.free[i] { speeds_rad_per_s[i] } else { 0.0 }));
+        let start = Start { q, v, p: q, w: v, ..Start::default() };
+        let mut motion = Self {
+            arm,
+            anchor: 0,
+            offset_s: 0.0,
+            start,
+            holds: [Hold::Locked; 3],
+            series: Series::new(),
+            end_s: 0.0,
+            end: End::Worn,
+            end_edge: 0,
+            energy: ArmEnergy::default(),
+            initial_j: arm.stored_j(&start),
+            mode_changes: 0,
+            segments: 0,
+        };
+        motion.begin(0, 0.0, start, None);
+        motion
+    }
+
+    /// Comes to an edge, at or after the last one: the angles that the encoders see there.
+    #[inline]
+    pub fn step(&mut self, edge: u64) -> [f64; 3] {
+        while self.end_edge <= edge {
+            self.follow();
+        }
+        self.encoder_rad(edge)
+    }
+
+    /// The angles that the encoders see at an edge from the anchor on and before the segment's end.
+    #[inline(always)]
+    fn encoder_rad(&self, edge: u64) -> [f64; 3] {
+        joints(value(&self.series.p[..=self.series.powers], self.time_s(edge)))
+    }
+
+    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at which
+    /// a segment has ended. What [`ArmMotion::step`] brings there may lie in the bands again.
+    #[must_use]
+    pub fn next_event(&self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
+        let ended = self.end_edge <= limit;
+        // The last edge of this segment to look at.
+        let mut last = if ended { self.end_edge - 1 } else { limit };
+        let mut left = false;
+        for joint in (0..3).filter(|_| self.series.powers > 0) {
+            if self.series.p[1..].iter().all(|term| term[joint] == 0.0) {
+                continue;
+            }
+            if let Some(edge) = self.leaves(joint, &bands[joint], from, last) {
+                left = true;
+                // Others matter only before this one.
+                last = edge - 1;
+            }
+        }
+        if left { Some(last + 1) } else { ended.then_some(self.end_edge) }
+    }
+
+    /// The first edge in (`from`, `last`] at which the joint's encoder is outside its band.
+    fn leaves(&self, joint: usize, band: &Band, from: u64, last: u64) -> Option<u64> {
+        if last <= from {
+            return None;
+        }
+        let horizon_s = self.time_s(last);
+        let angle = Polynomial::new(&self.series.p, joint, 1.0, 0, horizon_s);
+        let noise = angle.noise();
+        let mut edge = from;
+        while edge < last {
+            let t = self.time_s(edge);
+            let [x, slope, curvature] = angle.at(t);
+            let mut safe_s = horizon_s - t;
+            for [room, slope, curvature] in
+                [[x - band.low, slope, curvature], [band.high - x, -slope, -curvature]].map(|mut side| {
+                    side[0] -= noise;
+                    side
+                })
+            {
+                if room < f64::INFINITY {
+                    safe_s = if room > 0.0 { angle.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
+                }
+            }
+            // The last edge that is safe without being looked at.
+            let edges = (safe_s / self.arm.edge_s) as u64;
+            if edges > 1 {
+                edge = last.min(edge + edges - 1);
+                continue;
+            }
+            edge += 1;
+            if band.left_by(self.encoder_rad(edge)[joint]) {
+                return Some(edge);
+            }
+        }
+        None
+    }
+
+    /// Commands torques from `edge` on, to which the motion has come.
+    pub fn drive(&mut self, edge: u64, torques_nm: [f64; 3]) {
+        let u = lanes(std::array::from_fn(|i| if self.arm.model.free[i] { torques_nm[i] } else { 0.0 }));
+        if u == self.start.u {
+            return;
+        }
+        let t = self.time_s(edge);
+        let mut x = self.account(t);
+        if self.arm.model.amplifier_s > 0.0 {
+            x.lag = std::array::from_fn(|i| x.lag[i] + (x.u[i] - u[i]));
+        }
+        x.u = u;
+        self.begin(edge, 0.0, x, None);
+    }
+
+    /// The state at an edge at which the motion is, or before the next event.
+    #[must_use]
+    pub fn state(&self, edge: u64) -> ArmState {
+        let x = self.at(self.time_s(edge));
+        ArmState {
+            angles_rad: joints(x.q),
+            speeds_rad_per_s: joints(x.v),
+            motor_angles_rad: joints(x.p),
+            motor_speeds_rad_per_s: joints(x.w),
+            torques_nm: std::array::from_fn(|i| x.u[i] + x.lag[i]),
+            stuck: self.holds.map(|hold| hold == Hold::Stuck),
+        }
+    }
+
+    /// The energy exchanged until an edge.
+    #[must_use]
+    pub fn energy(&self, edge: u64) -> ArmEnergy {
+        let mut energy = self.energy;
+        energy.take(&self.arm.model, &self.start, &self.series, self.time_s(edge));
+        energy
+    }
+
+    /// Energy stored at an edge over that at the start, in J.
+    #[must_use]
+    pub fn stored_j(&self, edge: u64) -> f64 {
+        self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
+    }
+
+    /// How often friction has taken hold of a joint or let it go.
+    #[must_use]
+    pub fn mode_changes(&self) -> u64 {
+        self.mode_changes
+    }
+
+    /// Series computed so far.
+    #[must_use]
+    pub fn segments(&self) -> u64 {
+        self.segments
+    }
+
+    /// Time from the anchor to an edge at or after it.
+    #[inline(always)]
+    fn time_s(&self, edge: u64) -> f64 {
+        (edge - self.anchor) as f64 * self.arm.edge_s + self.offset_s
+    }
+
+    /// The state a time after the anchor.
+    fn at(&self, t: f64) -> Start {
+        let Series { q, v, p, w, lag, powers, .. } = &self.series;
+        let [q, v, p, w, lag] = [q, v, p, w, lag].map(|terms| value(&terms[..=*powers], t));
+        Start { q, v, p, w, u: self.start.u, lag }
+    }
+
+    /// Accounts for the energy of the first `t` after the anchor and returns the state there.
+    fn account(&mut self, t: f64) -> Start {
+        self.energy.take(&self.arm.model, &self.start, &self.series, t);
+        self.at(t)
+    }
+
+    /// The segment after the present one.
+    #[cold]
+    fn follow(&mut self) {
+        let mut x = self.account(self.end_s);
+        let mut broke = None;
+        match self.end {
+            End::Worn => {}
+            End::Stop(joint) => {
+                x.w[joint] = 0.0;
+                if self.arm.model.transmission[joint].is_none() {
+                    x.v[joint] = 0.0;
+                }
+                self.mode_changes += 1;
+            }
+            End::Break(joint, direction) => {
+                broke = Some((joint, direction));
+                self.mode_changes += 1;
+            }
+        }
+        let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
+        self.begin(self.end_edge, offset_s, x, broke);
+    }
+
+    /// Anchors `offset_s` before `edge` at `x`.
+    fn begin(&mut self, edge: u64, offset_s: f64, mut x: Start, broke: Option<(usize, f64)>) {
+        if x.lag.iter().all(|lag| lag.abs() < SETTLED_NM) {
+            x.lag = [0.0; 4];
+        }
+        self.segments += 1;
+        (self.anchor, self.offset_s, self.start) = (edge, offset_s, x);
+        self.holds = self.arm.holds(&x, broke);
+        let good_s = self.series.write(self.arm, &x, &self.holds);
+        (self.end_s, self.end) = (good_s.clamp(SHORTEST_S, LONGEST_S), End::Worn);
+        if self.series.powers == 0 {
+            self.end_edge = u64::MAX;
+            return;
+        }
+        for joint in 0..3 {
+            self.watch(joint);
+        }
+        let mut end_edge = edge + (((self.end_s - offset_s) / self.arm.edge_s) as u64).saturating_sub(1);
+        while self.time_s(end_edge) < self.end_s {
+            end_edge += 1;
+        }
+        self.end_edge = end_edge;
+    }
+
+    /// Ends the segment where this joint's mode ends, if it does before.
+    fn watch(&mut self, joint: usize) {
+        match self.holds[joint] {
+            Hold::Slip(sign) if sign != 0.0 => {
+                // From rest, the first term only says that it starts.
+                let skip = usize::from(self.start.w[joint] == 0.0);
+                let speed = Polynomial::new(&self.series.w, joint, sign, skip, self.end_s);
+                self.shorten(speed.keeps(0.0, 1.0), End::Stop(joint));
+            }
+            Hold::Stuck => {
+                let torque = Polynomial::new(&self.series.hold, joint, 1.0, 0, self.end_s);
+                // Rounding may have put it beyond its limit already; then it breaks when it goes further.
+                let beyond_nm = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
+                let limit_nm = self.arm.model.coulomb_nm[joint].max(beyond_nm);
+                for direction in [1.0, -1.0] {
+                    self.shorten(torque.keeps(limit_nm, -direction), End::Break(joint, direction));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Ends the segment where a condition ceases to be kept, if it does before.
+    fn shorten(&mut self, reach: Reach, end: End) {
+        match reach {
+            Reach::At(t) if t < self.end_s => (self.end_s, self.end) = (t, end),
+            Reach::Until(t) if t < self.end_s => (self.end_s, self.end) = (t.max(SHORTEST_S), End::Worn),
+            _ => {}
+        }
+    }
+}

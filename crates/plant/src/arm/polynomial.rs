@@ -1,0 +1,145 @@
+//! Three series in lanes, and the first time at which one of them passes a limit, without missing any.
+//!
+//! On `[t, t + L]` a polynomial lies above the parabola of its value, slope and curvature at `t` less what a bound of its
+//! third derivative allows. Until that parabola meets the limit nothing is passed; from there one looks again. Near a
+//! crossing this converges like a method of third order, from before it.
+
+/// Order of the series.
+pub(super) const ORDER: usize = 16;
+
+/// A value for each joint; the last lane fills a register.
+pub(super) type Lanes = [f64; 4];
+
+/// Coefficients for each joint, by power.
+pub(super) type Coefficients = [Lanes; ORDER + 1];
+
+/// The value at `t` of a series of these powers.
+#[inline(always)]
+pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
+    let mut sum = [0.0; 4];
+    for term in terms.iter().rev() {
+        for lane in 0..4 {
+            sum[lane] = sum[lane] * t + term[lane];
+        }
+    }
+    sum
+}
+
+/// How far a polynomial keeps its limit.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Reach {
+    /// To the end.
+    Clear,
+    /// It passes the limit then.
+    At(f64),
+    /// At least until then; it comes so close that no more can be said from the start.
+    Until(f64),
+}
+
+/// One polynomial over `[0, end]`.
+pub(super) struct Polynomial {
+    c: [f64; ORDER + 1],
+    end: f64,
+    /// Bound of the third derivative.
+    third: f64,
+}
+
+impl Polynomial {
+    /// The polynomial `sign · terms`, divided by `t` as often as `skip` says.
+    pub(super) fn new(terms: &[Lanes], lane: usize, sign: f64, skip: usize, end: f64) -> Self {
+        let mut c = [0.0; ORDER + 1];
+        for (to, from) in c.iter_mut().zip(&terms[skip..]) {
+            *to = sign * from[lane];
+        }
+        let mut third = 0.0;
+        for k in (3..=ORDER).rev() {
+            third = third * end + (k * (k - 1) * (k - 2)) as f64 * c[k].abs();
+        }
+        Self { c, end, third }
+    }
+
+    /// The value at 0.
+    pub(super) fn start(&self) -> f64 {
+        self.c[0]
+    }
+
+    /// Bound of the rounding in the value anywhere.
+    pub(super) fn noise(&self) -> f64 {
+        let mut sum = 0.0;
+        for k in (1..=ORDER).rev() {
+            sum = (sum + (2 * k + 2) as f64 * self.c[k].abs()) * self.end;
+        }
+        f64::EPSILON * (self.c[0].abs() + sum)
+    }
+
+    /// Value, slope and second derivative.
+    #[inline]
+    pub(super) fn at(&self, t: f64) -> [f64; 3] {
+        let (mut x, mut slope, mut half) = (0.0, 0.0, 0.0);
+        for &c in self.c.iter().rev() {
+            half = half * t + slope;
+            slope = slope * t + x;
+            x = x * t + c;
+        }
+        [x, slope, 2.0 * half]
+    }
+
+    /// A time from `t` on, at most `rest`, during which a distance that is `[x, slope, curvature]` now stays positive.
+    #[inline]
+    pub(super) fn safe_for(&self, [x, slope, curvature]: [f64; 3], rest: f64) -> f64 {
+        let mut ahead = if slope < 0.0 { rest.min(-2.0 * x / slope) } else { rest };
+        for _ in 0..8 {
+            // Where the parabola x + slope t + bend t²/2 first comes to 0.
+            let bend = curvature - self.third * ahead / 3.0;
+            let square = slope * slope - 2.0 * bend * x;
+            let (length, share) = if slope > 0.0 {
+                (slope + square.max(0.0).sqrt(), -bend)
+            } else {
+                (2.0 * x, square.max(0.0).sqrt() - slope)
+            };
+            let never = square < 0.0 || (bend >= 0.0 && slope >= 0.0);
+            let safe = if never {
+                ahead
+            } else if share > 0.0 {
+                ahead.min(length / share)
+            } else {
+                0.0
+            };
+            // A shorter look is a sharper one.
+            if 4.0 * safe >= ahead {
+                return safe;
+            }
+            ahead = 4.0 * safe;
+        }
+        0.25 * ahead
+    }
+
+    /// The first time at which `limit + sign · polynomial`, not negative at the start, is negative.
+    pub(super) fn keeps(&self, limit: f64, sign: f64) -> Reach {
+        let mut most = 0.0;
+        for &c in self.c[1..].iter().rev() {
+            most = (most + (-sign * c).max(0.0)) * self.end;
+        }
+        if limit + sign * self.c[0] > most {
+            return Reach::Clear;
+        }
+        let mut t = 0.0;
+        for _ in 0..100 {
+            let [x, slope, curvature] = self.at(t).map(|v| sign * v);
+            let x = limit + x;
+            if x < 0.0 || (x == 0.0 && slope < 0.0) {
+                return Reach::At(t);
+            }
+            let next = t + self.safe_for([x, slope, curvature], self.end - t);
+            if next >= self.end {
+                return Reach::Clear;
+            }
+            if next - t <= 2.0 * f64::EPSILON * next {
+                // No further in floating point: it is here, if it goes down here at all.
+                return if slope < 0.0 { Reach::At(next) } else { Reach::Until(next) };
+            }
+            t = next;
+        }
+        Reach::Until(t)
+    }
+}
