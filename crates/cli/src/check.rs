@@ -134,7 +134,7 @@ fn check_loops(args: &Args, scenes: &[Loaded], report: &mut CheckReport, shown: 
             break;
         }
         let row = match found {
-            Err(error @ GhdlError::Failed { .. }) => unfinished("loop", &loaded.scene.name, &error),
+            Err(error @ GhdlError::Failed { .. }) => unfinished("loop", loaded.scene.name(), &error),
             found => found.map_err(refused)?,
         };
         shown.row(&row)?;

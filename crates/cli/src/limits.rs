@@ -1,5 +1,6 @@
 //! `hpu limits`: how stiff a scene's wall may be.
 
+use hpu_cosim::scene::Experiment;
 use hpu_study::limits::{Criterion, Emulated, Limits, limits};
 use serde_json::json;
 
@@ -24,7 +25,10 @@ pub struct Args {
 
 /// `hpu limits`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let scene = Loaded::new(&args.scene, &args.set.set, None)?.scene;
+    let Experiment::Axis(scene) = Loaded::new(&args.scene, &args.set.set, None)?.scene else {
+        let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
+        return Err(Failure::usage(said));
+    };
     // That there is no limit is a result.
     match limits(&scene) {
         Ok(found) if args.json => print_json(&object(&scene.name, &found))?,

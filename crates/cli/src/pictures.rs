@@ -1,5 +1,6 @@
 //! The pictures of a run.
 
+use hpu_cosim::{Ready, Session};
 use hpu_study::chart::{self, Picture, run_pictures};
 
 use crate::exit::Failure;
@@ -8,22 +9,24 @@ use crate::run::Ran;
 
 /// Draws and writes them, each as SVG and as PNG.
 pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    run_pictures(&chart_run(ran, command)).into_iter().try_for_each(|picture| put(&picture, folder))
+    let pictures = match ran.session {
+        Ready::Axis(session) => run_pictures(&chart_run(session, ran, command)),
+        Ready::Phantom(session) => chart::drop_pictures(session.scene(), &ran.trace, &ran.summary, command),
+    };
+    pictures.into_iter().try_for_each(|picture| put(&picture, folder))
 }
 
 /// Draws two runs in one figure.
 pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    put(&chart::side_by_side("Side by side", &runs.map(|ran| chart_run(ran, command)), command), folder)
+    let [Ready::Axis(one), Ready::Axis(other)] = runs.map(|ran| ran.session) else {
+        return Err(Failure::usage("only scenes of an axis are drawn side by side"));
+    };
+    let runs = [chart_run(one, runs[0], command), chart_run(other, runs[1], command)];
+    put(&chart::side_by_side("Side by side", &runs, command), folder)
 }
 
-fn chart_run<'a>(ran: &'a Ran, command: &'a str) -> chart::Run<'a> {
-    chart::Run {
-        scene: ran.session.scene(),
-        words: ran.session.words(),
-        trace: &ran.trace,
-        summary: &ran.summary,
-        command,
-    }
+fn chart_run<'a>(session: &'a Session, ran: &'a Ran, command: &'a str) -> chart::Run<'a> {
+    chart::Run { scene: session.scene(), words: session.words(), trace: &ran.trace, summary: &ran.summary, command }
 }
 
 fn put(Picture { name, svg, png }: &Picture, folder: &mut Folder) -> Result<(), Failure> {

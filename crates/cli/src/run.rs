@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::scene::{Datapath, Expectation, OutcomeKind};
-use hpu_cosim::{Comparison, Driver, Rig, Session, Summary, Trace, metric};
+use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
+use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
-use hpu_study::chart::NETS;
+use hpu_study::chart::{NETS, PHANTOM_NETS};
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
@@ -69,7 +69,7 @@ pub struct Ran<'s> {
     /// Name of the driver.
     pub driver: &'static str,
     /// The scene, ready.
-    pub session: &'s Session<'s>,
+    pub session: &'s Ready<'s>,
     /// What it was.
     pub summary: Summary,
     /// What was recorded.
@@ -97,11 +97,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return scene::list(args.json);
     };
     let loaded = Loaded::new(name, &args.set.set, args.edges)?;
-    if loaded.scene.model.datapath == Datapath::Linear {
-        let said = format!("{} is of the linear law, which has no datapath to run; see hpu limits", loaded.scene.name);
+    if let Experiment::Axis(scene) = &loaded.scene
+        && scene.model.datapath == Datapath::Linear
+    {
+        let said = format!("{} is of the linear law, which has no datapath to run; see hpu limits", scene.name);
         return Err(Failure::usage(said));
     }
-    let session = Session::new(&loaded.scene).map_err(Failure::file)?;
+    let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     if args.compare {
         return compare(&session, args.json);
@@ -117,7 +119,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         rtl = Some(row?);
     }
-    let mut ran = simulate(&session, args, folder.as_mut())?;
+    let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut())?;
     ran.rtl = rtl;
     if interrupt::pressed() {
         return interrupted(&ran, args.json);
@@ -151,18 +153,30 @@ fn write(
         let command = format!("{} -o {out}", loaded.command());
         pictures::write(ran, &command, folder)?;
         if let Some(other) = other {
-            let session = Session::new(&other.scene).map_err(Failure::file)?;
-            let command = format!("{command} --beside {}", other.scene.name);
-            pictures::write_beside([ran, &simulate(&session, args, None)?], &command, folder)?;
+            let session = Ready::new(&other.scene).map_err(Failure::file)?;
+            let command = format!("{command} --beside {}", other.scene.name());
+            pictures::write_beside([ran, &simulate(&other.scene, &session, args, None)?], &command, folder)?;
         }
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
     folder.write("summary.json", format!("{:#}\n", run_json::summary(ran)))
 }
 
+/// The nets that are drawn and tabled.
+fn nets(session: &Ready) -> &'static [&'static str] {
+    match session {
+        Ready::Axis(_) => &NETS,
+        Ready::Phantom(_) => &PHANTOM_NETS,
+    }
+}
+
 /// Runs the scene, its waveforms recorded when there is a folder for them.
-fn simulate<'s>(session: &'s Session<'s>, args: &Args, folder: Option<&mut Folder>) -> Result<Ran<'s>, Failure> {
-    let scene = session.scene();
+fn simulate<'s>(
+    scene: &Experiment,
+    session: &'s Ready<'s>,
+    args: &Args,
+    folder: Option<&mut Folder>,
+) -> Result<Ran<'s>, Failure> {
     let (driver, name) = match args.driver {
         DriverArg::Events => (Driver::Events, "events"),
         DriverArg::Clock => (Driver::Clock, "clock"),
@@ -170,19 +184,19 @@ fn simulate<'s>(session: &'s Session<'s>, args: &Args, folder: Option<&mut Folde
         DriverArg::Rtl => (Driver::Events, "rtl"),
     };
     let control = interrupt::heed();
-    let mut trace = session.trace(&NETS);
+    let mut trace = session.trace(nets(session));
     let summary = match folder {
-        None => with_progress(scene.edges(), control, || session.run(driver, &mut trace, &mut (), control)),
+        None => with_progress(session.edges(), control, || session.run(driver, &mut trace, &mut (), control)),
         Some(folder) => {
             let mut waves = Waves::begin(session, folder, args.vcd)?;
             let run = || session.run(driver, &mut trace, &mut waves, control);
-            let summary = with_progress(scene.edges(), control, run);
+            let summary = with_progress(session.edges(), control, run);
             waves.finish(folder, Cycle(summary.edges))?;
             summary
         }
     };
     let judged = summary.complete && args.edges.is_none();
-    let expect = judged.then_some(&scene.expect);
+    let expect = judged.then_some(scene.expect());
     let outcome = expect.and_then(|expect| expect.outcome);
     let numbers = expect.map_or(&[][..], |expect| &expect.numbers).iter().map(|expected| {
         let got = metric(expected.metric, scene, &summary, &trace);
@@ -214,7 +228,7 @@ fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
 fn trace_csv(ran: &Ran) -> String {
     let trace = &ran.trace;
     let all = ran.session.wiring().nets();
-    let nets: Vec<_> = NETS.iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
+    let nets: Vec<_> = nets(ran.session).iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
     let mut header = vec!["time_s".to_string()];
     header.extend(ran.session.reals().iter().map(|real| real.name.to_string()));
     header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));
@@ -230,17 +244,16 @@ fn trace_csv(ran: &Ran) -> String {
 }
 
 /// `hpu run --compare`.
-fn compare(session: &Session, as_json: bool) -> Result<Exit, Failure> {
-    let scene = session.scene();
-    let Comparison { edges, mismatches, first } = session.compare(scene.edges());
+fn compare(session: &Ready, as_json: bool) -> Result<Exit, Failure> {
+    let Comparison { edges, mismatches, first } = session.compare(session.edges());
     if as_json {
         let first = first.map(
             |first| json!({ "edge": first.edge, "name": first.name, "events": first.events, "clock": first.clock }),
         );
-        print_json(&json!({ "scene": scene.name, "edges": edges, "mismatches": mismatches, "first": first }))?;
+        print_json(&json!({ "scene": session.name(), "edges": edges, "mismatches": mismatches, "first": first }))?;
     } else {
         let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
-        let mut text = format!("{}: events against clock, {edges} edges, {said}\n", scene.name);
+        let mut text = format!("{}: events against clock, {edges} edges, {said}\n", session.name());
         if let Some(first) = first {
             let (events, clock) = (first.events, first.clock);
             text +=

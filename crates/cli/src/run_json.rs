@@ -1,6 +1,6 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
-use hpu_cosim::{NetUse, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, Verdict};
 use hpu_signal::Format;
 use serde_json::{Value, json};
 
@@ -8,15 +8,16 @@ use crate::run::Ran;
 
 /// The object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
-    let (scene, summary) = (ran.session.scene(), &ran.summary);
-    let (energy, realised) = (&summary.energy, &ran.session.words().realised);
+    let summary = &ran.summary;
+    let energy = &summary.energy;
     // The VHDL's time, when it ran.
     let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |row| row.seconds);
     json!({
-        "scene": scene.name,
+        "scene": ran.session.name(),
         "driver": ran.driver,
         "outcome": summary.verdict.map(outcome),
         "complete": summary.complete,
+        "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),
         "edges": summary.edges,
         "motion_s": summary.motion_s,
         "wall_s": wall_s,
@@ -25,6 +26,8 @@ pub fn summary(ran: &Ran) -> Value {
         "activity": summary.activity(),
         "ticks": summary.ticks,
         "encoder_edges": summary.encoder_edges,
+        "output_changes": summary.output_changes,
+        // The name that this had first.
         "gate_changes": summary.output_changes,
         "mode_changes": summary.mode_changes,
         "energy": {
@@ -39,20 +42,40 @@ pub fn summary(ran: &Ran) -> Value {
             "diodes_j": energy.diodes_j,
             "viscous_j": energy.viscous_j,
             "coulomb_j": energy.coulomb_j,
+            "transmission_j": energy.transmission_j,
         },
-        "realised": {
-            "torque_quantum_nm": realised.torque_quantum_nm,
-            "count_rad": realised.count_rad,
-            "wall_position_rad": realised.wall_position_rad,
-            "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
-            "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
-            "sample_rate_hz": realised.sample_rate_hz,
-        },
+        "realised": realised(ran.session),
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
         "rtl": ran.rtl.as_ref().map(|row| json!({ "edges": row.edges, "mismatches": row.mismatches })),
         "files": ran.files,
     })
+}
+
+/// What the scene's words make of its values.
+fn realised(session: &Ready) -> Value {
+    match session {
+        Ready::Axis(session) => {
+            let realised = session.words().realised;
+            json!({
+                "torque_quantum_nm": realised.torque_quantum_nm,
+                "count_rad": realised.count_rad,
+                "wall_position_rad": realised.wall_position_rad,
+                "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+                "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
+                "sample_rate_hz": realised.sample_rate_hz,
+            })
+        }
+        Ready::Phantom(session) => {
+            let (scene, words) = (session.scene(), session.words());
+            let formats = &scene.method.config.formats;
+            json!({
+                "wall_position_m": formats.position.to_f64(words.high),
+                "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
+                "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
+            })
+        }
+    }
 }
 
 fn outcome(verdict: Verdict) -> Value {
@@ -67,6 +90,9 @@ fn outcome(verdict: Verdict) -> Value {
         Verdict::Diverged { at_s, amplitude_rad } => {
             json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad })
         }
+        Verdict::Passive { rms_m } => json!({ "kind": "passive", "rms_m": rms_m }),
+        Verdict::NonPassive { rms_m } => json!({ "kind": "non_passive", "rms_m": rms_m }),
+        Verdict::HighlyUnstable { at_s } => json!({ "kind": "highly_unstable", "at_s": at_s }),
     }
 }
 

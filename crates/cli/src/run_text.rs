@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Metric, OutcomeKind, Scene};
-use hpu_cosim::{Rig, Trace, Verdict};
+use hpu_cosim::scene::{Metric, OutcomeKind, PhantomScene, Scene};
+use hpu_cosim::{PhantomSession, Ready, Rig, Session, Trace, Verdict};
 
 use crate::run::Ran;
 use crate::terminal;
@@ -11,23 +11,34 @@ use crate::units::{error_percent, percent, si};
 
 /// All that a run was.
 pub fn summary(ran: &Ran) -> String {
-    let scene = ran.session.scene();
     let mut text = String::new();
     let mut row = |name: &str, said: String| {
         writeln!(text, "{name:<10} {said}").expect("a string grows");
     };
-    let clock = si(scene.clock.frequency_hz() as f64, "Hz");
-    row("scene", format!("{}, {} at {clock}", scene.name, ran.session.wiring().name()));
+    let clock = si(ran.session.clock().frequency_hz() as f64, "Hz");
+    row("scene", format!("{}, {} at {clock}", ran.session.name(), ran.session.wiring().name()));
     let outcome = match ran.summary.verdict {
         Some(verdict) => outcome(verdict),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
         None => "stopped before its end".to_string(),
     };
     row("outcome", outcome);
-    if ran.summary.verdict.is_some() {
-        row("motion", motion(scene, &ran.trace));
+    match ran.session {
+        Ready::Axis(session) => {
+            if ran.summary.verdict.is_some() {
+                row("motion", motion(session.scene(), &ran.trace));
+            }
+            words(session).into_iter().for_each(|said| row("words", said));
+        }
+        Ready::Phantom(session) => {
+            if let Some(abort) = ran.summary.aborted {
+                row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
+            }
+            row("platform", platform(session.scene()));
+            row("motion", drop_motion(session.scene(), &ran.trace));
+            drop_words(session).into_iter().for_each(|said| row("words", said));
+        }
     }
-    words(ran).into_iter().for_each(|said| row("words", said));
     if ran.summary.energy.exchanged_j > 0.0 {
         energy(ran).into_iter().for_each(|said| row("energy", said));
     }
@@ -58,6 +69,9 @@ pub fn outcome_name(kind: OutcomeKind) -> &'static str {
         OutcomeKind::Settled => "settled",
         OutcomeKind::LimitCycle => "limit_cycle",
         OutcomeKind::Diverged => "diverged",
+        OutcomeKind::Passive => "passive",
+        OutcomeKind::NonPassive => "non_passive",
+        OutcomeKind::HighlyUnstable => "highly_unstable",
     }
 }
 
@@ -78,6 +92,11 @@ fn outcome(verdict: Verdict) -> String {
         Verdict::Diverged { at_s, amplitude_rad } => {
             format!("diverged: amplitude {}, growing since {}", si(amplitude_rad, "rad"), si(at_s, "s"))
         }
+        Verdict::Passive { rms_m } => format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
+        Verdict::NonPassive { rms_m } => {
+            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m"))
+        }
+        Verdict::HighlyUnstable { at_s } => format!("highly unstable: aborted at {}", si(at_s, "s")),
     }
 }
 
@@ -94,8 +113,56 @@ fn motion(scene: &Scene, trace: &Trace) -> String {
     )
 }
 
-fn words(ran: &Ran) -> [String; 4] {
-    let (scene, words) = (ran.session.scene(), ran.session.words());
+/// Who computes the force, and when.
+fn platform(scene: &PhantomScene) -> String {
+    let (name, period) = (scene.platform.name(), scene.period_clocks());
+    let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
+    let how = if scene.model.ideal {
+        "the law in floats on the true position".to_string()
+    } else if scene.platform.is_host() {
+        format!("floating point, commands {} samples late", scene.model.delay_samples)
+    } else {
+        let kind = if scene.method.shared { "one multiplier" } else { "all in parallel" };
+        format!("the datapath, {kind}")
+    };
+    format!("{name}: every {period} clocks ({rate}), {how}")
+}
+
+fn drop_motion(scene: &PhantomScene, trace: &Trace) -> String {
+    let axis = scene.drop.axis;
+    let heights = trace.real(axis.index());
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    format!(
+        "tip ends at {} = {}, deepest {} beyond the wall",
+        axis.name(),
+        si(heights.last().copied().unwrap_or(0.0), "m"),
+        si((-scene.room.distance_m - least).max(0.0), "m")
+    )
+}
+
+fn drop_words(session: &PhantomSession) -> [String; 2] {
+    let (scene, words) = (session.scene(), session.words());
+    let formats = &scene.method.config.formats;
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}",
+            words.stiffness,
+            formats.stiffness,
+            si(formats.stiffness.to_f64(words.stiffness), "N/m"),
+            si(scene.room.stiffness_n_per_m, "N/m")
+        ),
+        format!(
+            "walls at {} of {}: {}, asked {}",
+            words.high,
+            formats.position,
+            si(formats.position.to_f64(words.high), "m"),
+            si(scene.room.distance_m, "m")
+        ),
+    ]
+}
+
+fn words(session: &Session) -> [String; 4] {
+    let (scene, words) = (session.scene(), session.words());
     let (realised, method) = (&words.realised, &scene.method);
     [
         format!(
@@ -137,13 +204,21 @@ fn energy(ran: &Ran) -> [String; 3] {
             j(energy.stored_j),
             j(energy.dissipated_j)
         ),
-        format!(
-            "dissipated in copper {}, diodes {}, viscous friction {}, Coulomb friction {}",
-            j(energy.copper_j),
-            j(energy.diodes_j),
-            j(energy.viscous_j),
-            j(energy.coulomb_j)
-        ),
+        match ran.session {
+            Ready::Axis(_) => format!(
+                "dissipated in copper {}, diodes {}, viscous friction {}, Coulomb friction {}",
+                j(energy.copper_j),
+                j(energy.diodes_j),
+                j(energy.viscous_j),
+                j(energy.coulomb_j)
+            ),
+            Ready::Phantom(_) => format!(
+                "dissipated in viscous friction {}, Coulomb friction {}, the transmission {}",
+                j(energy.viscous_j),
+                j(energy.coulomb_j),
+                j(energy.transmission_j)
+            ),
+        },
         format!(
             "residual {:.1e} of the {} exchanged",
             energy.residual_j.abs() / energy.exchanged_j,
@@ -222,5 +297,6 @@ fn unit(metric: Metric) -> &'static str {
         Metric::Frequency => "Hz",
         Metric::PeakTorque => "N.m",
         Metric::SpringOverflowShare | Metric::EncoderEdges => "",
+        Metric::Rms => "m",
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use hpu_cosim::scene::{Scene, SceneError, Shipped, shipped, shipped_file};
+use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
 use hpu_rtl::LoopOptions;
 use serde_json::json;
 
@@ -35,7 +35,7 @@ fn pair(text: &str) -> Result<(String, String), String> {
 /// A scene, and where it came from.
 pub struct Loaded {
     /// The scene.
-    pub scene: Scene,
+    pub scene: Experiment,
     name: String,
     text: String,
     overrides: Vec<(String, String)>,
@@ -50,7 +50,7 @@ impl Loaded {
         let mut overrides = overrides.to_vec();
         let mut parsed = source.parse(&overrides)?;
         if let Some(edges) = edges {
-            let duration_s = edges as f64 / parsed.clock.frequency_hz() as f64;
+            let duration_s = edges as f64 / parsed.clock().frequency_hz() as f64;
             overrides.push(("run.duration".to_string(), format!("{duration_s:?}")));
             parsed = source.parse(&overrides)?;
         }
@@ -72,7 +72,7 @@ impl Loaded {
 
     /// The command that runs this scene.
     pub fn command(&self) -> String {
-        let place = if self.is_shipped { &self.scene.name } else { &self.name };
+        let place = if self.is_shipped { self.scene.name() } else { &self.name };
         let set = self.overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value)));
         format!("hpu run {place}{}", set.collect::<String>())
     }
@@ -116,12 +116,12 @@ fn source(scene: &str) -> Result<Source, Failure> {
 }
 
 impl Source {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Scene, Failure> {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
         let mut load = |file: &str| {
             let read = fs::read(self.data.join(file));
             if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
         };
-        Scene::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
+        Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
     }
 }
 
@@ -130,10 +130,10 @@ pub fn list(as_json: bool) -> Result<Exit, Failure> {
     let scenes: Vec<_> =
         shipped().iter().map(|shipped| shipped.parse(&[])).collect::<Result<_, SceneError>>().map_err(Failure::file)?;
     if as_json {
-        let rows: Vec<_> = scenes.iter().map(|scene| json!({ "name": scene.name, "about": scene.about })).collect();
+        let rows: Vec<_> = scenes.iter().map(|scene| json!({ "name": scene.name(), "about": scene.about() })).collect();
         print_json(&json!({ "scenes": rows }))?;
     } else {
-        let lines = scenes.iter().map(|scene| format!("{:<24} {}\n", scene.name, first_sentence(&scene.about)));
+        let lines = scenes.iter().map(|scene| format!("{:<24} {}\n", scene.name(), first_sentence(scene.about())));
         print(&lines.collect::<String>())?;
     }
     Ok(Exit::Fine)

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::{Rig, Session};
+use hpu_cosim::{Ready, Rig};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Vectors, scene_vectors, stimuli, write_committed};
 
@@ -145,8 +145,8 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
 
 fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
-    let session = Session::new(&loaded.scene).map_err(Failure::file)?;
-    let (scene, wiring) = (&loaded.scene.name, session.wiring().name());
+    let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
+    let (scene, wiring) = (loaded.scene.name(), session.wiring().name());
     // To stdout goes one set: that of the loop, unless a block is named.
     let of_loop = args.blocks.is_empty() && args.out.is_none();
     let wanted = |name: &str| {

@@ -3,9 +3,10 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
 use hpu_datapath::{LoopIn, LoopOut};
-use hpu_plant::{Device, Gates, REALS};
+use hpu_plant::{Band, Device, Gates, REALS};
 use hpu_signal::Real;
 
+use crate::encoder::Encoder;
 use crate::plant::{Kind, Plant};
 use crate::summary::EnergyAudit;
 use crate::world::{Pins, World};
@@ -17,13 +18,13 @@ pub struct AxisWorld<'p> {
     /// Index of the net that an averaged bridge follows.
     command: usize,
     device: Option<Device<'p>>,
+    encoder: Encoder,
     edge: u64,
-    count: i64,
-    band: (f64, f64),
     pins: Pins,
     /// Index of the next knot or recorded change.
     next: usize,
-    encoder_edges: u64,
+    /// Changes of recorded pins so far.
+    recorded: u64,
 }
 
 impl<'p> AxisWorld<'p> {
@@ -34,22 +35,19 @@ impl<'p> AxisWorld<'p> {
             plant,
             command,
             device: None,
+            encoder: Encoder::new(plant.count_rad, 0.0),
             edge: 0,
-            count: 0,
-            band: (0.0, 0.0),
             pins: Pins::default(),
             next: 0,
-            encoder_edges: 0,
+            recorded: 0,
         };
-        match &plant.kind {
-            Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } => {
-                world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
-                world.recount(*angle_rad);
-            }
-            Kind::Capture { .. } => {}
+        if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
+            world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
+            world.encoder = Encoder::new(plant.count_rad, *angle_rad);
+            world.pins = world.encoder.pins();
         }
         world.due();
-        world.encoder_edges = 0;
+        world.recorded = 0;
         world
     }
 
@@ -69,13 +67,13 @@ impl<'p> AxisWorld<'p> {
                     let device = self.device.as_mut().expect("an axis has a device");
                     device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
                     let angle_rad = device.state(self.edge)[2];
-                    self.recount(angle_rad);
+                    self.count(angle_rad);
                 }
             }
             Kind::Capture { pins } => {
                 while let Some(&(_, now)) = pins.get(self.next).filter(|change| change.0 <= self.edge) {
                     self.next += 1;
-                    self.encoder_edges += u64::from(now != self.pins);
+                    self.recorded += u64::from(now != self.pins);
                     self.pins = now;
                 }
             }
@@ -84,26 +82,9 @@ impl<'p> AxisWorld<'p> {
 
     #[inline(always)]
     fn count(&mut self, angle_rad: f64) {
-        if !(angle_rad >= self.band.0 && angle_rad < self.band.1) {
-            self.recount(angle_rad);
+        if self.encoder.sense(angle_rad) {
+            self.pins = self.encoder.pins();
         }
-    }
-
-    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it does
-    /// not depend on how the angle was reached.
-    fn recount(&mut self, angle_rad: f64) {
-        let step = self.plant.count_rad;
-        let mut count = (angle_rad / step).floor() as i64;
-        while angle_rad < count as f64 * step {
-            count -= 1;
-        }
-        while angle_rad >= (count + 1) as f64 * step {
-            count += 1;
-        }
-        self.encoder_edges += count.abs_diff(self.count);
-        self.count = count;
-        self.band = (count as f64 * step, (count + 1) as f64 * step);
-        self.pins = Pins::at(count);
     }
 }
 
@@ -143,7 +124,8 @@ impl World for AxisWorld<'_> {
         // Whatever has no edge of its own comes with the next one.
         let due = due.map(|edge| edge.max(self.edge + 1)).filter(|&edge| edge <= limit);
         let last = due.unwrap_or(limit);
-        let event = self.device.as_ref().and_then(|device| device.next_event(self.edge, last, self.band));
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_ref().and_then(|device| device.next_event(self.edge, last, (low, high)));
         let edge = event.map_or(last, |event| event.0);
         before(self, edge);
         self.edge = edge;
@@ -198,7 +180,7 @@ impl World for AxisWorld<'_> {
     }
 
     fn encoder_edges(&self) -> u64 {
-        self.encoder_edges
+        self.encoder.edges + self.recorded
     }
 
     fn mode_changes(&self) -> u64 {

@@ -3,10 +3,16 @@
 pub mod replay;
 pub mod scene;
 
+mod arm_world;
 mod axis_world;
+mod encoder;
 mod engine;
+mod host;
 mod linear;
+mod phantom_session;
 mod plant;
+mod random;
+mod ready;
 mod rig;
 mod session;
 mod summary;
@@ -14,13 +20,17 @@ mod trace;
 mod verdict;
 mod world;
 
+pub use arm_world::{ARM_REALS, FpgaWorld, HostWorld};
 pub use axis_world::AxisWorld;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use linear::LinearLoop;
+pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};
+pub use random::SplitMix64;
+pub use ready::Ready;
 pub use rig::{Rig, TheLoop, Visit};
 pub use session::{Session, SessionError};
 pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
-pub use verdict::{Verdict, judge};
+pub use verdict::{PASSIVE_RMS_M, Verdict, judge, judge_drop};
 pub use world::{Pins, World};

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
@@ -20,13 +21,25 @@ pub enum TheLoop {
     Hybrid(HybridLoop),
     /// Both sampled and held.
     Conventional(ConventionalLoop),
+    /// A PHANToM's, every block its own logic.
+    Phantom(PhantomLoop),
+    /// A PHANToM's, one multiplier for all.
+    PhantomShared(PhantomSharedLoop),
+    /// Counters and DACs around a host.
+    PhantomIo(PhantomIo),
 }
 
 impl TheLoop {
     /// Every wiring in its default configuration.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        vec![Self::Hybrid(HybridLoop::default()), Self::Conventional(ConventionalLoop::default())]
+        vec![
+            Self::Hybrid(HybridLoop::default()),
+            Self::Conventional(ConventionalLoop::default()),
+            Self::Phantom(PhantomLoop::default()),
+            Self::PhantomShared(PhantomSharedLoop::default()),
+            Self::PhantomIo(PhantomIo::default()),
+        ]
     }
 
     /// The wiring as a block.
@@ -35,6 +48,9 @@ impl TheLoop {
         match self {
             Self::Hybrid(wiring) => wiring,
             Self::Conventional(wiring) => wiring,
+            Self::Phantom(wiring) => wiring,
+            Self::PhantomShared(wiring) => wiring,
+            Self::PhantomIo(wiring) => wiring,
         }
     }
 
@@ -50,6 +66,9 @@ impl TheLoop {
         match self {
             Self::Hybrid(wiring) => wiring.nets(),
             Self::Conventional(wiring) => wiring.nets(),
+            Self::Phantom(wiring) => wiring.nets(),
+            Self::PhantomShared(wiring) => wiring.nets(),
+            Self::PhantomIo(wiring) => wiring.nets(),
         }
     }
 }

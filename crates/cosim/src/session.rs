@@ -23,6 +23,8 @@ pub enum SessionError {
     Config(hpu_datapath::ConfigError),
     /// Its device does not make a plant.
     Plant(PlantError),
+    /// Its arm is impossible.
+    Arm(String),
 }
 
 impl fmt::Display for SessionError {
@@ -31,6 +33,7 @@ impl fmt::Display for SessionError {
             Self::Scene(error) => error.fmt(f),
             Self::Config(error) => error.fmt(f),
             Self::Plant(error) => error.fmt(f),
+            Self::Arm(error) => error.fmt(f),
         }
     }
 }
@@ -130,6 +133,7 @@ impl Rig for Session<'_> {
         match &self.wiring {
             TheLoop::Hybrid(wiring) => visit.visit(wiring, world, self.input()),
             TheLoop::Conventional(wiring) => visit.visit(wiring, world, self.input()),
+            _ => unreachable!("not an axis's"),
         }
     }
 

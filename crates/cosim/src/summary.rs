@@ -2,7 +2,7 @@
 
 use hpu_signal::{Signal, SignalUse};
 
-use crate::scene::{Metric, OutcomeKind, Scene};
+use crate::scene::{Experiment, Metric, OutcomeKind};
 use crate::trace::Trace;
 use crate::verdict::Verdict;
 
@@ -102,26 +102,32 @@ impl Summary {
             Verdict::Settled { .. } => OutcomeKind::Settled,
             Verdict::LimitCycle { .. } => OutcomeKind::LimitCycle,
             Verdict::Diverged { .. } => OutcomeKind::Diverged,
+            Verdict::Passive { .. } => OutcomeKind::Passive,
+            Verdict::NonPassive { .. } => OutcomeKind::NonPassive,
+            Verdict::HighlyUnstable { .. } => OutcomeKind::HighlyUnstable,
         })
     }
 }
 
 /// A number that a scene may expect, from what a run left behind; `None` where it has no meaning.
 #[must_use]
-pub fn metric(metric: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -> Option<f64> {
+pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
     let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let angles = trace.angles_rad();
+    let wall_rad = match experiment {
+        Experiment::Axis(scene) => scene.wall.position_rad,
+        Experiment::Phantom(_) => 0.0,
+    };
     // A recording has no motion, but its edges and its words count.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {
         summary.verdict?;
     }
     Some(match metric {
-        Metric::FinalAngle => *angles.last()?,
-        Metric::PeakAngle => peak(angles),
-        Metric::PeakPenetration => (peak(angles) - scene.wall.position_rad).max(0.0),
+        Metric::FinalAngle => *trace.angles_rad().last()?,
+        Metric::PeakAngle => peak(trace.angles_rad()),
+        Metric::PeakPenetration => (peak(trace.angles_rad()) - wall_rad).max(0.0),
         Metric::Amplitude => match summary.verdict? {
             Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
-            Verdict::Settled { .. } => 0.0,
+            _ => 0.0,
         },
         Metric::Frequency => match summary.verdict? {
             Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
@@ -133,5 +139,9 @@ pub fn metric(metric: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,
+        Metric::Rms => match summary.verdict? {
+            Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => rms_m,
+            _ => return None,
+        },
     })
 }

@@ -8,8 +8,14 @@
 //! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean, each
 //!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
 //!    (a hand still on its way) falls here too, at 0 Hz.
+//!
+//! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it: **passive**
+//! when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm, else **non-passive**.
+//! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is aborted when the
+//! tip reaches the opposite wall, which it can only with energy that the loop has generated, or leaves the tables.
 
 use crate::Trace;
+use crate::summary::Abort;
 
 /// What became of a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -35,6 +41,21 @@ pub enum Verdict {
         /// Half of the range in the later half of the window.
         amplitude_rad: f64,
     },
+    /// A drop test that came to rest on the wall.
+    Passive {
+        /// rms about the steady value.
+        rms_m: f64,
+    },
+    /// A drop test that kept chattering on the wall.
+    NonPassive {
+        /// rms about the steady value.
+        rms_m: f64,
+    },
+    /// A drop test that had to be aborted.
+    HighlyUnstable {
+        /// When.
+        at_s: f64,
+    },
 }
 
 fn half_range(angles: &[f64]) -> f64 {
@@ -46,7 +67,7 @@ fn half_range(angles: &[f64]) -> f64 {
 #[must_use]
 pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let angles = trace.angles_rad();
-    let window = &angles[angles.len() - (angles.len() * 3 / 10).max(2).min(angles.len())..];
+    let window = last_three_tenths(angles);
     let at_s = trace.times_s()[angles.len() - window.len()];
     if window.iter().any(|x| !x.is_finite()) {
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
@@ -77,4 +98,23 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let frequency_hz =
         if passages > 1 { f64::from(passages - 1) / ((last - first) as f64 * trace.interval_s()) } else { 0.0 };
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
+}
+
+/// rms below which a drop test is passive: 0.003 cm.
+pub const PASSIVE_RMS_M: f64 = 30e-6;
+
+/// Judges a drop test on the column of the trace that holds the logged coordinate.
+#[must_use]
+pub fn judge_drop(logged_m: &[f64], aborted: Option<Abort>) -> Verdict {
+    if let Some(Abort { at_s, .. }) = aborted {
+        return Verdict::HighlyUnstable { at_s };
+    }
+    let window = last_three_tenths(logged_m);
+    let mean = window.iter().sum::<f64>() / window.len() as f64;
+    let rms_m = (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
+    if rms_m < PASSIVE_RMS_M { Verdict::Passive { rms_m } } else { Verdict::NonPassive { rms_m } }
+}
+
+fn last_three_tenths(values: &[f64]) -> &[f64] {
+    &values[values.len() - (values.len() * 3 / 10).max(2).min(values.len())..]
 }

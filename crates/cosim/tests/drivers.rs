@@ -1,24 +1,24 @@
 //! The drivers: leaping and stepping agree, watching changes nothing, and a recording drives the datapath as its device did.
 
 use hpu_cosim::replay::PinEdge;
-use hpu_cosim::scene::{Hand, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary};
+use hpu_cosim::scene::{Experiment, Hand, shipped};
+use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Edges that each scene is compared over.
 const EDGES: u64 = 2_000_000;
 
-fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
+fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
     scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[track_caller]
-fn agree(scene: &Scene) {
-    let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
+fn agree(scene: &Experiment) {
+    let session = Ready::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let comparison = session.compare(scene.edges().min(EDGES));
-    assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name, comparison.first);
+    assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name(), comparison.first);
 }
 
 #[test]
@@ -72,13 +72,13 @@ fn timeless(summary: Summary) -> Summary {
 fn watching_a_run_changes_nothing_of_it() {
     for scene in shipped() {
         let scene = parsed(scene.name, &[]);
-        let session = Session::new(&scene).unwrap();
+        let session = Ready::new(&scene).unwrap();
         let nets: Vec<&str> = session.wiring().nets().iter().map(|net| net.name).collect();
         let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
         let mut dense = Dense::default();
         let watched = session.run(Driver::Events, &mut session.trace(&nets), &mut dense, &Control::default());
-        assert_eq!(timeless(watched), timeless(alone), "{}", scene.name);
-        assert!(dense.rows > 1000, "{}", scene.name);
+        assert_eq!(timeless(watched), timeless(alone), "{}", scene.name());
+        assert!(dense.rows > 1000, "{}", scene.name());
     }
 }
 
@@ -86,7 +86,7 @@ fn watching_a_run_changes_nothing_of_it() {
 fn a_hundred_times_as_many_rows_change_neither_words_nor_energy() {
     let run = |rate| {
         let scene = parsed("hybrid-wall", &[("record.plant_rate", rate), ("run.duration", "300 ms")]);
-        let session = Session::new(&scene).unwrap();
+        let session = Ready::new(&scene).unwrap();
         let mut dense = Dense::default();
         let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut dense, &Control::default());
         // The verdict's numbers are those of the rows it was decided on.
@@ -115,7 +115,7 @@ impl Observe for Analyser {
 #[test]
 fn recorded_pins_drive_every_net_as_the_device_did() {
     for name in ["hybrid-wall", "hybrid-wall-25mhz", "conventional-wall-1khz", "wrap-product"] {
-        let scene = parsed(name, &[]);
+        let scene = parsed(name, &[]).axis().unwrap();
         let session = Session::new(&scene).unwrap();
         let mut analyser = Analyser { clock: scene.clock, edges: Vec::new() };
         let mut closed = Dense::default();

@@ -4,21 +4,21 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use hpu_cosim::scene::{Hand, Loop, Scene, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, Rig, Session, metric};
+use hpu_cosim::{Control, Driver, Ready, Rig, metric};
 
 fn parsed(name: &str) -> Scene {
     let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
-    scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"))
+    scene.parse(&[]).unwrap_or_else(|error| panic!("{error}")).axis().unwrap()
 }
 
 #[test]
 fn every_shipped_scene_parses_under_its_name_and_expects_something() {
     for scene in shipped() {
         let parsed = scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(parsed.name, scene.name);
-        let expect = &parsed.expect;
+        assert_eq!(parsed.name(), scene.name);
+        let expect = parsed.expect();
         assert!(expect.outcome.is_some() || !expect.numbers.is_empty(), "{}", scene.name);
-        parsed.words().unwrap_or_else(|error| panic!("{error}"));
+        Ready::new(&parsed).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 
@@ -63,13 +63,13 @@ fn the_walls_that_are_compared_differ_in_nothing_but_the_loop() {
 fn every_shipped_scene_does_what_it_expects() {
     for shipped in shipped() {
         let scene = shipped.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-        let session = Session::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
+        let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
         let mut trace = session.trace(&[]);
         let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
-        if scene.expect.outcome.is_some() {
-            assert_eq!(summary.outcome(), scene.expect.outcome, "{}", shipped.name);
+        if scene.expect().outcome.is_some() {
+            assert_eq!(summary.outcome(), scene.expect().outcome, "{}", shipped.name);
         }
-        for number in &scene.expect.numbers {
+        for number in &scene.expect().numbers {
             let name = number.metric.name();
             let value = metric(number.metric, &scene, &summary, &trace)
                 .unwrap_or_else(|| panic!("{}: {name} has no meaning", shipped.name));

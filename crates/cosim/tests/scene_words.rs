@@ -8,7 +8,7 @@ use hpu_datapath::{ConventionalLoop, HybridLoop};
 fn scene(overrides: &[(&str, &str)]) -> Result<Scene, String> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let hybrid = shipped().iter().find(|scene| scene.name == "hybrid-wall").unwrap();
-    hybrid.parse(&overrides).map_err(|error| error.to_string())
+    hybrid.parse(&overrides).map(|scene| scene.axis().unwrap()).map_err(|error| error.to_string())
 }
 
 fn words(overrides: &[(&str, &str)]) -> LoopWords {

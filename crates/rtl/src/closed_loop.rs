@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use std::{env, fs};
 
-use hpu_cosim::scene::{Scene, shipped_file};
-use hpu_cosim::{Rig, Session, TheLoop};
+use hpu_cosim::scene::{Experiment, shipped_file};
+use hpu_cosim::{Ready, Rig, TheLoop};
 use hpu_datapath::{block_by_name, registry};
 
 use crate::ghdl::{GhdlError, Library};
@@ -52,7 +52,7 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     let start = Instant::now();
     let LoopOptions { name, text, overrides, data, edges, .. } = options;
     let scene = parse(name, text, overrides, data).map_err(|said| refused(name, said))?;
-    let session = Session::new(&scene).map_err(|error| refused(name, error.to_string()))?;
+    let session = Ready::new(&scene).map_err(|error| refused(name, error.to_string()))?;
     let library = library(&options.hdl, session.wiring())?;
     let wiring = session.wiring().block();
     let shared = shared_library()?;
@@ -71,7 +71,7 @@ pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
     let unit = format!("tb_loop_{}", wiring.name());
     let said = library.run(&unit, &generics, &environment)?;
     let tally = tally(&said).ok_or_else(|| GhdlError::Failed { step: format!("finish {unit}"), said })?;
-    let mut row = CheckRow::new(wiring.name(), &scene.name);
+    let mut row = CheckRow::new(wiring.name(), scene.name());
     row.add(Ok(tally), true, start.elapsed().as_secs_f64());
     Ok(row)
 }
@@ -81,7 +81,7 @@ fn refused(name: &str, said: String) -> GhdlError {
 }
 
 /// The scene and the number of edges that the runner asks its child process for.
-pub(crate) fn scene_from_environment() -> Result<(Scene, u64), String> {
+pub(crate) fn scene_from_environment() -> Result<(Experiment, u64), String> {
     let get = |name: &str| env::var(name).map_err(|error| format!("{name}: {error}"));
     let set = get("HPU_SCENE_SET")?;
     let overrides: Vec<_> = set
@@ -94,9 +94,9 @@ pub(crate) fn scene_from_environment() -> Result<(Scene, u64), String> {
     Ok((scene, edges))
 }
 
-fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Scene, String> {
+fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Experiment, String> {
     let mut load = |file: &str| fs::read(data.join(file)).or_else(|error| shipped_file(file).map_err(|_| error));
-    Scene::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
+    Experiment::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
 }
 
 /// Analyses the blocks, the probed copy of the wiring, and its testbench.

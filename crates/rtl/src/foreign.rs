@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use hpu_cosim::Session;
+use hpu_cosim::Ready;
 
 use crate::closed_loop::scene_from_environment;
 use crate::lockstep::Lockstep;
@@ -18,7 +18,7 @@ thread_local! {
 /// The scene lives as long as the process.
 fn open() -> Lockstep<'static> {
     let (scene, edges) = scene_from_environment().unwrap_or_else(|error| panic!("{error}"));
-    let session = Session::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
+    let session = Ready::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
     Lockstep::new(Box::leak(Box::new(session)), edges)
 }
 

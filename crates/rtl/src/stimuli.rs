@@ -1,9 +1,10 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
+use hpu_cosim::SplitMix64;
 use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
-use crate::{SplitMix64, Stimulus};
+use crate::Stimulus;
 
 /// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
 const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];

@@ -9,6 +9,12 @@ pub enum OutcomeKind {
     LimitCycle,
     /// It swings ever wider.
     Diverged,
+    /// A drop test: it rests on the wall.
+    Passive,
+    /// A drop test: it chatters on the wall.
+    NonPassive,
+    /// A drop test: it had to be aborted.
+    HighlyUnstable,
 }
 
 /// What is expected of a run.
@@ -50,11 +56,13 @@ pub enum Metric {
     SpringOverflowShare,
     /// Changes of the encoder's lines.
     EncoderEdges,
+    /// rms about the steady value at the end of a drop test, m.
+    Rms,
 }
 
 impl Metric {
-    /// Every metric, for lists.
-    pub const ALL: [Self; 8] = [
+    /// Those of an axis.
+    pub const OF_AN_AXIS: [Self; 8] = [
         Self::FinalAngle,
         Self::PeakAngle,
         Self::PeakPenetration,
@@ -77,6 +85,7 @@ impl Metric {
             Self::PeakTorque => "peak_torque",
             Self::SpringOverflowShare => "spring_overflow_share",
             Self::EncoderEdges => "encoder_edges",
+            Self::Rms => "rms",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes: one TOML file is one experiment.
+//! Scenes: one TOML file is one experiment, on an axis (the table below) or on a PHANToM ([`phantom`]).
 //!
 //! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the method,
 //! the wall, the hand, how much physics is modelled, how long it runs, what is recorded and what is expected. Everything is
@@ -31,11 +31,13 @@
 
 mod expect;
 mod parts;
+pub mod phantom;
 mod quantity;
 mod read;
 mod read_device;
 mod read_hand;
 mod read_method;
+mod read_phantom;
 mod section;
 mod shipped;
 mod source;
@@ -45,6 +47,9 @@ pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use parts::{
     Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor, PathPoint, Pwm, Record,
     Run, Wall,
+};
+pub use phantom::{
+    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform, Premium, Room,
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
@@ -57,7 +62,101 @@ use source::{Places, Source};
 /// Edges a run may last: what a [`hpu_signal::Cycle`] holds, with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
 
-/// One experiment, validated, in SI units.
+/// Any experiment.
+#[derive(Clone, PartialEq, Debug)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub enum Experiment {
+    /// One axis: a motor with a wheel, and a wall.
+    Axis(Scene),
+    /// The three axes of a PHANToM.
+    Phantom(PhantomScene),
+}
+
+impl Experiment {
+    /// Parses and validates a scene of either kind; as [`Scene::parse`].
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
+    pub fn parse(
+        name: &str,
+        text: &str,
+        overrides: &[(String, String)],
+        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    ) -> Result<Self, SceneError> {
+        let source = Source::parse(name, text, overrides)?;
+        let kind = source.root().section("device")?.get("kind").and_then(|kind| kind.as_str().map(str::to_string));
+        if kind.as_deref() == Some("phantom") {
+            return read_phantom::phantom_scene(name, source).map(Self::Phantom);
+        }
+        read::scene(name, source, load).map(Self::Axis)
+    }
+
+    /// The scene, if it is one of an axis.
+    #[must_use]
+    pub fn axis(self) -> Option<Scene> {
+        match self {
+            Self::Axis(scene) => Some(scene),
+            Self::Phantom(_) => None,
+        }
+    }
+
+    /// The scene, if it is one of a PHANToM.
+    #[must_use]
+    pub fn phantom(self) -> Option<PhantomScene> {
+        match self {
+            Self::Phantom(scene) => Some(scene),
+            Self::Axis(_) => None,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Axis(scene) => &scene.name,
+            Self::Phantom(scene) => &scene.name,
+        }
+    }
+
+    /// What it shows and what to look for.
+    #[must_use]
+    pub fn about(&self) -> &str {
+        match self {
+            Self::Axis(scene) => &scene.about,
+            Self::Phantom(scene) => &scene.about,
+        }
+    }
+
+    /// The FPGA's clock.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        match self {
+            Self::Axis(scene) => scene.clock,
+            Self::Phantom(scene) => scene.clock,
+        }
+    }
+
+    /// Duration in clock edges.
+    #[must_use]
+    pub fn edges(&self) -> u64 {
+        match self {
+            Self::Axis(scene) => scene.edges(),
+            Self::Phantom(scene) => scene.edges(),
+        }
+    }
+
+    /// What is expected of the run.
+    #[must_use]
+    pub fn expect(&self) -> &Expect {
+        match self {
+            Self::Axis(scene) => &scene.expect,
+            Self::Phantom(scene) => &scene.expect,
+        }
+    }
+}
+
+/// One experiment on an axis, validated, in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scene {
     /// Name: that of the file, without folder and extension.

@@ -55,7 +55,7 @@ dimensions! {
     RESISTANCE = "a resistance", "Ohm", [si("Ohm"), si("ohm")];
     INDUCTANCE = "an inductance", "H", [si("H")];
     TORQUE_CONSTANT = "a torque constant", "N.m/A", [si("N.m/A"), si("V.s/rad"), si("V.s")];
-    LENGTH = "a length", "m", [si("m")];
+    LENGTH = "a length", "m", [si("m"), unit("cm", 1.0, -2)];
     SPEED = "a speed", "m/s", [si("m/s")];
     FORCE = "a force", "N", [si("N")];
     STIFFNESS = "a stiffness", "N/m", [si("N/m"), unit("N/mm", 1.0, 3)];

@@ -24,7 +24,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let parts = Scene {
-        name: name(file),
+        name: scene_name(file),
         about,
         device,
         encoder: encoder(&root.section("encoder")?)?,
@@ -35,7 +35,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         hand,
         model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?)?,
+        record: record(&root.section("record")?, 10e3)?,
         expect: expect(&root.section("expect")?, axis)?,
         places: source.places,
     };
@@ -43,7 +43,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
     Ok(parts)
 }
 
-fn name(file: &str) -> String {
+pub(super) fn scene_name(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.strip_suffix(".toml").unwrap_or(name).to_string()
 }
@@ -80,7 +80,7 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     if linear { Ok(()) } else { scene.words().map(|_| ()) }
 }
 
-fn clock(s: &Section) -> Result<Clock, SceneError> {
+pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
     s.accept(&["frequency"])?;
     let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Positive, None)?;
     // Beyond u64 the cast saturates, and the clock refuses that too.
@@ -108,7 +108,7 @@ fn model(s: &Section) -> Result<Model, SceneError> {
     })
 }
 
-fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
+pub(super) fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
     s.accept(&["duration", "seed"])?;
     let duration_s = s.quantity("duration", &q::TIME, Positive, None)?;
     let edges = duration_s * clock.frequency_hz() as f64;
@@ -119,16 +119,16 @@ fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
     Ok(Run { duration_s, seed: s.integer("seed", 0, i64::MAX as u64, Some(0))? })
 }
 
-fn record(s: &Section) -> Result<Record, SceneError> {
+pub(super) fn record(s: &Section, plant_rate_hz: f64) -> Result<Record, SceneError> {
     s.accept(&["plant_rate", "clock"])?;
     Ok(Record {
-        plant_rate_hz: s.quantity("plant_rate", &q::FREQUENCY, Positive, Some(10e3))?,
+        plant_rate_hz: s.quantity("plant_rate", &q::FREQUENCY, Positive, Some(plant_rate_hz))?,
         clock: s.flag("clock", false)?,
     })
 }
 
 fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
-    let names: Vec<&str> = std::iter::once("outcome").chain(Metric::ALL.map(Metric::name)).collect();
+    let names: Vec<&str> = std::iter::once("outcome").chain(Metric::OF_AN_AXIS.map(Metric::name)).collect();
     s.accept(&names)?;
     let outcomes = [
         ("settled", Some(OutcomeKind::Settled)),
@@ -136,12 +136,13 @@ fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
         ("diverged", Some(OutcomeKind::Diverged)),
     ];
     let mut numbers = Vec::new();
-    for metric in Metric::ALL.into_iter().filter(|metric| s.has(metric.name())) {
+    for metric in Metric::OF_AN_AXIS.into_iter().filter(|metric| s.has(metric.name())) {
         let dimension = match metric {
             Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => axis.position,
             Metric::Frequency => &q::FREQUENCY,
             Metric::PeakTorque => axis.effort,
             Metric::SpringOverflowShare | Metric::EncoderEdges => &q::RATIO,
+            Metric::Rms => unreachable!("not of an axis"),
         };
         let number = s.section(metric.name())?;
         number.accept(&["value", "tolerance"])?;

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Scene, SceneError};
+use super::{Experiment, SceneError};
 
 /// A shipped scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -19,8 +19,8 @@ impl Shipped {
     /// # Errors
     ///
     /// [`SceneError`] when an override is refused, or names a file that is not shipped.
-    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Scene, SceneError> {
-        Scene::parse(&format!("testbench/scenes/{}.toml", self.name), self.text, overrides, &mut shipped_file)
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        Experiment::parse(&format!("testbench/scenes/{}.toml", self.name), self.text, overrides, &mut shipped_file)
     }
 }
 
@@ -51,6 +51,7 @@ static SCENES: &[Shipped] = scenes![
     "prescribed-sweep",
     "replay-capture",
     "replay-motion",
+    "phantom-drop",
 ];
 
 static FILES: &[(&str, &str)] =

@@ -4,6 +4,7 @@
 
 mod bits;
 mod canvas;
+mod drop;
 mod motion;
 mod panel;
 mod side_by_side;
@@ -14,10 +15,15 @@ use hpu_cosim::{Summary, Trace, Verdict};
 
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 
+pub use drop::drop_pictures;
 pub use side_by_side::side_by_side;
 
 /// The nets that a run's trace must hold for its pictures, in this order.
 pub const NETS: [&str; 6] = ["position", "penetration", "spring", "velocity", "drag", "command"];
+
+/// The nets that the pictures of a PHANToM want; an FPGA beside a host has the commands alone.
+pub const PHANTOM_NETS: [&str; 9] =
+    ["command1", "command2", "command3", "x", "y", "z", "force_x", "force_y", "force_z"];
 
 /// A finished run, as a picture needs it.
 #[derive(Clone, Copy)]
@@ -69,6 +75,9 @@ fn outcome(summary: &Summary) -> String {
             format!("limit cycle of {:.1} mrad at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }
         Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} rad"),
+        Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
+            unreachable!("the verdicts of a drop test")
+        }
         None if summary.complete => "recorded encoder lines".into(),
         None => "interrupted".into(),
     }

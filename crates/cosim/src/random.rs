@@ -1,10 +1,10 @@
-//! The random numbers of stimuli: the same on every platform, for ever.
+//! Random numbers of stimuli and of trials: the same on every platform, for ever.
 
 /// SplitMix64 (Steele, Lea, Flood 2014): a counter in steps of the golden ratio, its bits mixed.
 ///
 /// ```
 /// // The first numbers of seed 1234567, as published with the algorithm.
-/// let mut random = hpu_rtl::SplitMix64::new(1_234_567);
+/// let mut random = hpu_cosim::SplitMix64::new(1_234_567);
 /// assert_eq!(random.next_u64(), 6_457_827_717_110_365_317);
 /// assert_eq!(random.next_u64(), 3_203_168_211_198_807_973);
 /// ```

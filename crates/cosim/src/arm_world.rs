@@ -1,0 +1,309 @@
+//! The world of a PHANToM: the arm with its three encoders, motors behind DACs, and, on some platforms, a host computer.
+
+use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
+use hpu_plant::Band;
+use hpu_plant::arm::{Arm, ArmMotion, kinematics};
+use hpu_signal::Real;
+
+use crate::encoder::Encoder;
+use crate::host::{Host, HostState};
+use crate::summary::EnergyAudit;
+use crate::world::World;
+
+/// The continuous outputs of a PHANToM.
+pub const ARM_REALS: [Real; 9] = [
+    Real { name: "tip_x_m", doc: "Position of the tip" },
+    Real { name: "tip_y_m", doc: "Position of the tip" },
+    Real { name: "tip_z_m", doc: "Position of the tip" },
+    Real { name: "logged_x_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "logged_y_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "logged_z_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "torque1_nm", doc: "Torque of the motor on joint 1" },
+    Real { name: "torque2_nm", doc: "Torque of the motor on joint 2" },
+    Real { name: "torque3_nm", doc: "Torque of the motor on joint 3" },
+];
+
+/// The immutable laws of a PHANToM's world.
+pub struct ArmPlant {
+    pub(crate) arm: Arm,
+    /// Angle of one count of each joint.
+    pub(crate) count_rad: [f64; 3],
+    /// Torque of one count of each joint's DAC.
+    pub(crate) command_nm: [f64; 3],
+    /// Angles and speeds at the start.
+    pub(crate) start_rad: [f64; 3],
+    pub(crate) start_rad_per_s: [f64; 3],
+    /// Counts that the tables of sines hold lie in `-half..half`.
+    pub(crate) half: i64,
+    /// The axis of a drop test and how far the opposite wall is.
+    pub(crate) axis: usize,
+    pub(crate) opposite_m: f64,
+    /// The host, if one computes the force.
+    pub(crate) host: Option<Host>,
+}
+
+impl ArmPlant {
+    /// The tip as the counts tell it.
+    pub(crate) fn logged_m(&self, counts: [i64; 3]) -> [f64; 3] {
+        let joint = |i: usize| counts[i] as f64 * self.count_rad[i];
+        kinematics::tip_m(self.arm.model().lengths_m, [joint(0), joint(1), joint(2)])
+    }
+}
+
+/// The arm and its encoders, at one clock edge.
+#[derive(Clone)]
+pub(crate) struct ArmState<'p> {
+    pub(crate) plant: &'p ArmPlant,
+    pub(crate) motion: ArmMotion<'p>,
+    encoders: [Encoder; 3],
+    pub(crate) edge: u64,
+    command: [i64; 3],
+    over: Option<&'static str>,
+}
+
+impl<'p> ArmState<'p> {
+    fn new(plant: &'p ArmPlant) -> Self {
+        let encoder = |i: usize| Encoder::new(plant.count_rad[i], plant.start_rad[i]);
+        Self {
+            plant,
+            motion: ArmMotion::new(&plant.arm, plant.start_rad, plant.start_rad_per_s),
+            encoders: [encoder(0), encoder(1), encoder(2)],
+            edge: 0,
+            command: [0; 3],
+            over: None,
+        }
+    }
+
+    fn counts(&self) -> [i64; 3] {
+        [0, 1, 2].map(|i| self.encoders[i].count())
+    }
+
+    fn pins(&self) -> [i64; 6] {
+        let [first, second, third] = [0, 1, 2].map(|i| self.encoders[i].pins());
+        [first.a, first.b, second.a, second.b, third.a, third.b]
+    }
+
+    fn bands(&self) -> [Band; 3] {
+        [0, 1, 2].map(|i| self.encoders[i].band())
+    }
+
+    /// The encoders are at these angles now.
+    #[inline]
+    fn sense(&mut self, angles_rad: [f64; 3]) {
+        let mut changed = false;
+        for (encoder, angle_rad) in self.encoders.iter_mut().zip(angles_rad) {
+            changed |= encoder.sense(angle_rad);
+        }
+        if changed {
+            self.watch();
+        }
+    }
+
+    /// Whether the test has to be aborted, decided at every change of a count.
+    #[cold]
+    fn watch(&mut self) {
+        let (plant, counts) = (self.plant, self.counts());
+        if counts.iter().any(|count| !(-plant.half..plant.half).contains(count)) {
+            self.over = Some("a joint left the tables of sines");
+        } else if plant.logged_m(counts)[plant.axis] > plant.opposite_m {
+            self.over = Some("the tip reached the opposite wall");
+        }
+    }
+
+    /// The edge of the arm's next event, up to `limit`.
+    fn next(&self, limit: u64) -> u64 {
+        self.motion.next_event(self.edge, limit, &self.bands()).unwrap_or(limit)
+    }
+
+    /// Flows to an edge.
+    fn go(&mut self, edge: u64) {
+        self.edge = edge;
+        let angles_rad = self.motion.step(edge);
+        self.sense(angles_rad);
+    }
+
+    fn drive(&mut self, command: [i64; 3]) {
+        if command != self.command {
+            self.command = command;
+            let torque = |i: usize| command[i] as f64 * self.plant.command_nm[i];
+            self.motion.drive(self.edge, [torque(0), torque(1), torque(2)]);
+        }
+    }
+
+    fn reals(&self, edge: u64) -> [f64; 9] {
+        let state = self.motion.state(edge);
+        let tip = kinematics::tip_m(self.plant.arm.model().lengths_m, state.angles_rad);
+        let logged = self.plant.logged_m(self.counts());
+        let [t1, t2, t3] = state.torques_nm;
+        [tip[0], tip[1], tip[2], logged[0], logged[1], logged[2], t1, t2, t3]
+    }
+
+    fn audit(&self) -> EnergyAudit {
+        let energy = self.motion.energy(self.edge);
+        let stored_j = self.motion.stored_j(self.edge);
+        let dissipated_j = energy.viscous_j + energy.coulomb_j + energy.transmission_j;
+        EnergyAudit {
+            source_j: energy.source_j,
+            supplied_j: energy.source_j,
+            stored_j,
+            viscous_j: energy.viscous_j,
+            coulomb_j: energy.coulomb_j,
+            transmission_j: energy.transmission_j,
+            dissipated_j,
+            exchanged_j: energy.exchanged_j,
+            residual_j: energy.source_j - stored_j - dissipated_j,
+            ..EnergyAudit::default()
+        }
+    }
+
+    fn encoder_edges(&self) -> u64 {
+        self.encoders.iter().map(|encoder| encoder.edges).sum()
+    }
+}
+
+/// The arm around an FPGA that computes the force.
+#[derive(Clone)]
+pub struct FpgaWorld<'p> {
+    state: ArmState<'p>,
+}
+
+impl<'p> FpgaWorld<'p> {
+    /// The world at edge 0.
+    #[must_use]
+    pub fn new(plant: &'p ArmPlant) -> Self {
+        Self { state: ArmState::new(plant) }
+    }
+}
+
+impl World for FpgaWorld<'_> {
+    type In = PhantomIn<i64>;
+    type Out = PhantomOut<i64>;
+    type Row = [f64; 9];
+    const REALS: &'static [Real] = &ARM_REALS;
+
+    fn edge(&self) -> u64 {
+        self.state.edge
+    }
+
+    #[inline]
+    fn place(&self, input: &mut PhantomIn<i64>) {
+        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = self.state.pins();
+    }
+
+    fn sense(&mut self) {
+        self.state.go(self.state.edge + 1);
+    }
+
+    fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
+        let edge = self.state.next(limit);
+        before(self, edge);
+        self.state.go(edge);
+    }
+
+    fn drive(&mut self, out: PhantomOut<i64>, _: &[i64]) {
+        self.state.drive([out.command1, out.command2, out.command3]);
+    }
+
+    fn reals(&self, edge: u64) -> Self::Row {
+        self.state.reals(edge)
+    }
+
+    fn audit(&self) -> EnergyAudit {
+        self.state.audit()
+    }
+
+    fn encoder_edges(&self) -> u64 {
+        self.state.encoder_edges()
+    }
+
+    fn mode_changes(&self) -> u64 {
+        self.state.motion.mode_changes()
+    }
+
+    fn over(&self) -> Option<&'static str> {
+        self.state.over
+    }
+}
+
+/// The arm around an FPGA that only counts and drives the DACs, and the host that computes the force.
+#[derive(Clone)]
+pub struct HostWorld<'p> {
+    state: ArmState<'p>,
+    host: HostState<'p>,
+}
+
+impl<'p> HostWorld<'p> {
+    /// The world at edge 0.
+    ///
+    /// # Panics
+    ///
+    /// When the plant has no host.
+    #[must_use]
+    pub fn new(plant: &'p ArmPlant) -> Self {
+        let host = plant.host.as_ref().expect("a plant with a host");
+        Self { state: ArmState::new(plant), host: HostState::new(host) }
+    }
+
+    /// What the host does at the present edge.
+    fn due(&mut self) {
+        let Self { state, host } = self;
+        while host.due() <= state.edge {
+            host.act(state.edge, || state.motion.state(state.edge).motor_angles_rad);
+        }
+    }
+}
+
+impl World for HostWorld<'_> {
+    type In = PhantomIoIn<i64>;
+    type Out = PhantomIoOut<i64>;
+    type Row = [f64; 9];
+    const REALS: &'static [Real] = &ARM_REALS;
+
+    fn edge(&self) -> u64 {
+        self.state.edge
+    }
+
+    #[inline]
+    fn place(&self, input: &mut PhantomIoIn<i64>) {
+        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = self.state.pins();
+        [input.host1, input.host2, input.host3] = self.host.command();
+    }
+
+    fn sense(&mut self) {
+        self.state.go(self.state.edge + 1);
+        self.due();
+    }
+
+    fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
+        let limit = limit.min(self.host.due());
+        let edge = self.state.next(limit);
+        before(self, edge);
+        self.state.go(edge);
+        self.due();
+    }
+
+    fn drive(&mut self, out: PhantomIoOut<i64>, _: &[i64]) {
+        self.state.drive([out.command1, out.command2, out.command3]);
+        self.host.read([out.position1, out.position2, out.position3]);
+    }
+
+    fn reals(&self, edge: u64) -> Self::Row {
+        self.state.reals(edge)
+    }
+
+    fn audit(&self) -> EnergyAudit {
+        self.state.audit()
+    }
+
+    fn encoder_edges(&self) -> u64 {
+        self.state.encoder_edges()
+    }
+
+    fn mode_changes(&self) -> u64 {
+        self.state.motion.mode_changes()
+    }
+
+    fn over(&self) -> Option<&'static str> {
+        self.state.over
+    }
+}

@@ -1,0 +1,66 @@
+//! An incremental encoder: the count of an angle, and the two lines that tell it.
+
+use hpu_plant::Band;
+
+use crate::world::Pins;
+
+/// The state of an encoder on a shaft.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Encoder {
+    step_rad: f64,
+    count: i64,
+    band: Band,
+    /// Changes of the count so far.
+    pub(crate) edges: u64,
+}
+
+impl Encoder {
+    /// An encoder whose count turns over every `step_rad`, at an angle.
+    pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
+        let mut encoder = Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0 };
+        encoder.recount(angle_rad);
+        encoder.edges = 0;
+        encoder
+    }
+
+    pub(crate) fn count(&self) -> i64 {
+        self.count
+    }
+
+    pub(crate) fn pins(&self) -> Pins {
+        Pins::at(self.count)
+    }
+
+    /// The angles of the present count.
+    #[inline(always)]
+    pub(crate) fn band(&self) -> Band {
+        self.band
+    }
+
+    /// The shaft is at an angle now; whether the count has changed.
+    #[inline(always)]
+    pub(crate) fn sense(&mut self, angle_rad: f64) -> bool {
+        // Not a number is outside of every band.
+        let stays = angle_rad >= self.band.low && angle_rad < self.band.high;
+        if !stays {
+            self.recount(angle_rad);
+        }
+        !stays
+    }
+
+    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it does
+    /// not depend on how the angle was reached.
+    fn recount(&mut self, angle_rad: f64) {
+        let step = self.step_rad;
+        let mut count = (angle_rad / step).floor() as i64;
+        while angle_rad < count as f64 * step {
+            count -= 1;
+        }
+        while angle_rad >= (count + 1) as f64 * step {
+            count += 1;
+        }
+        self.edges += count.abs_diff(self.count);
+        self.count = count;
+        self.band = Band { low: count as f64 * step, high: (count + 1) as f64 * step, open: true };
+    }
+}

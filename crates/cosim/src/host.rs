@@ -1,0 +1,141 @@
+//! The host of the operating-system platforms: samples the counters, computes the wall's force in floating point, and commands
+//! the DACs a while later. The FPGA only counts and converts.
+//!
+//! Samples are due every period. `PMOS-1` takes each one late by a random time up to its jitter, and some not at all (both
+//! assumed: the paper gives no figures). The same law without quantisation, on the continuous angles, is the `ideal` law of the
+//! fidelity ladder.
+
+use hpu_plant::arm::kinematics;
+use hpu_signal::Format;
+
+use crate::random::SplitMix64;
+
+/// The immutable part of a host.
+pub(crate) struct Host {
+    pub(crate) lengths_m: [f64; 2],
+    pub(crate) count_rad: [f64; 3],
+    pub(crate) command_nm: [f64; 3],
+    pub(crate) command: Format,
+    pub(crate) position: Format,
+    pub(crate) distance_m: f64,
+    pub(crate) walls: [bool; 3],
+    pub(crate) stiffness_n_per_m: f64,
+    pub(crate) force_limit_n: f64,
+    pub(crate) ideal: bool,
+    pub(crate) period: u64,
+    pub(crate) first: u64,
+    pub(crate) delay: u64,
+    pub(crate) jitter: u64,
+    /// Missed samples in 2^32.
+    pub(crate) missed: u64,
+    pub(crate) seed: u64,
+}
+
+impl Host {
+    /// The command for these angles: wall force, Jacobian transpose, DAC counts.
+    fn law(&self, angles_rad: [f64; 3]) -> [i64; 3] {
+        let tip = kinematics::tip_m(self.lengths_m, angles_rad);
+        let mut force = [0.0; 3];
+        for axis in 0..3 {
+            let penetration = if tip[axis] > self.distance_m {
+                tip[axis] - self.distance_m
+            } else {
+                (tip[axis] + self.distance_m).min(0.0)
+            };
+            if self.walls[axis] {
+                force[axis] = (-self.stiffness_n_per_m * penetration).clamp(-self.force_limit_n, self.force_limit_n);
+            }
+        }
+        let torque = kinematics::torques_nm(self.lengths_m, angles_rad, force);
+        let (least, most) = (self.command.min() as f64, self.command.max() as f64);
+        [0, 1, 2].map(|i| (torque[i] / self.command_nm[i]).round().clamp(least, most) as i64)
+    }
+}
+
+/// A host at work.
+#[derive(Clone)]
+pub(crate) struct HostState<'p> {
+    host: &'p Host,
+    random: SplitMix64,
+    /// When the next sample was due, and when it is taken.
+    nominal: u64,
+    sample: u64,
+    /// Commands under way, the earliest first.
+    pending: [(u64, [i64; 3]); HostState::MOST],
+    waiting: usize,
+    positions: [i64; 3],
+    command: [i64; 3],
+}
+
+impl<'p> HostState<'p> {
+    /// Commands that may be under way at once: the longest delay is four samples.
+    const MOST: usize = 8;
+
+    pub(crate) fn new(host: &'p Host) -> Self {
+        let mut state = Self {
+            host,
+            random: SplitMix64::new(host.seed),
+            nominal: host.first,
+            sample: host.first,
+            pending: [(u64::MAX, [0; 3]); Self::MOST],
+            waiting: 0,
+            positions: [0; 3],
+            command: [0; 3],
+        };
+        state.sample += state.late();
+        state
+    }
+
+    fn late(&mut self) -> u64 {
+        if self.host.jitter == 0 { 0 } else { self.random.below(self.host.jitter + 1) }
+    }
+
+    /// The edge at which it does something next.
+    #[inline]
+    pub(crate) fn due(&self) -> u64 {
+        self.sample.min(self.pending[0].0)
+    }
+
+    pub(crate) fn command(&self) -> [i64; 3] {
+        self.command
+    }
+
+    /// What the counters show.
+    pub(crate) fn read(&mut self, positions: [i64; 3]) {
+        self.positions = positions;
+    }
+
+    /// Does what is due at an edge.
+    pub(crate) fn act(&mut self, edge: u64, angles_rad: impl FnOnce() -> [f64; 3]) {
+        if self.sample <= edge {
+            let taken = self.host.missed == 0 || self.random.below(1 << 32) >= self.host.missed;
+            if taken {
+                let host = self.host;
+                let signed = |word: i64| {
+                    let bits = host.position.width();
+                    Format::signed(bits).from_bits(host.position.bits(word))
+                };
+                let angles_rad = if host.ideal {
+                    angles_rad()
+                } else {
+                    [0, 1, 2].map(|i| signed(self.positions[i]) as f64 * host.count_rad[i])
+                };
+                self.send(edge + host.delay, host.law(angles_rad));
+            }
+            self.nominal += self.host.period;
+            self.sample = self.nominal + self.late();
+        }
+        while self.pending[0].0 <= edge {
+            self.command = self.pending[0].1;
+            self.pending.copy_within(1.., 0);
+            self.waiting -= 1;
+            self.pending[Self::MOST - 1].0 = u64::MAX;
+        }
+    }
+
+    /// A command that was computed later arrives later, however long each took.
+    fn send(&mut self, edge: u64, command: [i64; 3]) {
+        self.pending[self.waiting] = (edge, command);
+        self.waiting += 1;
+    }
+}

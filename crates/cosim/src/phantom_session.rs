@@ -1,0 +1,225 @@
+//! A scene of a PHANToM, made ready.
+
+use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
+use hpu_plant::arm::{Arm, ArmModel, Transmission};
+use hpu_signal::{Clock, Format, Ports, Real};
+
+use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
+use crate::host::Host;
+use crate::random::SplitMix64;
+use crate::rig::{Rig, TheLoop, Visit};
+use crate::scene::{PhantomScene, PhantomWords, Platform, Premium, Record};
+use crate::session::SessionError;
+use crate::summary::Abort;
+use crate::trace::Trace;
+use crate::verdict::{Verdict, judge_drop};
+
+/// Gravity.
+const GRAVITY_M_PER_S2: f64 = 9.81;
+/// Apparent mass of the Premium 1.0 at its tip (the maker's figure is "below 75 g").
+const APPARENT_KG: f64 = 0.075;
+/// Torque at a motor's shaft for full scale of its DAC: 8.5 N at a tip 0.14 m away through a ratio of 7. Assumed.
+const MOTOR_FULL_SCALE_NM: f64 = 0.17;
+/// Greatest force that the device renders (the maker's figure).
+const FORCE_LIMIT_N: f64 = 8.5;
+
+/// A scene of a PHANToM made ready: its words, its wiring, its plant.
+pub struct PhantomSession<'s> {
+    scene: &'s PhantomScene,
+    plant: ArmPlant,
+    words: PhantomWords,
+    wiring: TheLoop,
+}
+
+impl<'s> PhantomSession<'s> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    ///
+    /// When its words, widths or parameters are impossible.
+    pub fn new(scene: &'s PhantomScene) -> Result<Self, SessionError> {
+        let words = scene.words().map_err(SessionError::Scene)?;
+        let config = scene.method.config;
+        let wiring = if by_host(scene) {
+            PhantomIo::new(config.position_width, config.command_width).map(TheLoop::PhantomIo)
+        } else if scene.method.shared {
+            PhantomSharedLoop::new(config).map(TheLoop::PhantomShared)
+        } else {
+            PhantomLoop::new(config).map(TheLoop::Phantom)
+        };
+        let wiring = wiring.map_err(SessionError::Config)?;
+        Ok(Self { scene, plant: plant(scene)?, words, wiring })
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &'s PhantomScene {
+        self.scene
+    }
+
+    /// The scene's words.
+    #[must_use]
+    pub fn words(&self) -> &PhantomWords {
+        &self.words
+    }
+
+    /// The constant inputs of the datapath, pins at 0.
+    #[must_use]
+    pub fn input(&self) -> PhantomIn<i64> {
+        let PhantomWords { low, high, room, stiffness, period } = self.words;
+        PhantomIn {
+            x_low: low,
+            x_high: high,
+            y_low: low,
+            y_high: high,
+            z_low: low,
+            z_high: high,
+            room,
+            stiffness,
+            period,
+            ..PhantomIn::build(|| 0)
+        }
+    }
+}
+
+/// Whether the force is computed outside the FPGA: by a host, or by the ideal law of the fidelity ladder.
+fn by_host(scene: &PhantomScene) -> bool {
+    scene.platform.is_host() || scene.model.ideal
+}
+
+/// The arm of a scene: friction and transmission as felt at the tip become torques and stiffnesses about the joints by the
+/// levers that the joints have at the origin.
+fn model(scene: &PhantomScene) -> ArmModel {
+    let (drop, rungs) = (&scene.drop, &scene.model);
+    let flexible = rungs.transmission_n_per_m > 0.0;
+    let arm = match drop.premium {
+        Premium::OneZero => ArmModel::premium_1_0(),
+        Premium::OneFive => ArmModel::premium_1_5(),
+    };
+    // What a flexible transmission leaves on the motors' side is taken off the tip. The arm is balanced: the weight alone
+    // pulls.
+    let behind_kg = if flexible && drop.premium == Premium::OneZero { APPARENT_KG * rungs.motor_share } else { 0.0 };
+    let mut model = arm.with_tip_mass(-behind_kg).balanced().with_tip_mass(drop.weight_n / GRAVITY_M_PER_S2);
+    let levers_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]];
+    let square = |at_tip: f64| levers_m.map(|lever_m| at_tip * lever_m * lever_m);
+    model.viscous_nm_s_per_rad = square(drop.damping_n_s_per_m);
+    model.coulomb_nm = levers_m.map(|lever_m| if rungs.friction { drop.coulomb_n * lever_m } else { 0.0 });
+    model.gravity_m_per_s2 = [0.0; 3];
+    model.gravity_m_per_s2[drop.axis.index()] = -GRAVITY_M_PER_S2;
+    model.amplifier_s = rungs.amplifier_lag_s;
+    if rungs.tested_joint_only {
+        model.free = [0, 1, 2].map(|joint| joint == drop.axis.index());
+    }
+    if flexible {
+        if drop.premium == Premium::OneZero {
+            model.rotor_kg_m2 = square(behind_kg);
+        }
+        let (stiffness, damping) = (square(rungs.transmission_n_per_m), square(rungs.transmission_n_s_per_m));
+        model.transmission = [0, 1, 2].map(|joint| {
+            Some(Transmission { stiffness_nm_per_rad: stiffness[joint], damping_nm_s_per_rad: damping[joint] })
+        });
+    }
+    model
+}
+
+fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
+    let model = model(scene);
+    let config = &scene.method.config;
+    let count_rad = config.turns.map(|turn| 2.0 * std::f64::consts::PI * f64::from(turn.num) / f64::from(turn.den));
+    let full = (1i64 << (config.command_width - 1)) as f64;
+    let ratios: [f64; 3] = match scene.drop.premium {
+        Premium::OneZero => [115.0 / 15.0, 7.0, 7.0],
+        Premium::OneFive => [13.3, 11.2, 11.2],
+    };
+    let command_nm = ratios.map(|ratio| MOTOR_FULL_SCALE_NM * ratio / full);
+
+    // A release is never the same twice: where within a count it begins, how fast, and when the host samples.
+    let mut random = SplitMix64::new(scene.run.seed.wrapping_mul(1_000_003).wrapping_add(scene.drop.trial));
+    let mut unit = || random.below(1 << 53) as f64 / (1u64 << 53) as f64;
+    let start_rad = count_rad.map(|count_rad| count_rad * (0.05 + 0.9 * unit()));
+    let mut start_rad_per_s = [0.0; 3];
+    let axis = scene.drop.axis.index();
+    let lever_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]][axis];
+    start_rad_per_s[axis] = RELEASE_M_PER_S * (2.0 * unit() - 1.0) / lever_m;
+    let period = scene.period_clocks();
+    let first = 1 + (unit() * period as f64) as u64;
+
+    let edges = |seconds: f64| scene.clock.edges(seconds);
+    let irregular = scene.platform == Platform::Pmos1 && !scene.model.ideal;
+    let host = by_host(scene).then(|| Host {
+        lengths_m: model.lengths_m,
+        count_rad,
+        command_nm,
+        command: Format::signed(config.command_width),
+        position: Format::unsigned(config.position_width),
+        distance_m: scene.room.distance_m,
+        walls: scene.room.walls,
+        stiffness_n_per_m: scene.room.stiffness_n_per_m,
+        force_limit_n: FORCE_LIMIT_N,
+        ideal: scene.model.ideal,
+        period,
+        first,
+        delay: (scene.model.delay_samples * period as f64).round() as u64,
+        jitter: if irregular { edges(scene.irregularity.jitter_s) } else { 0 },
+        missed: if irregular { (scene.irregularity.missed * (1u64 << 32) as f64) as u64 } else { 0 },
+        seed: random.next_u64(),
+    });
+    let arm = Arm::new(model, scene.clock.period_s()).map_err(|error| SessionError::Arm(error.to_string()))?;
+    Ok(ArmPlant {
+        arm,
+        count_rad,
+        command_nm,
+        start_rad,
+        start_rad_per_s,
+        half: 1 << (config.depth_width - 1),
+        axis,
+        opposite_m: scene.room.distance_m,
+        host,
+    })
+}
+
+/// The greatest speed at which the solenoid lets go.
+const RELEASE_M_PER_S: f64 = 1e-3;
+
+impl Rig for PhantomSession<'_> {
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    fn clock(&self) -> Clock {
+        self.scene.clock
+    }
+
+    fn edges(&self) -> u64 {
+        self.scene.edges()
+    }
+
+    fn record(&self) -> Record {
+        self.scene.record
+    }
+
+    fn wiring(&self) -> &TheLoop {
+        &self.wiring
+    }
+
+    fn reals(&self) -> &'static [Real] {
+        &ARM_REALS
+    }
+
+    fn has_device(&self) -> bool {
+        true
+    }
+
+    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+        match &self.wiring {
+            TheLoop::Phantom(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
+            TheLoop::PhantomShared(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
+            TheLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
+            TheLoop::Hybrid(_) | TheLoop::Conventional(_) => unreachable!("not a PHANToM's"),
+        }
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        judge_drop(trace.real(3 + self.scene.drop.axis.index()), aborted)
+    }
+}

@@ -1,0 +1,81 @@
+//! Any scene, made ready.
+
+use hpu_signal::{Clock, Real};
+
+use crate::phantom_session::PhantomSession;
+use crate::rig::{Rig, TheLoop, Visit};
+use crate::scene::{Experiment, Record};
+use crate::session::{Session, SessionError};
+use crate::summary::Abort;
+use crate::trace::Trace;
+use crate::verdict::Verdict;
+
+/// Any scene, made ready.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub enum Ready<'s> {
+    /// An axis.
+    Axis(Session<'s>),
+    /// A PHANToM.
+    Phantom(PhantomSession<'s>),
+}
+
+macro_rules! forward {
+    ($self:ident, $rig:ident => $call:expr) => {
+        match $self {
+            Self::Axis($rig) => $call,
+            Self::Phantom($rig) => $call,
+        }
+    };
+}
+
+impl<'s> Ready<'s> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    ///
+    /// When its words, widths or parameters are impossible, or its device has no datapath.
+    pub fn new(experiment: &'s Experiment) -> Result<Self, SessionError> {
+        match experiment {
+            Experiment::Axis(scene) => Session::new(scene).map(Self::Axis),
+            Experiment::Phantom(scene) => PhantomSession::new(scene).map(Self::Phantom),
+        }
+    }
+}
+
+impl Rig for Ready<'_> {
+    fn name(&self) -> &str {
+        forward!(self, rig => rig.name())
+    }
+
+    fn clock(&self) -> Clock {
+        forward!(self, rig => rig.clock())
+    }
+
+    fn edges(&self) -> u64 {
+        forward!(self, rig => rig.edges())
+    }
+
+    fn record(&self) -> Record {
+        forward!(self, rig => rig.record())
+    }
+
+    fn wiring(&self) -> &TheLoop {
+        forward!(self, rig => rig.wiring())
+    }
+
+    fn reals(&self) -> &'static [Real] {
+        forward!(self, rig => rig.reals())
+    }
+
+    fn has_device(&self) -> bool {
+        forward!(self, rig => rig.has_device())
+    }
+
+    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+        forward!(self, rig => rig.visit(visit))
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        forward!(self, rig => rig.judge(trace, aborted))
+    }
+}

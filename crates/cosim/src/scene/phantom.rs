@@ -1,0 +1,280 @@
+//! A scene of a PHANToM: the drop test of Sevcik et al. 2009, its platforms and its models.
+//!
+//! | Section | Keys, `[default]` |
+//! |---|---|
+//! | (top) | `about` |
+//! | `[device]` `kind = "phantom"` | `model` \[`premium_1.0`\] (`premium_1.5`), `coulomb_force` \[0.038 N\] and `viscous_damping` \[0.005 N.s/m\] at the tip |
+//! | `[drop]` | `axis` (`x`, `y`, `z`), along which gravity pulls; `weight` \[0.15 N\] of the tip on a scale; `trial` \[1\] |
+//! | `[platform]` | `kind` (`PMOS-1`, `RTOS-1`, `RTOS-5`, `RTOS-10`, `RTOS-20`, `FPGA-20`, `FPGA-100`, `FPGA-400`), `jitter` \[100 us\] and `missed` \[0.2 %\] deadlines of `PMOS-1` |
+//! | `[clock]` | `frequency`, a whole number of hertz |
+//! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
+//! | `[room]` | `distance` \[2 cm\] of the walls, `stiffness`, `walls` \[those of the axis\] (`"x"`, `"xy"`, `"xyz"` ...) |
+//! | `[model]` | `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
+//! | `[run]` | `duration`, `seed` \[0\] |
+//! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
+//! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
+
+use hpu_datapath::phantom::PhantomConfig;
+use hpu_signal::Clock;
+
+use super::expect::Expect;
+use super::parts::{Record, Run};
+use super::source::{Places, SceneError};
+
+/// What computes the wall's force, and how often.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Platform {
+    /// A multitasking operating system at 1 kHz, with jitter and missed deadlines.
+    Pmos1,
+    /// A real-time operating system, at so many kHz.
+    Rtos(u32),
+    /// The datapath on the FPGA, at so many kHz.
+    Fpga(u32),
+}
+
+impl Platform {
+    /// The eight of the paper, in its order.
+    pub const ALL: [Self; 8] = [
+        Self::Pmos1,
+        Self::Rtos(1),
+        Self::Rtos(5),
+        Self::Rtos(10),
+        Self::Rtos(20),
+        Self::Fpga(20),
+        Self::Fpga(100),
+        Self::Fpga(400),
+    ];
+
+    /// Its name in the paper.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pmos1 => "PMOS-1",
+            Self::Rtos(1) => "RTOS-1",
+            Self::Rtos(5) => "RTOS-5",
+            Self::Rtos(10) => "RTOS-10",
+            Self::Rtos(_) => "RTOS-20",
+            Self::Fpga(20) => "FPGA-20",
+            Self::Fpga(100) => "FPGA-100",
+            Self::Fpga(_) => "FPGA-400",
+        }
+    }
+
+    /// Samples a second.
+    #[must_use]
+    pub const fn rate_hz(self) -> u32 {
+        match self {
+            Self::Pmos1 => 1000,
+            Self::Rtos(khz) | Self::Fpga(khz) => 1000 * khz,
+        }
+    }
+
+    /// Whether a host computes the force, in floating point.
+    #[must_use]
+    pub const fn is_host(self) -> bool {
+        !matches!(self, Self::Fpga(_))
+    }
+}
+
+/// Which arm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Premium {
+    /// The Premium 1.0 of the paper.
+    OneZero,
+    /// The Premium 1.5, whose inertias are published.
+    OneFive,
+}
+
+/// A direction of the room.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Direction {
+    /// Sideways.
+    X,
+    /// Up.
+    Y,
+    /// Towards the hand.
+    Z,
+}
+
+impl Direction {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Its index, which is also that of the joint that moves the tip along it at the origin.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        ["x", "y", "z"][self as usize]
+    }
+}
+
+/// The device and how it is dropped.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Drop {
+    /// Which arm.
+    pub premium: Premium,
+    /// Coulomb friction, as felt at the tip.
+    pub coulomb_n: f64,
+    /// Viscous friction, as felt at the tip.
+    pub damping_n_s_per_m: f64,
+    /// Along which gravity pulls, toward negative values.
+    pub axis: Direction,
+    /// What the tip weighs on a scale.
+    pub weight_n: f64,
+    /// Which trial: the small variations of a release are drawn from it and the seed.
+    pub trial: u64,
+}
+
+/// Irregularity of a multitasking host.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Irregularity {
+    /// The latest that a sample is taken after it was due.
+    pub jitter_s: f64,
+    /// Share of the samples that are not taken at all.
+    pub missed: f64,
+}
+
+/// The FPGA's design.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PhantomMethod {
+    /// One multiplier and a state machine instead of logic for everything.
+    pub shared: bool,
+    /// Its words.
+    pub config: PhantomConfig,
+}
+
+/// The room: opposing walls, each pair there or not.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Room {
+    /// From the origin to each wall.
+    pub distance_m: f64,
+    /// Stiffness of all walls.
+    pub stiffness_n_per_m: f64,
+    /// Which pairs are there.
+    pub walls: [bool; 3],
+}
+
+/// How much is modelled.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PhantomModel {
+    /// Whether the force is computed from the continuous position, in floats, and not from counts.
+    pub ideal: bool,
+    /// Whether only the joint under test moves.
+    pub tested_joint_only: bool,
+    /// Whether there is Coulomb friction.
+    pub friction: bool,
+    /// Delay of a host from sample to command, in samples.
+    pub delay_samples: f64,
+    /// Time constant of the amplifier.
+    pub amplifier_lag_s: f64,
+    /// Stiffness of the transmission as felt at the tip; 0 for a rigid one.
+    pub transmission_n_per_m: f64,
+    /// Its damping.
+    pub transmission_n_s_per_m: f64,
+    /// Share of the apparent mass on the motor's side of it.
+    pub motor_share: f64,
+}
+
+/// A scene of a PHANToM, validated, in SI units.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PhantomScene {
+    /// Name: that of the file, without folder and extension.
+    pub name: String,
+    /// What the scene shows and what to look for.
+    pub about: String,
+    /// The device and its release.
+    pub drop: Drop,
+    /// What computes the force.
+    pub platform: Platform,
+    /// Irregularity of `PMOS-1`.
+    pub irregularity: Irregularity,
+    /// The FPGA clock.
+    pub clock: Clock,
+    /// The FPGA's design.
+    pub method: PhantomMethod,
+    /// The room.
+    pub room: Room,
+    /// How much is modelled.
+    pub model: PhantomModel,
+    /// How long it runs.
+    pub run: Run,
+    /// What is recorded.
+    pub record: Record,
+    /// What is expected of the run.
+    pub expect: Expect,
+    pub(super) places: Places,
+}
+
+/// The words that a PHANToM's scene puts into its datapath.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PhantomWords {
+    /// The lower wall of each pair, in metres.
+    pub low: i64,
+    /// The upper one.
+    pub high: i64,
+    /// A bit for each pair that is there.
+    pub room: i64,
+    /// The stiffness.
+    pub stiffness: i64,
+    /// Sample period in clocks.
+    pub period: i64,
+}
+
+impl PhantomScene {
+    /// Duration in clock edges.
+    #[must_use]
+    pub fn edges(&self) -> u64 {
+        self.clock.edges(self.run.duration_s)
+    }
+
+    /// The sample period in whole clocks.
+    #[must_use]
+    pub fn period_clocks(&self) -> u64 {
+        self.clock.edges(1.0 / f64::from(self.platform.rate_hz()))
+    }
+
+    /// The words of the scene's datapath, each the nearest.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when a wall or the stiffness does not fit its format, or a stiffness above zero rounds to zero.
+    pub fn words(&self) -> Result<PhantomWords, SceneError> {
+        let formats = &self.method.config.formats;
+        let wall = (self.room.distance_m / formats.position.lsb()).round();
+        if wall > formats.position.max() as f64 {
+            let most = formats.position.to_f64(formats.position.max() as i64);
+            let reason =
+                format!("{} m does not fit {}; write at most {most} m", self.room.distance_m, formats.position);
+            return Err(self.places.error("room.distance", reason));
+        }
+        let asked = self.room.stiffness_n_per_m;
+        let stiffness = (asked / formats.stiffness.lsb()).round();
+        if stiffness > formats.stiffness.max() as f64 {
+            let most = formats.stiffness.max() as f64 * formats.stiffness.lsb();
+            let reason =
+                format!("{asked} N/m does not fit {}; write at most {most} N/m, or other words", formats.stiffness);
+            return Err(self.places.error("room.stiffness", reason));
+        }
+        if stiffness == 0.0 && asked > 0.0 {
+            let reason = format!(
+                "{asked} N/m rounds to zero in {}; write 0 or at least {} N/m",
+                formats.stiffness,
+                formats.stiffness.lsb()
+            );
+            return Err(self.places.error("room.stiffness", reason));
+        }
+        let bits = self.room.walls.iter().enumerate().map(|(bit, &there)| i64::from(there) << bit);
+        Ok(PhantomWords {
+            low: -(wall as i64),
+            high: wall as i64,
+            room: bits.sum(),
+            stiffness: stiffness as i64,
+            period: self.period_clocks() as i64,
+        })
+    }
+}

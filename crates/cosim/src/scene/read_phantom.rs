@@ -1,0 +1,209 @@
+//! Reading a scene of a PHANToM.
+
+use hpu_datapath::phantom::PhantomConfig;
+
+use super::expect::{Expect, Expectation, Metric, OutcomeKind};
+use super::phantom::{
+    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
+};
+use super::quantity as q;
+use super::read::{clock, record, run, scene_name};
+use super::section::Section;
+use super::section::Sign::{Any, NotNegative, Positive};
+use super::source::{SceneError, Source};
+
+pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, SceneError> {
+    let root = source.root();
+    root.accept(&[
+        "about", "device", "drop", "platform", "clock", "method", "room", "model", "run", "record", "expect",
+    ])?;
+    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
+    let clock = clock(&root.section("clock")?)?;
+    let (platform, irregularity) = platform(&root.section("platform")?)?;
+    let device = root.section("device")?;
+    let drop = drop(&device, &root.section("drop")?)?;
+    let scene = PhantomScene {
+        name: scene_name(file),
+        about,
+        drop,
+        platform,
+        irregularity,
+        clock,
+        method: method(&root.section("method")?, drop.premium)?,
+        room: room(&root.section("room")?, drop.axis)?,
+        model: model(&root.section("model")?, platform)?,
+        run: run(&root.section("run")?, clock)?,
+        record: record(&root.section("record")?, 1e3)?,
+        expect: expect(&root.section("expect")?)?,
+        places: source.places,
+    };
+    agree(&scene)?;
+    Ok(scene)
+}
+
+/// What the parts ask of each other.
+fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
+    scene.words()?;
+    let (period, config) = (scene.period_clocks(), &scene.method.config);
+    let least = if scene.method.shared { 40 } else { u64::from(config.delay) + 1 };
+    if !scene.platform.is_host() && period < least {
+        let most_hz = scene.clock.frequency_hz() / least;
+        let reason = format!(
+            "{} samples every {period} clocks, but this design takes {least}; the clock allows {most_hz} Hz",
+            scene.platform.name()
+        );
+        return Err(scene.places.error("clock.frequency", reason));
+    }
+    if period < 2 {
+        let reason = format!("{} needs a clock of {} Hz or more", scene.platform.name(), 2 * scene.platform.rate_hz());
+        return Err(scene.places.error("clock.frequency", reason));
+    }
+    Ok(())
+}
+
+fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
+    device.accept(&["kind", "model", "coulomb_force", "viscous_damping"])?;
+    s.accept(&["axis", "weight", "trial"])?;
+    let axes = Direction::ALL.map(|axis| (axis.name(), axis));
+    let arms = [("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)];
+    Ok(Drop {
+        premium: device.choice("model", &arms, Some(Premium::OneZero))?,
+        coulomb_n: device.quantity("coulomb_force", &q::FORCE, NotNegative, Some(0.038))?,
+        damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, NotNegative, Some(0.005))?,
+        axis: s.choice("axis", &axes, None)?,
+        weight_n: s.quantity("weight", &q::FORCE, NotNegative, Some(0.15))?,
+        trial: s.integer("trial", 0, i64::MAX as u64, Some(1))?,
+    })
+}
+
+fn platform(s: &Section) -> Result<(Platform, Irregularity), SceneError> {
+    s.accept(&["kind", "jitter", "missed"])?;
+    let kind = s.choice("kind", &Platform::ALL.map(|platform| (platform.name(), platform)), None)?;
+    for key in ["jitter", "missed"] {
+        if s.has(key) && kind != Platform::Pmos1 {
+            return Err(s.error(key, "only PMOS-1 has it; leave it out"));
+        }
+    }
+    let irregularity = Irregularity {
+        jitter_s: s.quantity("jitter", &q::TIME, NotNegative, Some(100e-6))?,
+        missed: s.quantity("missed", &q::RATIO, NotNegative, Some(0.002))?,
+    };
+    if irregularity.jitter_s > 0.9e-3 {
+        return Err(s.error("jitter", "a sample may be late by at most 0.9 ms of its 1 ms"));
+    }
+    if irregularity.missed > 0.5 {
+        return Err(s.error("missed", "at most half of the samples may be missed"));
+    }
+    Ok((kind, irregularity))
+}
+
+fn method(s: &Section, premium: Premium) -> Result<PhantomMethod, SceneError> {
+    s.accept(&["architecture", "words", "depth_bits"])?;
+    let arm = match premium {
+        Premium::OneZero => PhantomConfig::default(),
+        Premium::OneFive => PhantomConfig::premium_1_5(),
+    };
+    let shared = s.choice("architecture", &[("parallel", false), ("shared", true)], Some(false))?;
+    let words = [("fitted", Words::Fitted), ("narrow", Words::Narrow), ("plain_q22", Words::PlainQ22)];
+    let config = match s.choice("words", &words, Some(Words::Fitted))? {
+        Words::Fitted => arm,
+        Words::Narrow => arm.narrow(),
+        Words::PlainQ22 if premium == Premium::OneFive => {
+            return Err(
+                s.error("words", "\"plain_q22\" is there for the Premium 1.0 alone; write \"fitted\" or \"narrow\"")
+            );
+        }
+        Words::PlainQ22 => PhantomConfig::plain_q22(),
+    };
+    let depth_width = s.integer("depth_bits", 4, 15, Some(13))? as u32;
+    let config = PhantomConfig { depth_width, ..config };
+    Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
+}
+
+#[derive(Clone, Copy)]
+enum Words {
+    Fitted,
+    Narrow,
+    PlainQ22,
+}
+
+fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
+    s.accept(&["distance", "stiffness", "walls"])?;
+    let mut walls = Direction::ALL.map(|direction| direction == axis);
+    if s.has("walls") {
+        let text = s.text("walls", "the directions that have walls, as in \"y\" or \"xyz\"")?;
+        walls = Direction::ALL.map(|direction| text.contains(direction.name()));
+        if text.is_empty() || text.chars().any(|c| !"xyz".contains(c)) {
+            return Err(s.error("walls", format!("`{text}` is not made of x, y, z")));
+        }
+    }
+    let distance_m = s.quantity("distance", &q::LENGTH, Any, Some(0.02))?;
+    if distance_m <= 0.0 {
+        let reason =
+            format!("the walls of a pair stand at -distance and distance; {distance_m} m turns the room inside out");
+        return Err(s.error("distance", reason));
+    }
+    Ok(Room { distance_m, stiffness_n_per_m: s.quantity("stiffness", &q::STIFFNESS, NotNegative, None)?, walls })
+}
+
+fn model(s: &Section, platform: Platform) -> Result<PhantomModel, SceneError> {
+    s.accept(&[
+        "law",
+        "joints",
+        "friction",
+        "delay",
+        "amplifier_lag",
+        "transmission_stiffness",
+        "transmission_damping",
+        "motor_share",
+    ])?;
+    let delay_samples =
+        s.quantity("delay", &q::RATIO, NotNegative, Some(if platform.is_host() { 1.0 } else { 0.0 }))?;
+    let ideal = s.choice("law", &[("words", false), ("ideal", true)], Some(false))?;
+    if s.has("delay") && !platform.is_host() && !ideal {
+        return Err(s.error("delay", "the datapath's delay is its own; leave this out"));
+    }
+    if delay_samples > 4.0 {
+        return Err(s.error("delay", "at most 4 samples"));
+    }
+    let transmission_n_per_m = s.quantity("transmission_stiffness", &q::STIFFNESS, NotNegative, Some(0.0))?;
+    for key in ["transmission_damping", "motor_share"] {
+        if s.has(key) && transmission_n_per_m == 0.0 {
+            return Err(s.error(key, "a rigid transmission has none; write transmission_stiffness too"));
+        }
+    }
+    let motor_share = s.quantity("motor_share", &q::RATIO, Positive, Some(0.5))?;
+    if motor_share >= 1.0 {
+        return Err(s.error("motor_share", "below 1: the arm has some of the mass"));
+    }
+    Ok(PhantomModel {
+        ideal,
+        tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
+        friction: s.flag("friction", true)?,
+        delay_samples,
+        amplifier_lag_s: s.quantity("amplifier_lag", &q::TIME, NotNegative, Some(0.0))?,
+        transmission_n_per_m,
+        transmission_n_s_per_m: s.quantity("transmission_damping", &q::DAMPING, NotNegative, Some(0.1))?,
+        motor_share,
+    })
+}
+
+fn expect(s: &Section) -> Result<Expect, SceneError> {
+    s.accept(&["outcome", Metric::Rms.name()])?;
+    let outcomes = [
+        ("passive", Some(OutcomeKind::Passive)),
+        ("non_passive", Some(OutcomeKind::NonPassive)),
+        ("highly_unstable", Some(OutcomeKind::HighlyUnstable)),
+    ];
+    let mut numbers = Vec::new();
+    if s.has(Metric::Rms.name()) {
+        let number = s.section(Metric::Rms.name())?;
+        number.accept(&["value", "tolerance"])?;
+        numbers.push(Expectation {
+            metric: Metric::Rms,
+            value: number.quantity("value", &q::LENGTH, NotNegative, None)?,
+            tolerance: number.quantity("tolerance", &q::LENGTH, NotNegative, None)?,
+        });
+    }
+    Ok(Expect { outcome: s.choice("outcome", &outcomes, Some(None))?, numbers })
+}

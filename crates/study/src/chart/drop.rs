@@ -1,0 +1,107 @@
+//! A drop test: the tip above its wall, and how it rests there.
+
+use std::ops::Range;
+
+use hpu_cosim::scene::PhantomScene;
+use hpu_cosim::{Summary, Trace, Verdict};
+
+use super::canvas::{BLUE, Canvas, GREEN, HEIGHT, ORANGE, WALL, WIDTH};
+use super::panel::{Panel, around};
+use super::{Picture, page, rate};
+
+/// Length of the close-up of the end.
+const END_S: f64 = 0.5;
+
+fn outcome(summary: &Summary) -> String {
+    match summary.verdict {
+        Some(Verdict::Passive { rms_m }) => format!("passive, {:.2} \u{b5}m rms", 1e6 * rms_m),
+        Some(Verdict::NonPassive { rms_m }) => format!("non-passive, {:.1} \u{b5}m rms", 1e6 * rms_m),
+        Some(Verdict::HighlyUnstable { at_s }) => format!("highly unstable, aborted at {at_s:.2} s"),
+        _ => "interrupted".into(),
+    }
+}
+
+fn conditions(scene: &PhantomScene) -> String {
+    let (platform, axis) = (scene.platform.name(), scene.drop.axis.name());
+    let stiffness = scene.room.stiffness_n_per_m;
+    let sampled = rate(f64::from(scene.platform.rate_hz()));
+    format!("{platform}, sampled at {sampled}; {axis} axis, wall of {stiffness} N/m, trial {}", scene.drop.trial)
+}
+
+/// The pictures of a drop test.
+#[must_use]
+pub fn drop_pictures(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+    if trace.times_s().is_empty() {
+        return Vec::new();
+    }
+    vec![drop(scene, trace, summary, command), force(scene, trace, summary, command)]
+}
+
+/// Times and values of a column of the trace, by `scale`.
+fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
+    trace.times_s().iter().copied().zip(trace.real(real).iter().map(move |value| value * scale))
+}
+
+/// The last stretch of a run.
+fn ending(summary: &Summary) -> Range<f64> {
+    let end_s = summary.motion_s.max(1e-6);
+    (end_s - END_S).max(0.0)..end_s
+}
+
+/// A wall below its height.
+fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
+    if height > panel.y.start {
+        canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], WALL, 0.16);
+        canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], WALL, 3);
+    }
+}
+
+fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Picture {
+    let axis = scene.drop.axis.index();
+    let title = format!("{}: {}", scene.name, outcome(summary));
+    let mut canvas = page(&title, &conditions(scene), command);
+    let floor_mm = -1e3 * scene.room.distance_m;
+    let tip_mm = column(trace, axis, 1e3);
+    let y = around(tip_mm.clone().map(|point| point.1).chain([floor_mm]), 0.06);
+    let top = Panel { left: 170, top: 210, right: WIDTH - 120, bottom: 740, x: 0.0..summary.motion_s.max(1e-6), y };
+    wall(&top, floor_mm, &mut canvas);
+    top.frame(&mut canvas, &[("the tip's coordinate in mm", BLUE), ("wall", WALL)], Some("time in s"));
+    top.curve(&mut canvas, tip_mm, BLUE, 3);
+
+    let x = ending(summary);
+    let above = |real: usize| column(trace, real, 1e6).map(move |(t, v)| (t, v - 1e3 * floor_mm));
+    let shown = above(axis).chain(above(3 + axis)).filter(|(t, _)| x.contains(t)).map(|point| point.1);
+    let y = around(shown, 0.1);
+    // A tip at rest within a count is shown as such, not blown up.
+    let middle = 0.5 * (y.start + y.end);
+    let y = if y.end - y.start < 100.0 { middle - 50.0..middle + 50.0 } else { y };
+    let bottom = Panel { left: 170, top: 920, right: WIDTH - 120, bottom: HEIGHT - 150, x: x.clone(), y };
+    wall(&bottom, 0.0, &mut canvas);
+    let legend = [("above the wall in \u{b5}m", BLUE), ("as the encoders' counts tell it", ORANGE)];
+    bottom.frame(&mut canvas, &legend, Some("time in s: the end of the trial"));
+    bottom.steps(&mut canvas, above(3 + axis), ORANGE, 3);
+    bottom.curve(&mut canvas, above(axis), BLUE, 3);
+    canvas.render("drop")
+}
+
+fn force(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Picture {
+    let axis = scene.drop.axis.index();
+    let title = format!("{}: {}", scene.name, outcome(summary));
+    let mut canvas = page(&title, &conditions(scene), command);
+    let came = column(trace, 6 + axis, 1e3);
+    let panels = [
+        (0.0..summary.motion_s.max(1e-6), 210, 740, "time in s"),
+        (ending(summary), 920, HEIGHT - 150, "time in s: the end of the trial"),
+    ];
+    for (x, top, bottom, x_label) in panels {
+        let y = around(came.clone().filter(|(t, _)| x.contains(t)).map(|point| point.1).chain([0.0]), 0.08);
+        let panel = Panel { left: 170, top, right: WIDTH - 120, bottom, x, y };
+        panel.frame(
+            &mut canvas,
+            &[("torque of the motor under test, at its joint, in mN\u{b7}m", GREEN)],
+            Some(x_label),
+        );
+        panel.steps(&mut canvas, came.clone(), GREEN, 3);
+    }
+    canvas.render("force")
+}
