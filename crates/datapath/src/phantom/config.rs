@@ -120,6 +120,12 @@ impl PhantomConfig {
         Self { formats, lengths: [587_203; 2], force_limit: 35_651_584, ..Self::default() }
     }
 
+    /// This configuration with tables of (1,1,22): all the bits that a sine has at 22 of fraction.
+    #[must_use]
+    pub fn narrow(self) -> Self {
+        Self { formats: PhantomFormats { trig: format(true, 1, 22), ..self.formats }, ..self }
+    }
+
     /// This configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as the sines
     /// are there.
     #[must_use]
