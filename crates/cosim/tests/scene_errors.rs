@@ -324,9 +324,9 @@ fn a_bad_line_of_a_recording_is_told_with_its_number() {
 #[test]
 fn parts_that_do_not_agree_are_refused() {
     let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005";
-    let text = GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 cm").replace("1.5 N.m/rad", "1 N/mm");
-    assert!(parse(&text, &[]).unwrap_err().contains("`2 cm` is not a length: write m, mm or a number in m"));
-    let text = text.replace("2 cm", "20 mm");
+    let text = GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 in").replace("1.5 N.m/rad", "1 N/mm");
+    assert!(parse(&text, &[]).unwrap_err().contains("`2 in` is not a length: write m, mm, cm or a number in m"));
+    let text = text.replace("2 in", "2 cm");
     says(
         parse(&text, &[]).unwrap_err(),
         "3:8: device.kind: \"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"",
