@@ -73,14 +73,13 @@ pub(crate) fn lower(value: i128, width: u32) -> i64 {
     Format::unsigned(width).wrap(value)
 }
 
-/// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest.
+/// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest, for numbers below `2^50`.
 ///
 /// The angle is reduced to an eighth of a turn in integers, so that the float is within 4 ulp of the sine, that is
 /// `2^-51`: all but words within `2^(frac-51)` of a tie are certain, and the tests show that the shipped tables have none.
 pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
-    let (size, turn) = (4 * i128::from(num), i128::from(den));
-    let quadrant = (2 * size + turn).div_euclid(2 * turn);
-    let rest = FRAC_PI_2 * ((size - quadrant * turn) as f64 / den as f64);
+    let quadrant = (8 * num + den).div_euclid(2 * den);
+    let rest = FRAC_PI_2 * ((4 * num - quadrant * den) as f64 / den as f64);
     let value = match quadrant.rem_euclid(4) {
         0 => libm::sin(rest),
         1 => libm::cos(rest),

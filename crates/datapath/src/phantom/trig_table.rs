@@ -52,8 +52,11 @@ impl TrigTable {
         accept_trig(NAME, trig)?;
         let (num, den) = (i64::from(turn.num), i64::from(turn.den));
         let word = |quarters: i64| sine(quarters, 4 * den, trig.frac());
-        let least = -(1i64 << (depth_width - 1));
-        let words = (least..-least).map(|count| (word(4 * count * num), word(4 * count * num + den))).collect();
+        let angles = (0..=1i64 << (depth_width - 1)).map(|count| 4 * count * num);
+        let half: Vec<_> = angles.map(|angle| (word(angle), word(angle + den))).collect();
+        // Rounding is to the nearest, so that the sine of the opposite count is the opposite word.
+        let below = half[1..].iter().rev().map(|&(sine, cosine)| (-sine, cosine));
+        let words = below.chain(half[..half.len() - 1].iter().copied()).collect();
         Ok(Trig::of(Table { count: Format::signed(count_width), depth, turn, trig, words }))
     }
 }

@@ -108,7 +108,7 @@ fn loops() -> [(&'static str, PhantomConfig); 4] {
     [
         ("premium_1_5", PhantomConfig::premium_1_5()),
         ("plain_q22", PhantomConfig::plain_q22()),
-        ("narrow_trig", PhantomConfig { formats: narrow_trig, ..PhantomConfig::default() }),
+        ("narrow_trig", PhantomConfig { formats: narrow_trig, depth_width: 9, ..PhantomConfig::default() }),
         ("small", small),
     ]
 }
