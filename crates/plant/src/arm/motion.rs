@@ -1,7 +1,7 @@
 //! An arm in motion: its anchor, what ends each segment, and where it is at a clock edge.
 
 use super::friction::Hold;
-use super::polynomial::{Polynomial, Reach, value};
+use super::polynomial::{Bounds, Polynomial, Reach, derivatives, value};
 use super::series::{Series, Start};
 use super::{Arm, ArmEnergy};
 use crate::Band;
@@ -10,8 +10,8 @@ use crate::Band;
 const LONGEST_S: f64 = 1.0;
 /// A segment lasts at least this long, even where the equations are singular.
 const SHORTEST_S: f64 = 1e-9;
-/// An amplifier this close to its command has come there, in N·m.
-const SETTLED_NM: f64 = 1e-18;
+/// An amplifier this many tolerances from its command has come there.
+const SETTLED: f64 = 10.0;
 
 /// Where an arm is.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -92,6 +92,7 @@ impl<'a> ArmMotion<'a> {
             segments: 0,
         };
         motion.begin(0, 0.0, start, None);
+        motion.mode_changes = 0;
         motion
     }
 
@@ -118,37 +119,45 @@ impl<'a> ArmMotion<'a> {
         // The last edge of this segment to look at.
         let mut last = if ended { self.end_edge - 1 } else { limit };
         let mut left = false;
-        for joint in (0..3).filter(|_| self.series.powers > 0) {
-            if self.series.p[1..].iter().all(|term| term[joint] == 0.0) {
-                continue;
-            }
-            if let Some(edge) = self.leaves(joint, &bands[joint], from, last) {
-                left = true;
-                // Others matter only before this one.
-                last = edge - 1;
+        if self.series.powers > 0 && last > from {
+            let terms = &self.series.p;
+            let (now, bounds) = (derivatives(terms, self.time_s(from)), Bounds::of(terms, self.time_s(last)));
+            // Roughly when each leaves: the others matter only before the first.
+            let due = std::array::from_fn::<_, 3, _>(|i| {
+                let [x, slope, _] = now.map(|lanes| lanes[i]);
+                if slope > 0.0 { (bands[i].high - x) / slope } else { (bands[i].low - x) / slope }
+            });
+            let mut order = [0, 1, 2];
+            order.sort_by(|&a, &b| due[a].total_cmp(&due[b]));
+            for joint in order {
+                let start = now.map(|lanes| lanes[joint]);
+                if let Some(edge) = self.leaves(joint, &bands[joint], from, last, start, &bounds) {
+                    left = true;
+                    last = edge - 1;
+                }
             }
         }
         if left { Some(last + 1) } else { ended.then_some(self.end_edge) }
     }
 
-    /// The first edge in (`from`, `last`] at which the joint's encoder is outside its band.
-    fn leaves(&self, joint: usize, band: &Band, from: u64, last: u64) -> Option<u64> {
-        if last <= from {
-            return None;
-        }
-        let horizon_s = self.time_s(last);
-        let angle = Polynomial::new(&self.series.p, joint, 1.0, 0, horizon_s);
-        let noise = angle.noise();
+    /// The first edge in (`from`, `last`] at which the joint's encoder, which is at `now`, is outside its band.
+    fn leaves(
+        &self,
+        joint: usize,
+        band: &Band,
+        from: u64,
+        last: u64,
+        mut now: [f64; 3],
+        bounds: &Bounds,
+    ) -> Option<u64> {
+        let angle = Polynomial::bounded(&self.series.p, joint, bounds);
+        let noise = bounds.noise[joint];
         let mut edge = from;
         while edge < last {
-            let t = self.time_s(edge);
-            let [x, slope, curvature] = angle.at(t);
-            let mut safe_s = horizon_s - t;
+            let mut safe_s = (last - edge) as f64 * self.arm.edge_s;
+            let [x, slope, curvature] = now;
             for [room, slope, curvature] in
-                [[x - band.low, slope, curvature], [band.high - x, -slope, -curvature]].map(|mut side| {
-                    side[0] -= noise;
-                    side
-                })
+                [[x - band.low - noise, slope, curvature], [band.high - x - noise, -slope, -curvature]]
             {
                 if room < f64::INFINITY {
                     safe_s = if room > 0.0 { angle.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
@@ -156,14 +165,18 @@ impl<'a> ArmMotion<'a> {
             }
             // The last edge that is safe without being looked at.
             let edges = (safe_s / self.arm.edge_s) as u64;
+            if edges >= last - edge {
+                return None;
+            }
             if edges > 1 {
-                edge = last.min(edge + edges - 1);
-                continue;
+                edge += edges - 1;
+            } else {
+                edge += 1;
+                if band.left_by(self.encoder_rad(edge)[joint]) {
+                    return Some(edge);
+                }
             }
-            edge += 1;
-            if band.left_by(self.encoder_rad(edge)[joint]) {
-                return Some(edge);
-            }
+            now = angle.at(self.time_s(edge));
         }
         None
     }
@@ -211,7 +224,7 @@ impl<'a> ArmMotion<'a> {
         self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
     }
 
-    /// How often friction has taken hold of a joint or let it go.
+    /// How often a joint has come to stick, to slip, or to slip the other way.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
@@ -254,12 +267,8 @@ impl<'a> ArmMotion<'a> {
                 if self.arm.model.transmission[joint].is_none() {
                     x.v[joint] = 0.0;
                 }
-                self.mode_changes += 1;
             }
-            End::Break(joint, direction) => {
-                broke = Some((joint, direction));
-                self.mode_changes += 1;
-            }
+            End::Break(joint, direction) => broke = Some((joint, direction)),
         }
         let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
         self.begin(self.end_edge, offset_s, x, broke);
@@ -267,12 +276,14 @@ impl<'a> ArmMotion<'a> {
 
     /// Anchors `offset_s` before `edge` at `x`.
     fn begin(&mut self, edge: u64, offset_s: f64, mut x: Start, broke: Option<(usize, f64)>) {
-        if x.lag.iter().all(|lag| lag.abs() < SETTLED_NM) {
+        if x.lag.iter().all(|lag| lag.abs() < SETTLED * self.arm.tolerance) {
             x.lag = [0.0; 4];
         }
         self.segments += 1;
         (self.anchor, self.offset_s, self.start) = (edge, offset_s, x);
-        self.holds = self.arm.holds(&x, broke);
+        let holds = self.arm.holds(&x, broke);
+        self.mode_changes += holds.iter().zip(&self.holds).filter(|(now, before)| now != before).count() as u64;
+        self.holds = holds;
         let good_s = self.series.write(self.arm, &x, &self.holds);
         (self.end_s, self.end) = (good_s.clamp(SHORTEST_S, LONGEST_S), End::Worn);
         if self.series.powers == 0 {

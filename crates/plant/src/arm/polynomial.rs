@@ -25,6 +25,45 @@ pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
     sum
 }
 
+/// Value, slope and second derivative at `t`.
+#[inline]
+pub(super) fn derivatives(terms: &Coefficients, t: f64) -> [Lanes; 3] {
+    let (mut x, mut slope, mut half) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    for term in terms.iter().rev() {
+        for lane in 0..4 {
+            half[lane] = half[lane] * t + slope[lane];
+            slope[lane] = slope[lane] * t + x[lane];
+            x[lane] = x[lane] * t + term[lane];
+        }
+    }
+    [x, slope, half.map(|half| 2.0 * half)]
+}
+
+/// What no series exceeds over `[0, end]`.
+pub(super) struct Bounds {
+    /// The third derivative.
+    third: Lanes,
+    /// The rounding in the value.
+    pub(super) noise: Lanes,
+    end: f64,
+}
+
+impl Bounds {
+    pub(super) fn of(terms: &Coefficients, end: f64) -> Self {
+        let (mut third, mut sum) = ([0.0; 4], [0.0; 4]);
+        for (k, term) in terms.iter().enumerate().rev() {
+            for lane in 0..4 {
+                let size = term[lane].abs();
+                if k >= 3 {
+                    third[lane] = third[lane] * end + (k * (k - 1) * (k - 2)) as f64 * size;
+                }
+                sum[lane] = sum[lane] * end + (2 * k + 2) as f64 * size;
+            }
+        }
+        Self { third, noise: sum.map(|sum| f64::EPSILON * sum), end }
+    }
+}
+
 /// How far a polynomial keeps its limit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Reach {
@@ -58,18 +97,14 @@ impl Polynomial {
         Self { c, end, third }
     }
 
+    /// One of some series, with its bound.
+    pub(super) fn bounded(terms: &Coefficients, lane: usize, bounds: &Bounds) -> Self {
+        Self { c: terms.map(|term| term[lane]), end: bounds.end, third: bounds.third[lane] }
+    }
+
     /// The value at 0.
     pub(super) fn start(&self) -> f64 {
         self.c[0]
-    }
-
-    /// Bound of the rounding in the value anywhere.
-    pub(super) fn noise(&self) -> f64 {
-        let mut sum = 0.0;
-        for k in (1..=ORDER).rev() {
-            sum = (sum + (2 * k + 2) as f64 * self.c[k].abs()) * self.end;
-        }
-        f64::EPSILON * (self.c[0].abs() + sum)
     }
 
     /// Value, slope and second derivative.

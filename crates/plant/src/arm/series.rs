@@ -59,21 +59,37 @@ struct Work {
 /// The term of power `k` of the products, lane by lane, from `j = from` on in `a`.
 #[inline(always)]
 fn product(a: &Coefficients, b: &Coefficients, from: usize, k: usize) -> Lanes {
-    let mut sum = [0.0; 4];
-    for j in from..=k {
+    // Two sums, as each addition waits for the one before.
+    let mut sums = [[0.0; 4]; 2];
+    let mut j = from;
+    while j < k {
         for lane in 0..4 {
-            sum[lane] += a[j][lane] * b[k - j][lane];
+            sums[0][lane] += a[j][lane] * b[k - j][lane];
+            sums[1][lane] += a[j + 1][lane] * b[k - j - 1][lane];
+        }
+        j += 2;
+    }
+    if j == k {
+        for lane in 0..4 {
+            sums[0][lane] += a[k][lane] * b[0][lane];
         }
     }
-    sum
+    std::array::from_fn(|lane| sums[0][lane] + sums[1][lane])
 }
 
 /// Terms of power `k + 1` of sines and cosines whose angles have these rates.
 #[inline(always)]
 fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients, k: usize) {
     let share = 1.0 / (k + 1) as f64;
-    sine[k + 1] = product(rate, cosine, 0, k).map(|x| x * share);
-    cosine[k + 1] = product(rate, sine, 0, k).map(|x| -x * share);
+    let (mut up, mut down) = ([0.0; 4], [0.0; 4]);
+    for j in 0..=k {
+        for lane in 0..4 {
+            up[lane] += rate[j][lane] * cosine[k - j][lane];
+            down[lane] += rate[j][lane] * sine[k - j][lane];
+        }
+    }
+    sine[k + 1] = up.map(|x| x * share);
+    cosine[k + 1] = down.map(|x| -x * share);
 }
 
 impl Series {

@@ -1,0 +1,138 @@
+//! The arm as a clock sees it: the right edges, the same bits however one asks.
+
+use hpu_plant::Band;
+use hpu_plant::arm::{Arm, ArmModel, ArmMotion, ArmState, Transmission};
+
+const EDGE_S: f64 = 20e-9;
+/// One count of an encoder of 4000 behind a ratio of 7.
+const COUNT_RAD: f64 = std::f64::consts::TAU / 28_000.0;
+
+fn band(angle_rad: f64) -> Band {
+    let mut count = (angle_rad / COUNT_RAD).floor();
+    while angle_rad < count * COUNT_RAD {
+        count -= 1.0;
+    }
+    while angle_rad >= (count + 1.0) * COUNT_RAD {
+        count += 1.0;
+    }
+    Band { low: count * COUNT_RAD, high: (count + 1.0) * COUNT_RAD, open: true }
+}
+
+/// Torques of springs seen through counts, with a push that changes every few ms.
+fn torques_nm(bands: &[Band; 3], sample: u64) -> [f64; 3] {
+    let phase = (sample / 40) as f64;
+    let push = [0.2 * (phase * 1.7).sin(), 0.15 * (phase * 2.3).sin(), 0.1 * (phase * 0.9).cos()];
+    std::array::from_fn(|i| push[i] - 0.6 * bands[i].low)
+}
+
+/// Every change of a count, and where the arm came to, in a loop closed every `period` edges; by `step` or by leaping.
+fn run(arm: &Arm, period: u64, samples: u64, leap: bool) -> (Vec<(u64, usize, i64)>, ArmState, [u64; 2]) {
+    let mut motion = ArmMotion::new(arm, [0.01, 0.2, 0.3], [0.0; 3]);
+    let mut bands = motion.step(0).map(band);
+    let mut edges = Vec::new();
+    let mut edge = 0;
+    for sample in 0..samples {
+        motion.drive(edge, torques_nm(&bands, sample));
+        let next = edge + period;
+        while edge < next {
+            edge = if leap { motion.next_event(edge, next, &bands).unwrap_or(next) } else { edge + 1 };
+            let angles = motion.step(edge);
+            for joint in 0..3 {
+                if bands[joint].left_by(angles[joint]) {
+                    bands[joint] = band(angles[joint]);
+                    edges.push((edge, joint, (bands[joint].low / COUNT_RAD).round() as i64));
+                }
+            }
+        }
+    }
+    (edges, motion.state(edge), [motion.mode_changes(), motion.segments()])
+}
+
+fn models() -> [ArmModel; 4] {
+    let rigid = ArmModel::premium_1_5().balanced().with_tip_mass(0.015);
+    let soft = Some(Transmission { stiffness_nm_per_rad: 60.0, damping_nm_s_per_rad: 2e-3 });
+    [
+        rigid,
+        ArmModel { free: [false, true, false], ..rigid },
+        ArmModel { amplifier_s: 2e-4, ..rigid },
+        ArmModel { transmission: [soft; 3], amplifier_s: 2e-4, ..rigid },
+    ]
+}
+
+#[test]
+fn step_by_step_and_leaping_give_the_same_bits() {
+    for model in models() {
+        let arm = Arm::new(model, EDGE_S).unwrap();
+        let (stepped, leaped) = (run(&arm, 5000, 400, false), run(&arm, 5000, 400, true));
+        assert!(!stepped.0.is_empty());
+        assert_eq!(stepped, leaped);
+    }
+}
+
+/// Counts that a tighter or looser integration puts on another edge, of how many.
+fn disagreements(model: ArmModel, tolerance: f64, at_least: usize) -> (usize, usize) {
+    let arm = Arm::new(model, EDGE_S).unwrap();
+    // Without feedback from the counts, so that one difference does not make others.
+    let free = |arm: &Arm| {
+        let mut motion = ArmMotion::new(arm, [0.01, 0.2, 0.3], [0.0; 3]);
+        let mut bands = motion.step(0).map(band);
+        let mut edges = Vec::new();
+        let mut edge = 0;
+        for sample in 0.. {
+            if edges.len() >= at_least {
+                break;
+            }
+            let state = motion.state(edge);
+            let phase = f64::from(sample / 5);
+            let push = [0.3 * (phase * 1.7).sin(), 0.3 * (phase * 2.3).sin(), 0.2 * (phase * 0.9).cos()];
+            motion.drive(edge, std::array::from_fn(|i| push[i] - 2.0 * state.angles_rad[i]));
+            let next = edge + 50_000;
+            while edge < next {
+                edge = motion.next_event(edge, next, &bands).unwrap_or(next);
+                let angles = motion.step(edge);
+                for joint in 0..3 {
+                    if bands[joint].left_by(angles[joint]) {
+                        bands[joint] = band(angles[joint]);
+                        edges.push((edge, joint));
+                    }
+                }
+            }
+        }
+        edges
+    };
+    let (usual, tight) = (free(&arm), free(&arm.clone().with_tolerance(tolerance)));
+    assert_eq!(usual.len(), tight.len());
+    (usual.iter().zip(&tight).filter(|(a, b)| a != b).count(), usual.len())
+}
+
+#[test]
+fn encoder_edges_fall_on_the_right_clock_edges() {
+    for model in models() {
+        let (wrong, of) = disagreements(model, 1e-20, 100_000);
+        assert!(wrong * 10_000 <= of, "{wrong} of {of} encoder edges");
+    }
+}
+
+#[test]
+fn halving_the_tolerance_halves_the_error_or_better() {
+    let model = ArmModel { coulomb_nm: [0.0; 3], ..ArmModel::premium_1_5() };
+    let at = |tolerance: f64| {
+        let arm = Arm::new(model, EDGE_S).unwrap().with_tolerance(tolerance);
+        ArmMotion::new(&arm, [0.1, 0.2, 0.4], [2.0, -1.0, 3.0]).step(25_000_000)
+    };
+    let reference = at(1e-18);
+    let error = |tolerance: f64| {
+        let found = at(tolerance);
+        (0..3).map(|i| (found[i] - reference[i]).abs()).fold(0.0, f64::max)
+    };
+    let mut tolerance = 1e-2;
+    let mut errors = Vec::new();
+    while tolerance > 1e-10 {
+        errors.push(error(tolerance));
+        tolerance *= 0.0625;
+    }
+    // Four halvings between neighbours; steps are whole, so single ones are uneven.
+    let (first, last) = (errors[0], *errors.last().unwrap());
+    let halvings = 4 * (errors.len() - 1) as i32;
+    assert!(first > 1e-9 && last < first * 0.5_f64.powi(halvings), "{errors:?}");
+}
