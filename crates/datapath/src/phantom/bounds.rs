@@ -51,6 +51,11 @@ fn half(format: Format) -> f64 {
     format.lsb() / 2.0
 }
 
+/// A factor's part in a product's error: none of an exact factor, however far off the other one is.
+fn share(size: f64, error: f64) -> f64 {
+    if size == 0.0 || error == 0.0 { 0.0 } else { size * error }
+}
+
 impl Bound {
     fn constant(value: f64) -> Self {
         Self { min: value, max: value, error: 0.0 }
@@ -83,7 +88,7 @@ impl Bound {
         Self {
             min: ends.into_iter().fold(f64::INFINITY, f64::min).next_down(),
             max: ends.into_iter().fold(f64::NEG_INFINITY, f64::max).next_up(),
-            error: (self.size() * other.error + (other.size() + other.error) * self.error) * SLACK,
+            error: (share(self.size(), other.error) + share(other.size() + other.error, self.error)) * SLACK,
         }
     }
 
@@ -162,18 +167,17 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
     let mut push = |name, at: Bound| {
         // Beyond walls that stand anywhere. Depth follows the tip with slope 0 or 1, and the clamp never adds to an error.
         let walls = Bound::symmetric(-(position.min() as f64) * position.lsb(), 0.0);
-        let depth = Bound { error: at.error, ..at.minus(walls) };
-        let pushed = Bound { error: (spring.max * depth.error) * SLACK, ..spring.times(depth) };
+        let pushed = spring.times(at.minus(walls));
         let pushed = Bound::symmetric(pushed.size(), pushed.error).rounded(force).clamped(-limit, limit);
         Bound { error: 0.0, ..proof.note(name, "N", force, pushed) }
     };
     let (force_x, force_y, force_z) = (push("force_x", x), push("force_y", y), push("force_z", z));
 
     let beam = Format::new(true, force.int() + 1, force.frac()).unwrap_or(force);
-    let mut share = |name, value: Bound| proof.note(name, "N", beam, value.rounded(beam));
-    let radial = share("radial", sine1.times(force_x).plus(cosine1.times(force_z)));
-    let upper = share("upper", cosine2.times(force_y).minus(sine2.times(radial)));
-    let fore = share("fore", sine3.times(force_y).plus(cosine3.times(radial)));
+    let mut along = |name, value: Bound| proof.note(name, "N", beam, value.rounded(beam));
+    let radial = along("radial", sine1.times(force_x).plus(cosine1.times(force_z)));
+    let upper = along("upper", cosine2.times(force_y).minus(sine2.times(radial)));
+    let fore = along("fore", sine3.times(force_y).plus(cosine3.times(radial)));
 
     let mut turn = |name, value: Bound| proof.note(name, "N.m", torque, value.rounded(torque));
     let torques = [
