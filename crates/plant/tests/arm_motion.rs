@@ -210,6 +210,16 @@ fn an_arm_at_rest_takes_one_segment_forever() {
 }
 
 #[test]
+fn an_arm_flung_into_singular_poses_comes_to_an_end() {
+    let arm = Arm::new(ArmModel::premium_1_0().frictionless(), EDGE_S).unwrap();
+    for speeds in [[0.0, 1.0, -1.0], [0.0, -1.0, 1.0], [1.0, 3.0, -1.0], [0.0, 1.0, -1.0 - 1e-9]] {
+        let mut motion = ArmMotion::new(&arm, [0.0, 0.1, 0.2], speeds);
+        motion.step(edge(3.0));
+        assert!(motion.segments() < 4_000_000);
+    }
+}
+
+#[test]
 fn impossible_arms_are_refused() {
     let good = ArmModel::premium_1_0();
     let flexible = Transmission { stiffness_nm_per_rad: 100.0, damping_nm_s_per_rad: 0.0 };

@@ -8,8 +8,10 @@ use crate::Band;
 
 /// A segment lasts at most this long, so that rounding stays that of small times, unless all is at rest.
 const LONGEST_S: f64 = 1.0;
-/// A segment lasts at least this long, even where the equations are singular.
-const SHORTEST_S: f64 = 1e-9;
+/// A series is taken to be good for at least this long, even where the equations are singular.
+const SHORTEST_S: f64 = 1e-6;
+/// How far to go on where a condition comes too close to its limit to tell.
+const ONWARD_S: f64 = 1e-9;
 /// An amplifier this many tolerances from its command has come there.
 const SETTLED: f64 = 10.0;
 
@@ -286,7 +288,8 @@ impl<'a> ArmMotion<'a> {
         self.holds = holds;
         let good_s = self.series.write(self.arm, &x, &self.holds);
         (self.end_s, self.end) = (good_s.clamp(SHORTEST_S, LONGEST_S), End::Worn);
-        if self.series.powers == 0 {
+        if self.series.powers == 0 || good_s.is_nan() {
+            // At rest, or lost in a singular pose: nothing changes any more.
             self.end_edge = u64::MAX;
             return;
         }
@@ -326,7 +329,7 @@ impl<'a> ArmMotion<'a> {
     fn shorten(&mut self, reach: Reach, end: End) {
         match reach {
             Reach::At(t) if t < self.end_s => (self.end_s, self.end) = (t, end),
-            Reach::Until(t) if t < self.end_s => (self.end_s, self.end) = (t.max(SHORTEST_S), End::Worn),
+            Reach::Until(t) if t < self.end_s => (self.end_s, self.end) = (t.max(ONWARD_S), End::Worn),
             _ => {}
         }
     }
