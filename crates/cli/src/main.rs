@@ -6,8 +6,11 @@ mod check;
 mod exit;
 mod files;
 mod interrupt;
+mod journal;
 mod limits;
 mod pictures;
+mod reproduce;
+mod reproduce_json;
 mod run;
 mod run_json;
 mod run_text;
@@ -43,6 +46,7 @@ enum Verb {
     Vectors(vectors::Args),
     Check(check::Args),
     Limits(limits::Args),
+    Reproduce(reproduce::Args),
 }
 
 fn main() -> ExitCode {
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Limits(args) => limits::run(&args),
+        Verb::Reproduce(args) => reproduce::run(&args),
     });
     let exit = done.unwrap_or_else(|failure: Failure| {
         terminal::complain(&failure);

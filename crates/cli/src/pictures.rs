@@ -29,7 +29,8 @@ fn chart_run<'a>(session: &'a Session, ran: &'a Ran, command: &'a str) -> chart:
     chart::Run { scene: session.scene(), words: session.words(), trace: &ran.trace, summary: &ran.summary, command }
 }
 
-fn put(Picture { name, svg, png }: &Picture, folder: &mut Folder) -> Result<(), Failure> {
+/// Writes a picture in both forms.
+pub fn put(Picture { name, svg, png }: &Picture, folder: &mut Folder) -> Result<(), Failure> {
     folder.write(&format!("{name}.svg"), svg)?;
     folder.write(&format!("{name}.png"), png)
 }

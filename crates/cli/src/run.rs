@@ -186,11 +186,11 @@ fn simulate<'s>(
     let control = interrupt::heed();
     let mut trace = session.trace(nets(session));
     let summary = match folder {
-        None => with_progress(session.edges(), control, || session.run(driver, &mut trace, &mut (), control)),
+        None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
         Some(folder) => {
             let mut waves = Waves::begin(session, folder, args.vcd)?;
             let run = || session.run(driver, &mut trace, &mut waves, control);
-            let summary = with_progress(session.edges(), control, run);
+            let summary = with_progress(session.edges(), "edges", control, run);
             waves.finish(folder, Cycle(summary.edges))?;
             summary
         }

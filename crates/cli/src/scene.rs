@@ -73,13 +73,17 @@ impl Loaded {
     /// The command that runs this scene.
     pub fn command(&self) -> String {
         let place = if self.is_shipped { self.scene.name() } else { &self.name };
-        let set = self.overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value)));
-        format!("hpu run {place}{}", set.collect::<String>())
+        format!("hpu run {place}{}", set_options(&self.overrides))
     }
 }
 
+/// Overrides as options, each after a space.
+pub fn set_options(overrides: &[(String, String)]) -> String {
+    overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value))).collect()
+}
+
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-+/:,".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_string()

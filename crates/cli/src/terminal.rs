@@ -44,8 +44,8 @@ pub fn verdict(text: &str, good: bool) -> String {
     }
 }
 
-/// Works with a progress bar when stderr is a terminal.
-pub fn with_progress<T>(total: u64, control: &Control, work: impl FnOnce() -> T) -> T {
+/// Works with a progress bar when stderr is a terminal; `what` names what is counted.
+pub fn with_progress<T>(total: u64, what: &str, control: &Control, work: impl FnOnce() -> T) -> T {
     if !io::stderr().is_terminal() {
         return work();
     }
@@ -55,7 +55,7 @@ pub fn with_progress<T>(total: u64, control: &Control, work: impl FnOnce() -> T)
             let start = Instant::now();
             while ended.recv_timeout(Duration::from_millis(200)) == Err(RecvTimeoutError::Timeout) {
                 let done = control.progress.load(Ordering::Relaxed);
-                let _ = write!(io::stderr(), "\r{}\x1b[K", bar(done, total, start.elapsed().as_secs_f64()));
+                let _ = write!(io::stderr(), "\r{}\x1b[K", bar(done, total, what, start.elapsed().as_secs_f64()));
             }
             let _ = write!(io::stderr(), "\r\x1b[K");
         });
@@ -65,13 +65,13 @@ pub fn with_progress<T>(total: u64, control: &Control, work: impl FnOnce() -> T)
     })
 }
 
-fn bar(done: u64, total: u64, elapsed_s: f64) -> String {
+fn bar(done: u64, total: u64, what: &str, elapsed_s: f64) -> String {
     const WIDTH: usize = 30;
     let share = done as f64 / total.max(1) as f64;
     let filled = "#".repeat((share * WIDTH as f64) as usize);
     let rate = done as f64 / elapsed_s;
     let left_s = if done > 0 { (total - done.min(total)) as f64 / rate } else { f64::INFINITY };
-    format!("[{filled:<WIDTH$}] {:5.1} %  {rate:.2e} edges/s  {left_s:.0} s left", share * 100.0)
+    format!("[{filled:<WIDTH$}] {:5.1} %  {rate:.2e} {what}/s  {left_s:.0} s left", share * 100.0)
 }
 
 #[cfg(test)]
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn the_bar_shows_share_rate_and_time_left() {
-        let line = bar(50, 200, 5.0);
+        let line = bar(50, 200, "edges", 5.0);
         assert_eq!(line, "[#######                       ]  25.0 %  1.00e1 edges/s  15 s left");
     }
 }

@@ -1,7 +1,9 @@
-//! Many runs and their pictures: limits of a scene's stiffness, charts of a run.
+//! Many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
 
 pub mod chart;
 pub mod limits;
+pub mod reproduce;
+pub mod units;
 
 mod criteria;
 mod sampled;

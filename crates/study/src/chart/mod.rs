@@ -1,13 +1,16 @@
-//! Pictures of runs: position, torque, the story of the bits, and runs side by side; as SVG and as PNG.
+//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables; as SVG and as PNG.
 //!
 //! Text is set in DejaVu Sans, which comes embedded, so a picture is the same on every machine.
 
 mod bits;
 mod canvas;
 mod drop;
+mod ladder;
+mod log_panel;
 mod motion;
 mod panel;
 mod side_by_side;
+mod table_2;
 mod words;
 
 use hpu_cosim::scene::{Loop, LoopWords, Scene};
@@ -16,7 +19,9 @@ use hpu_cosim::{Summary, Trace, Verdict};
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 
 pub use drop::drop_pictures;
+pub use ladder::ladder;
 pub use side_by_side::side_by_side;
+pub use table_2::{rms, table_2};
 
 /// The nets that a run's trace must hold for its pictures, in this order.
 pub const NETS: [&str; 6] = ["position", "penetration", "spring", "velocity", "drag", "command"];

@@ -1,0 +1,54 @@
+//! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set goes on.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use hpu_study::units::{self, JournalError, Row};
+
+use crate::exit::Failure;
+
+/// A journal that this process alone writes to.
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+/// Name of the file.
+pub const NAME: &str = "journal.txt";
+
+impl Journal {
+    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Half a line at the
+    /// end, as a power cut leaves, is cut off.
+    pub fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, units::Journal), Failure> {
+        let path = dir.join(NAME);
+        let at = |error| Failure::at(&path, error);
+        let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
+        if file.try_lock().is_err() {
+            return Err(Failure::usage(format!("{}: another process is writing to it", path.display())));
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(at)?;
+        let read =
+            units::Journal::read(&String::from_utf8_lossy(&bytes), header, count).map_err(|error| match error {
+                JournalError::Other(_) => Failure::usage(format!(
+                    "{} {error}\nthis one is: {header}\nchoose another folder, or remove that journal",
+                    path.display()
+                )),
+                JournalError::Line(_) => Failure::at(&path, error),
+            })?;
+        if read.whole < bytes.len() {
+            file.set_len(read.whole as u64).map_err(at)?;
+        }
+        if read.whole == 0 {
+            file.write_all(format!("{header}\n").as_bytes()).map_err(at)?;
+        }
+        Ok((Self { path, file }, read))
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, index: usize, row: &Row) -> Result<(), Failure> {
+        let line = units::Journal::line(index, row);
+        self.file.write_all(line.as_bytes()).map_err(|error| Failure::at(&self.path, error))
+    }
+}

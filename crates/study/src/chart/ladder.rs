@@ -1,0 +1,99 @@
+//! The ladder of models: which claims each rung reproduces, and how stiff its walls may be.
+
+use hpu_cosim::scene::Direction;
+
+use crate::reproduce::Agreement;
+use crate::reproduce::ladder::Summary;
+
+use super::canvas::{Anchor, Canvas, GRID, INK, PALE, QUIET, RED, WIDTH};
+use super::log_panel::{color, decades, dotted, legend, log_panel};
+use super::panel::Panel;
+use super::{Picture, page};
+
+const LEFT: i32 = 400;
+const TOP: i32 = 290;
+const ROW: i32 = 50;
+
+/// Rungs against claims, and below, the stiffest passive wall of each platform along y (or the first axis there is).
+///
+/// # Panics
+///
+/// Without a rung.
+#[must_use]
+pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
+    let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
+    let mut canvas = page(title, "each model has all that those above it have", command);
+    let claims = &rungs[0].claims;
+    let width = (WIDTH - 60 - LEFT) / (claims.len() as i32 + 1);
+    let column = |index: i32| LEFT + index * width;
+    head(&mut canvas, column(0) + width / 2, "printed", "cells as printed");
+    for (index, claim) in (1..).zip(claims) {
+        head(&mut canvas, column(index) + width / 2, claim.name, claim.short);
+    }
+    for (row, rung) in (0..).zip(rungs) {
+        let (top, y) = (TOP + row * ROW, TOP + row * ROW + ROW / 2);
+        canvas.text((LEFT - 24, y), rung.rung.name, 28, INK, Anchor::Right);
+        let Agreement { legible, same } = rung.agreement;
+        canvas.text((column(0) + width / 2, y), format!("{same}/{legible}"), 26, INK, Anchor::Centre);
+        for (index, claim) in (1..).zip(&rung.claims) {
+            let (text, fill, alpha) = match claim.met {
+                Some(true) => ("met", PALE, 1.0),
+                Some(false) => ("not", RED, 0.22),
+                None => ("?", GRID, 1.0),
+            };
+            canvas.fill([(column(index) + 3, top + 3), (column(index + 1) - 3, top + ROW - 3)], fill, alpha);
+            canvas.text((column(index) + width / 2, y), text, 26, INK, Anchor::Centre);
+        }
+    }
+    stiffest(&mut canvas, rungs);
+    canvas.render("ladder")
+}
+
+/// A column's head: its name, and a few words in lines that fit.
+fn head(canvas: &mut Canvas, x: i32, name: &str, words: &str) {
+    canvas.text((x, TOP - 126), name, 28, INK, Anchor::Centre);
+    let mut lines: Vec<String> = Vec::new();
+    for word in words.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.len() + word.len() < 12 => *line += &format!(" {word}"),
+            _ => lines.push(word.to_string()),
+        }
+    }
+    for (index, line) in (0..).zip(lines) {
+        canvas.text((x, TOP - 88 + 30 * index), line, 22, QUIET, Anchor::Centre);
+    }
+}
+
+fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
+    let table = &rungs[0].table;
+    let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
+    let axis = axis.unwrap_or(Direction::Y);
+    let rows = &table.stiffnesses_n_per_m;
+    let (first, last) = (rows.first().copied().unwrap_or(1.0), rows.last().copied().unwrap_or(10.0));
+    let top = TOP + rungs.len() as i32 * ROW + 120;
+    let vertical = log_panel([(LEFT, top), (WIDTH - 320, 1310)], 1.0..10.0, 0.5 * first..1.5 * last);
+    let panel = Panel { x: -0.5..rungs.len() as f64 - 0.5, ..vertical };
+    decades(&panel, canvas);
+    let name = format!("stiffest wall in N/m up to which all is passive, along {} (at the foot: none)", axis.name());
+    canvas.text((LEFT, top - 34), name, 28, INK, Anchor::Left);
+    for (index, rung) in rungs.iter().enumerate() {
+        let (x, _) = panel.at(index as f64, panel.y.start);
+        canvas.line(vec![(x, panel.top), (x, panel.bottom)], GRID, 2);
+        canvas.text((x, panel.bottom + 30), rung.rung.name, 26, INK, Anchor::Centre);
+    }
+    // Side by side, so that equal limits do not hide each other.
+    let count = table.platforms.len() as f64;
+    for (place, &platform) in table.platforms.iter().enumerate() {
+        let shift = 0.5 * ((place as f64 + 0.5) / count - 0.5);
+        let points: Vec<_> = rungs
+            .iter()
+            .enumerate()
+            .map(|(index, rung)| {
+                let limit = rung.table.limit(axis, platform)?;
+                Some((index as f64 + shift, libm::log10(limit.passive_n_per_m.unwrap_or(0.5 * first))))
+            })
+            .collect();
+        dotted(&panel, canvas, &points, color(platform));
+    }
+    legend(canvas, &table.platforms, (WIDTH - 280, top + 20));
+}

@@ -1,0 +1,113 @@
+//! Published studies, run again: Table 2 of Sevcik et al. 2009, a weighted PHANToM dropped onto virtual walls.
+//!
+//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × trials, each one run of the shipped
+//! scene `phantom-drop` under overrides. A [`Table`] sums up the trials of one rung as the paper does, [`Published`] knows
+//! which of its cells are legible, and [`claims`] holds its statements against the table. The [`ladder`] does so with ever more
+//! of the physics.
+
+mod claims;
+pub mod ladder;
+mod published;
+mod table;
+mod text;
+mod trial;
+
+pub use claims::{Claim, claims};
+pub use ladder::{RUNGS, Rung};
+pub use published::{Agreement, PUBLISHED, Published};
+pub use table::{Cell, Class, Limit, Table};
+pub use text::{CSV_HEADER, csv, table_text};
+pub use trial::{SCENE, Trial, Verdict, run_trial, scene};
+
+use hpu_cosim::scene::{Direction, Platform};
+
+/// The stiffnesses of the walls, in N/m: the legible rows of the table, and what may have stood between them.
+pub const STIFFNESSES_N_PER_M: [f64; 20] = [
+    5.0, 50.0, 100.0, 250.0, 500.0, 750.0, 1e3, 1250.0, 1500.0, 2e3, 2500.0, 3e3, 4e3, 5e3, 7.5e3, 10e3, 15e3, 20e3,
+    30e3, 40e3,
+];
+
+/// Trials of each cell.
+pub const TRIALS: u64 = 3;
+
+/// Which drop trials to run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Study {
+    /// The models, each a whole table.
+    pub rungs: Vec<Rung>,
+    /// Along which axes.
+    pub axes: Vec<Direction>,
+    /// On which platforms.
+    pub platforms: Vec<Platform>,
+    /// Against walls of which stiffness, in ascending order.
+    pub stiffnesses_n_per_m: Vec<f64>,
+    /// How many times each.
+    pub trials: u64,
+    /// What else of the scene is changed.
+    pub set: Vec<(String, String)>,
+}
+
+/// One drop trial.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Point {
+    /// Which rung of the study.
+    pub rung: usize,
+    /// Along which axis.
+    pub axis: Direction,
+    /// On which platform.
+    pub platform: Platform,
+    /// Stiffness of the wall.
+    pub stiffness_n_per_m: f64,
+    /// Which trial, from 1.
+    pub trial: u64,
+}
+
+impl Study {
+    /// All of the paper's trials on these rungs.
+    #[must_use]
+    pub fn whole(rungs: &[Rung]) -> Self {
+        Self {
+            rungs: rungs.to_vec(),
+            axes: Direction::ALL.to_vec(),
+            platforms: Platform::ALL.to_vec(),
+            stiffnesses_n_per_m: STIFFNESSES_N_PER_M.to_vec(),
+            trials: TRIALS,
+            set: Vec::new(),
+        }
+    }
+
+    /// The trials in their order: rung, axis, platform, stiffness, trial, the last running fastest.
+    #[must_use]
+    pub fn points(&self) -> Vec<Point> {
+        let mut points = Vec::new();
+        for rung in 0..self.rungs.len() {
+            for &axis in &self.axes {
+                for &platform in &self.platforms {
+                    for &stiffness_n_per_m in &self.stiffnesses_n_per_m {
+                        let trials = 1..=self.trials;
+                        points.extend(trials.map(|trial| Point { rung, axis, platform, stiffness_n_per_m, trial }));
+                    }
+                }
+            }
+        }
+        points
+    }
+
+    /// What a trial changes of the scene: its place in the table, then its rung's model, then what the user says.
+    #[must_use]
+    pub fn overrides(&self, point: &Point) -> Vec<(String, String)> {
+        let own = [
+            ("platform.kind", point.platform.name().to_string()),
+            ("drop.axis", point.axis.name().to_string()),
+            ("drop.trial", point.trial.to_string()),
+            ("room.stiffness", point.stiffness_n_per_m.to_string()),
+        ];
+        let own = own.map(|(key, value)| (key.to_string(), value));
+        let rung = self.rungs[point.rung].overrides(point.platform);
+        let rung = rung.map(|(key, value)| (key.to_string(), value.to_string()));
+        own.into_iter().chain(rung).chain(self.set.iter().cloned()).collect()
+    }
+
+    /// Keys of the scene that are the study's own.
+    pub const OWN_KEYS: [&str; 4] = ["platform.kind", "drop.axis", "drop.trial", "room.stiffness"];
+}

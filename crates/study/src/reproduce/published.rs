@@ -1,0 +1,71 @@
+//! What of the printed Table 2 is legible.
+//!
+//! The text of the paper at hand has five rows of the table. At 250 and 500 N/m all cells of all axes have their "x"; at 750 N/m
+//! those of x and y have, and those of z are blank, which is more likely lost than meant: the body finds the all-FPGA platforms
+//! five times stiffer than PMOS-1 in z. At 30 000 and 40 000 N/m no cell has one. The rows between are lost, and so is the shading.
+
+use hpu_cosim::scene::{Direction, Platform};
+
+use super::table::{Class, Table};
+
+/// A row of the printed table, of which only the "x" can be told.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Published {
+    /// The row's stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Along each axis, whether all of its platforms have an "x" or none has; `None` where it is lost.
+    pub passive: [Option<bool>; 3],
+}
+
+/// The legible rows.
+pub const PUBLISHED: [Published; 5] = [
+    Published { stiffness_n_per_m: 250.0, passive: [Some(true); 3] },
+    Published { stiffness_n_per_m: 500.0, passive: [Some(true); 3] },
+    Published { stiffness_n_per_m: 750.0, passive: [Some(true), Some(true), None] },
+    Published { stiffness_n_per_m: 30e3, passive: [Some(false); 3] },
+    Published { stiffness_n_per_m: 40e3, passive: [Some(false); 3] },
+];
+
+impl Published {
+    /// Whether the printed cell has its "x"; `None` where there is no such row or it is lost.
+    #[must_use]
+    pub fn passive(axis: Direction, stiffness_n_per_m: f64) -> Option<bool> {
+        PUBLISHED.iter().find(|row| row.stiffness_n_per_m == stiffness_n_per_m)?.passive[axis.index()]
+    }
+}
+
+/// How many of a table's cells are legible in print, and are there the same.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Agreement {
+    /// Cells that can be compared.
+    pub legible: usize,
+    /// Those that are the same.
+    pub same: usize,
+}
+
+impl Agreement {
+    /// Counts the cells of a table; one that failed is not the same as anything.
+    #[must_use]
+    pub fn of(table: &Table) -> Self {
+        let mut agreement = Self::default();
+        for &axis in &table.axes {
+            for &platform in &table.platforms {
+                for &stiffness_n_per_m in &table.stiffnesses_n_per_m {
+                    if let Some(same) = Self::at(table, axis, platform, stiffness_n_per_m) {
+                        agreement.legible += 1;
+                        agreement.same += usize::from(same);
+                    }
+                }
+            }
+        }
+        agreement
+    }
+
+    /// Whether a cell is as printed; `None` where print or table do not say.
+    #[must_use]
+    pub fn at(table: &Table, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<bool> {
+        let printed = Published::passive(axis, stiffness_n_per_m)?;
+        let class = table.cell(axis, platform, stiffness_n_per_m)?.class;
+        Some(class != Class::Failed && (class == Class::Passive) == printed)
+    }
+}

@@ -1,0 +1,110 @@
+//! One drop trial: the scene, run and judged.
+
+use hpu_cosim::scene::{Shipped, shipped};
+use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome};
+
+/// The shipped scene of a drop trial.
+pub const SCENE: &str = "phantom-drop";
+
+/// What a trial was.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Trial {
+    /// How it was judged.
+    pub verdict: Verdict,
+    /// Clock edges that were run.
+    pub edges: u64,
+    /// Why it was aborted, if it was.
+    pub why: String,
+}
+
+/// How a drop trial is judged.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Verdict {
+    /// It came to rest on the wall.
+    Passive {
+        /// rms about the steady value.
+        rms_m: f64,
+    },
+    /// It kept chattering.
+    NonPassive {
+        /// rms about the steady value.
+        rms_m: f64,
+    },
+    /// It was aborted.
+    HighlyUnstable {
+        /// When.
+        at_s: f64,
+    },
+}
+
+impl Verdict {
+    /// The rms about the steady value, of a trial that was not aborted.
+    #[must_use]
+    pub fn rms_m(&self) -> Option<f64> {
+        match self {
+            Self::Passive { rms_m } | Self::NonPassive { rms_m } => Some(*rms_m),
+            Self::HighlyUnstable { .. } => None,
+        }
+    }
+}
+
+impl Trial {
+    /// As a line: outcome, rms in metres, time of abortion in seconds, edges, and why it was aborted.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let Self { verdict, edges, why } = self;
+        match verdict {
+            Verdict::Passive { rms_m } => format!("passive,{rms_m:e},,{edges},{why}"),
+            Verdict::NonPassive { rms_m } => format!("non_passive,{rms_m:e},,{edges},{why}"),
+            Verdict::HighlyUnstable { at_s } => format!("highly_unstable,,{at_s},{edges},{why}"),
+        }
+    }
+
+    /// From its line; `None` for any other text.
+    #[must_use]
+    pub fn read(line: &str) -> Option<Self> {
+        let mut fields = line.splitn(5, ',');
+        let mut field = || fields.next();
+        let (outcome, rms, at, edges, why) = (field()?, field()?, field()?, field()?, field()?);
+        let verdict = match outcome {
+            "passive" => Verdict::Passive { rms_m: rms.parse().ok()? },
+            "non_passive" => Verdict::NonPassive { rms_m: rms.parse().ok()? },
+            "highly_unstable" => Verdict::HighlyUnstable { at_s: at.parse().ok()? },
+            _ => return None,
+        };
+        Some(Self { verdict, edges: edges.parse().ok()?, why: why.to_string() })
+    }
+}
+
+/// Runs the scene under these overrides; `None` when it was stopped.
+///
+/// # Errors
+///
+/// Why it could not be run.
+pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, String> {
+    let experiment = scene().parse(overrides).map_err(|error| error.to_string())?;
+    let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
+    let mut trace = ready.trace(&[]);
+    let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
+    if !summary.complete {
+        return Ok(None);
+    }
+    let verdict = match summary.verdict {
+        Some(Outcome::Passive { rms_m }) => Verdict::Passive { rms_m },
+        Some(Outcome::NonPassive { rms_m }) => Verdict::NonPassive { rms_m },
+        Some(Outcome::HighlyUnstable { at_s }) => Verdict::HighlyUnstable { at_s },
+        other => return Err(format!("{SCENE} is judged as no drop trial is: {other:?}")),
+    };
+    let why = summary.aborted.map_or(String::new(), |abort| abort.why.to_string());
+    Ok(Some(Trial { verdict, edges: summary.edges, why }))
+}
+
+/// The scene as it is shipped.
+///
+/// # Panics
+///
+/// When it is not.
+#[must_use]
+pub fn scene() -> &'static Shipped {
+    shipped().iter().find(|scene| scene.name == SCENE).expect("the scene of the drop trial is shipped")
+}

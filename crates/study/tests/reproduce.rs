@@ -1,0 +1,301 @@
+//! Table 2 of Sevcik et al. 2009 from made-up trials whose table is known, and its pictures.
+
+use hpu_cosim::scene::{Direction, Platform};
+use hpu_study::chart;
+use hpu_study::reproduce::{
+    Agreement, CSV_HEADER, Claim, Class, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Trial,
+    Verdict, claims, csv, ladder, scene, table_text,
+};
+
+const COMMAND: &str = "hpu reproduce phantom-table-2 -o there";
+
+/// A device whose every platform is passive up to a stiffness, then not, and unstable from ten times that.
+fn trial(limit_n_per_m: f64, point: &Point) -> Trial {
+    let k = point.stiffness_n_per_m;
+    let rms_m = 30e-6 * k / limit_n_per_m;
+    let verdict = if k <= limit_n_per_m {
+        Verdict::Passive { rms_m: 0.99 * rms_m }
+    } else if k < 10.0 * limit_n_per_m {
+        Verdict::NonPassive { rms_m }
+    } else {
+        Verdict::HighlyUnstable { at_s: 0.5 }
+    };
+    Trial { verdict, edges: 1000, why: String::new() }
+}
+
+/// What the paper tells: 1 kHz at 750 N/m, an RTOS twice that at most, the FPGA over six times.
+fn as_told(point: &Point) -> f64 {
+    match point.platform {
+        Platform::Pmos1 | Platform::Rtos(1) => 750.0,
+        Platform::Rtos(_) | Platform::Fpga(20) => 1500.0,
+        Platform::Fpga(_) => 5000.0,
+    }
+}
+
+fn table_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> (Table, String) {
+    let outcomes: Vec<_> = study.points().into_iter().map(|point| (point, made(&point))).collect();
+    (Table::new(study, 0, &outcomes), csv(study, &outcomes))
+}
+
+fn told() -> Table {
+    table_of(&Study::whole(&[Rung::SHIPPED]), |point| Ok(trial(as_told(point), point))).0
+}
+
+fn claim(table: &Table, name: &str) -> Claim {
+    claims(table).into_iter().find(|claim| claim.name == name).unwrap()
+}
+
+#[test]
+fn the_whole_study_has_every_trial_of_the_paper_once_and_in_order() {
+    let points = Study::whole(&[Rung::SHIPPED]).points();
+    assert_eq!(points.len(), 3 * 8 * 20 * 3);
+    assert!(STIFFNESSES_N_PER_M.is_sorted());
+    let key = |point: &Point| {
+        let platform = Platform::ALL.iter().position(|platform| *platform == point.platform);
+        (point.rung, point.axis.index(), platform, point.stiffness_n_per_m as u64, point.trial)
+    };
+    assert!(points.windows(2).all(|pair| key(&pair[0]) < key(&pair[1])));
+}
+
+#[test]
+fn every_cell_of_every_rung_is_a_scene_that_is_accepted() {
+    let study = Study { trials: 1, stiffnesses_n_per_m: vec![5.0, 40e3], ..Study::whole(&RUNGS) };
+    for point in study.points() {
+        let overrides = study.overrides(&point);
+        if let Err(error) = scene().parse(&overrides) {
+            panic!("{overrides:?}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_cell_is_passive_when_all_trials_are_and_white_when_any_was_aborted() {
+    let study = Study {
+        axes: vec![Direction::Y],
+        platforms: vec![Platform::Pmos1],
+        stiffnesses_n_per_m: vec![1.0, 2.0, 3.0, 4.0],
+        ..Study::whole(&[Rung::SHIPPED])
+    };
+    let (table, _) = table_of(&study, |point| {
+        let verdict = match (point.stiffness_n_per_m as u64, point.trial) {
+            (1, _) | (2..=4, 1) => Verdict::Passive { rms_m: 1e-6 },
+            (2 | 3, 2) => Verdict::NonPassive { rms_m: 4e-5 },
+            (2, 3) => Verdict::NonPassive { rms_m: 7e-6 },
+            (3, 3) => Verdict::HighlyUnstable { at_s: 1.0 },
+            _ => return Err("no such trial".into()),
+        };
+        Ok(Trial { verdict, edges: 1, why: String::new() })
+    });
+    let cell = |row| table.cell(Direction::Y, Platform::Pmos1, row).unwrap();
+    let classes = [1.0, 2.0, 3.0, 4.0].map(|row| cell(row).class);
+    assert_eq!(classes, [Class::Passive, Class::NonPassive, Class::HighlyUnstable, Class::Failed]);
+    let mean = cell(2.0).rms_m().unwrap();
+    assert!((mean - 16e-6).abs() < 1e-18, "(1 + 40 + 7) / 3 micrometres, not {mean}");
+    assert_eq!((cell(3.0).rms_m(), cell(4.0).rms_m()), (None, None), "not recorded");
+    assert_eq!(table.failures(), ["no such trial"]);
+    assert_eq!(table.cell(Direction::X, Platform::Pmos1, 1.0), None);
+    assert_eq!(table.cell(Direction::Y, Platform::Pmos1, 5.0), None);
+}
+
+#[test]
+fn a_limit_ends_at_the_first_row_that_is_not_passive_and_tells_of_islands_beyond() {
+    let study = Study { trials: 1, stiffnesses_n_per_m: vec![1.0, 2.0, 3.0], ..Study::whole(&[Rung::SHIPPED]) };
+    let limit = |passive: &[u64]| {
+        let (table, _) = table_of(&study, |point| {
+            let here = passive.contains(&(point.stiffness_n_per_m as u64));
+            Ok(trial(if here { 1e9 } else { 0.5 }, point))
+        });
+        let limit = table.limit(Direction::Z, Platform::Fpga(20)).unwrap();
+        (limit.passive_n_per_m, limit.beyond_n_per_m, limit.again)
+    };
+    assert_eq!(limit(&[1, 2]), (Some(2.0), Some(3.0), false));
+    assert_eq!(limit(&[1, 3]), (Some(1.0), Some(2.0), true));
+    assert_eq!(limit(&[2, 3]), (None, Some(1.0), true));
+    assert_eq!(limit(&[1, 2, 3]), (Some(3.0), None, false));
+}
+
+#[test]
+fn legible_cells_are_those_of_the_paper() {
+    // 64 cells with an "x" (8 of z at 750 N/m are lost), and 48 without.
+    let rows = STIFFNESSES_N_PER_M.iter().flat_map(|&row| Direction::ALL.map(|axis| Published::passive(axis, row)));
+    let count = |printed: bool| 8 * rows.clone().filter(|cell| *cell == Some(printed)).count();
+    assert_eq!((count(true), count(false)), (64, 48));
+    assert_eq!(Published::passive(Direction::Z, 750.0), None);
+    assert_eq!(Published::passive(Direction::X, 1000.0), None);
+
+    assert_eq!(Agreement::of(&told()), Agreement { legible: 112, same: 112 });
+    let study = Study::whole(&[Rung::SHIPPED]);
+    let soft = table_of(&study, |point| Ok(trial(500.0, point))).0;
+    assert_eq!(Agreement::of(&soft), Agreement { legible: 112, same: 96 }, "x and y at 750 are printed otherwise");
+    let stiff = table_of(&study, |point| Ok(trial(1e6, point))).0;
+    assert_eq!(Agreement::of(&stiff), Agreement { legible: 112, same: 64 });
+    let failed = table_of(&study, |_| Err("broken".into())).0;
+    assert_eq!(Agreement::of(&failed), Agreement { legible: 112, same: 0 }, "a failure agrees with nothing");
+}
+
+#[test]
+fn every_claim_is_met_by_the_table_that_the_paper_tells() {
+    for claim in claims(&told()) {
+        assert_eq!(claim.met, Some(true), "{claim:?}");
+        assert!(!claim.found.is_empty(), "{claim:?}");
+    }
+}
+
+#[test]
+fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
+    let study = Study::whole(&[Rung::SHIPPED]);
+    let with = |axis: Direction, platform: Platform, limit: f64| {
+        let here =
+            |point: &Point| if (point.axis, point.platform) == (axis, platform) { limit } else { as_told(point) };
+        table_of(&study, |point| Ok(trial(here(point), point))).0
+    };
+    use Direction::{X, Y, Z};
+    for (name, axis, platform, limit, said) in [
+        ("a", X, Platform::Pmos1, 500.0, "x 500 (not so), y 750, z 750"),
+        ("a", Z, Platform::Pmos1, 1250.0, "z 1250 (not so)"),
+        ("b", Y, Platform::Rtos(1), 1000.0, "y 750 and 1000 (not so)"),
+        ("c1", Y, Platform::Rtos(5), 1000.0, "y 1.3 (not so)"),
+        ("c2", X, Platform::Rtos(10), 3000.0, "x 4.0 (not so)"),
+        ("e", Z, Platform::Fpga(400), 7500.0, "z 5000 and 7500 (not so)"),
+        ("f", Y, Platform::Fpga(20), 5000.0, "only one aborted at 15000"),
+        ("g1", Y, Platform::Rtos(20), 5000.0, "passive and passive (not so)"),
+        ("g2", Y, Platform::Rtos(20), 250.0, "non-passive and highly unstable (not so)"),
+    ] {
+        let claim = claim(&with(axis, platform, limit), name);
+        assert_eq!(claim.met, Some(false), "{name}");
+        assert!(claim.found.contains(said), "{name}: `{said}` is not in {}", claim.found);
+    }
+    // Best of a family: both fast ones must go.
+    let slow = |point: &Point| if point.axis == Direction::X { as_told(point).min(3000.0) } else { as_told(point) };
+    let slow = table_of(&study, |point| Ok(trial(slow(point), point))).0;
+    assert_eq!((claim(&slow, "d1").met, claim(&slow, "d2").met), (Some(false), Some(true)));
+}
+
+#[test]
+fn a_part_of_the_study_says_nothing_of_what_it_has_not() {
+    let study = Study { axes: vec![Direction::X], platforms: vec![Platform::Pmos1], ..Study::whole(&[Rung::SHIPPED]) };
+    let (table, _) = table_of(&study, |point| Ok(trial(750.0, point)));
+    for claim in claims(&table) {
+        assert_eq!(claim.met, (claim.name == "a").then_some(true), "{claim:?}");
+    }
+    assert_eq!(Agreement::of(&table), Agreement { legible: 5, same: 5 });
+}
+
+#[test]
+fn the_text_is_the_table_of_the_paper() {
+    let text = table_text(&told());
+    let line = |start: &str| text.lines().find(|line| line.trim_start().starts_with(start)).unwrap().to_string();
+    let group = |cells: &str| format!("  |{cells}");
+    assert_eq!(
+        line("750"),
+        format!("{:>9}{}{}{}", 750, group(&"   x=".repeat(8)), group(&"   x=".repeat(8)), group(&"   x ".repeat(8)))
+            .trim_end()
+    );
+    let row = group("   #    #    x    x    x    x    x    x ");
+    assert_eq!(line("1000"), format!("{:>9}{row}{row}{row}", 1000).trim_end());
+    let row = group("   -=   -=   -=   -=   -=   -=   #=   #=");
+    assert_eq!(line("30000"), format!("{:>9}{row}{row}{row}", 30000).trim_end());
+    assert!(line("RTOS-20").contains("1500 (2.0)"), "{}", line("RTOS-20"));
+    assert!(text.contains("112 of 112 legible cells are as printed"));
+    let met = text.lines().filter(|line| line.starts_with('(') && line[5..].trim_start().starts_with("met "));
+    assert_eq!(met.count(), claims(&told()).len(), "{text}");
+}
+
+#[test]
+fn the_csv_has_a_row_a_trial_and_its_reasons_cannot_break_it() {
+    let study = Study {
+        trials: 2,
+        axes: vec![Direction::Y],
+        platforms: vec![Platform::Rtos(5)],
+        stiffnesses_n_per_m: vec![5.0, 60.0],
+        ..Study::whole(&[Rung::SHIPPED])
+    };
+    let (_, csv) = table_of(&study, |point| match (point.stiffness_n_per_m as u64, point.trial) {
+        (60, 2) => Err("a \"b\", c".into()),
+        (5, _) => Ok(Trial { verdict: Verdict::Passive { rms_m: 2.5e-5 }, edges: 1000, why: String::new() }),
+        _ => Ok(Trial { verdict: Verdict::HighlyUnstable { at_s: 0.5 }, edges: 1000, why: String::new() }),
+    });
+    let expected = "shipped,y,RTOS-5,5,1,passive,2.5e-5,,1000,\n\
+                    shipped,y,RTOS-5,5,2,passive,2.5e-5,,1000,\n\
+                    shipped,y,RTOS-5,60,1,highly_unstable,,0.5,1000,\n\
+                    shipped,y,RTOS-5,60,2,failed,,,,\"a \"\"b\"\", c\"\n";
+    assert_eq!(csv, format!("{CSV_HEADER}{expected}"));
+}
+
+#[test]
+fn a_trial_comes_back_from_its_line_to_the_bit() {
+    for verdict in [
+        Verdict::Passive { rms_m: 1.0 / 3.0e5 },
+        Verdict::NonPassive { rms_m: 0.1 + 0.2 },
+        Verdict::HighlyUnstable { at_s: 2.0 / 3.0 },
+    ] {
+        let trial = Trial { verdict, edges: u64::MAX, why: "the tip met the other wall, hard".into() };
+        assert_eq!(Trial::read(&trial.line()), Some(trial));
+    }
+    for bad in ["", "passive", "passive,x,,1,", "settled,1,,1,", "highly_unstable,,,1,", "passive,1,,-1,"] {
+        assert_eq!(Trial::read(bad), None, "{bad}");
+    }
+}
+
+#[test]
+fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
+    let table = told();
+    let draw = |table: &Table| {
+        let rung = |rung: &Rung| ladder::Summary::new(*rung, table.clone());
+        let rungs: Vec<_> = RUNGS.iter().map(rung).collect();
+        [chart::table_2(table, COMMAND), chart::rms(table, COMMAND), chart::ladder(&rungs, COMMAND)]
+    };
+    let pictures = draw(&table);
+    assert_eq!(pictures, draw(&table));
+    assert_eq!(pictures.each_ref().map(|picture| picture.name), ["table-2", "rms", "ladder"]);
+    for picture in &pictures {
+        assert!(picture.svg.contains(COMMAND), "{}", picture.name);
+        assert_eq!(&picture.png[1..4], b"PNG");
+    }
+    // Three axes of eight platforms: as many "x" as passive cells, and one in the key.
+    let passive = Direction::ALL.iter().flat_map(|&axis| Platform::ALL.map(|platform| (axis, platform)));
+    let passive: usize = passive
+        .map(|(axis, platform)| {
+            let rows = STIFFNESSES_N_PER_M
+                .iter()
+                .filter(|&&row| table.cell(axis, platform, row).unwrap().class == Class::Passive);
+            rows.count()
+        })
+        .sum();
+    let marks = pictures[0].svg.lines().filter(|line| *line == "x").count();
+    assert_eq!(marks, passive + 1);
+}
+
+#[test]
+fn a_picture_of_any_part_of_the_study_is_drawn() {
+    for (axes, platforms, rows) in [(1, 1, 1), (2, 3, 5), (3, 8, 2)] {
+        let study = Study {
+            axes: Direction::ALL[..axes].to_vec(),
+            platforms: Platform::ALL[..platforms].to_vec(),
+            stiffnesses_n_per_m: STIFFNESSES_N_PER_M[..rows].to_vec(),
+            trials: 1,
+            ..Study::whole(&[Rung::SHIPPED])
+        };
+        for made in [Ok(0.0), Err("nothing ran".to_string())] {
+            let (table, _) = table_of(&study, |point| made.clone().map(|limit: f64| trial(limit, point)));
+            for picture in [chart::table_2(&table, COMMAND), chart::rms(&table, COMMAND)] {
+                assert!(picture.svg.contains(COMMAND));
+            }
+            let summary = ladder::Summary::new(Rung::SHIPPED, table);
+            assert!(chart::ladder(&[summary], COMMAND).svg.contains("shipped"));
+        }
+    }
+}
+
+#[test]
+fn the_ladder_tells_each_rung_and_each_claim() {
+    let study = Study::whole(&[Rung::SHIPPED]);
+    let poor = table_of(&study, |point| Ok(trial(100.0, point))).0;
+    let rungs = [ladder::Summary::new(RUNGS[0], poor), ladder::Summary::new(RUNGS[6], told())];
+    assert_eq!(rungs[1].met(), (claims(&told()).len(), claims(&told()).len()));
+    let text = ladder::ladder_text(&rungs);
+    let line = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap();
+    assert!(line("ideal").contains("48 of 112"), "{}", line("ideal"));
+    assert!(line("full arm").contains("112 of 112") && !line("full arm").contains(" - "), "{}", line("full arm"));
+    assert_eq!(ladder::ladder_csv(&rungs).lines().count(), 1 + 2 * claims(&told()).len());
+}
