@@ -35,7 +35,7 @@ pub struct ArmPlant {
     pub(crate) start_rad_per_s: [f64; 3],
     /// Counts that the tables of sines hold lie in `-half..half`.
     pub(crate) half: i64,
-    /// The axis of a drop test and how far the opposite wall is.
+    /// The axis of a drop test, and how high the tip may rise along it.
     pub(crate) axis: usize,
     pub(crate) opposite_m: f64,
     /// The host, if one computes the force.

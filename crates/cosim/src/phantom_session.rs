@@ -140,7 +140,7 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
     let mut start_rad_per_s = [0.0; 3];
     let axis = scene.drop.axis.index();
     let lever_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]][axis];
-    start_rad_per_s[axis] = RELEASE_M_PER_S * (2.0 * unit() - 1.0) / lever_m;
+    start_rad_per_s[axis] = (RELEASE_M_PER_S * (2.0 * unit() - 1.0) - scene.drop.speed_m_per_s) / lever_m;
     let period = scene.period_clocks();
     let first = 1 + (unit() * period as f64) as u64;
 
@@ -173,7 +173,8 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
         start_rad_per_s,
         half: 1 << (config.depth_width - 1),
         axis,
-        opposite_m: scene.room.distance_m,
+        // A tip that is thrown may well come there; one that is let go may not.
+        opposite_m: if scene.drop.speed_m_per_s == 0.0 { scene.room.distance_m } else { f64::INFINITY },
         host,
     })
 }

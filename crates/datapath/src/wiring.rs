@@ -28,8 +28,10 @@ pub struct Instance {
     pub label: &'static str,
     /// The block, configured as it stands here, after reset: its name is the entity's.
     pub model: Box<dyn AnyBlock>,
-    /// Its ports, in order.
+    /// Its ports that nets are connected to, in order.
     pub connections: Vec<Connection>,
+    /// Its inputs that are tied to a constant instead.
+    pub tied: Vec<(&'static str, i64)>,
 }
 
 /// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.

@@ -12,6 +12,7 @@ mod junit;
 mod lockstep;
 mod loop_bench;
 mod package;
+mod postures;
 mod reader;
 mod report;
 mod scene;

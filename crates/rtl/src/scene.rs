@@ -1,7 +1,7 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
 use hpu_cosim::{ClosedLoop, Rig, Visit, World};
-use hpu_datapath::{AnyBlock, Wiring, flatten};
+use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
 
@@ -44,15 +44,17 @@ where
         before[..inputs].copy_from_slice(&after[..inputs]);
         sampled.push(std::mem::replace(&mut before, after));
     }
-    let rows = |nets: &[usize]| -> Vec<Vec<i64>> {
-        sampled.iter().map(|words| nets.iter().map(|&net| words[net]).collect()).collect()
+    let rows = |from: &[Input]| -> Vec<Vec<i64>> {
+        let word = |words: &[i64], input: &Input| match input {
+            Input::Net(net) => words[*net],
+            Input::Tied(word) => *word,
+        };
+        sampled.iter().map(|words| from.iter().map(|input| word(words, input)).collect()).collect()
     };
-    let own = rows(&(0..inputs).collect::<Vec<_>>());
+    let own = rows(&(0..inputs).map(Input::Net).collect::<Vec<_>>());
     let mut all = vec![(W::NAME, clocked(&mut wiring.clone(), constants, own))];
     for instance in &mut instances {
-        let count = AnyBlock::inputs(&*instance.model).len();
-        let nets: Vec<usize> = instance.connections[..count].iter().map(|connection| connection.net).collect();
-        let mut rows = rows(&nets);
+        let mut rows = rows(&inputs_of(instance));
         let model = &mut *instance.model;
         let vectors = if model.clocked() {
             let first = rows[0].clone();
@@ -64,6 +66,22 @@ where
         all.push((instance.label, vectors));
     }
     all
+}
+
+/// Where an input has its word from.
+enum Input {
+    Net(usize),
+    Tied(i64),
+}
+
+/// The inputs of an instance, in port order.
+fn inputs_of(instance: &Instance) -> Vec<Input> {
+    let of = |name: &str| {
+        let tied = instance.tied.iter().find(|(tied, _)| *tied == name).map(|&(_, word)| Input::Tied(word));
+        let connected = || instance.connections.iter().find(|connection| connection.port.name == name);
+        tied.unwrap_or_else(|| Input::Net(connected().expect("every input is connected or tied").net))
+    };
+    AnyBlock::inputs(&*instance.model).iter().map(|signal| of(signal.name)).collect()
 }
 
 /// The rows after one edge of reset.

@@ -5,6 +5,7 @@ use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
 use crate::Stimulus;
+use crate::postures::{is_posed, pose};
 
 /// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
 const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];
@@ -58,13 +59,50 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
             let period = 1 << generic(block, "PWM_WIDTH").expect("a loop has a PWM");
             [strolls(&inputs), retreat(&inputs, period)].concat()
         }
+        _ if lines(&inputs) > 0 => walks(&inputs),
         _ => samples(&inputs),
     }
 }
 
+/// How many encoders' lines the inputs begin with.
+fn lines(inputs: &[Signal]) -> usize {
+    inputs.iter().take_while(|signal| signal.format == Format::BIT && signal.name.starts_with(['a', 'b'])).count() / 2
+}
+
+/// Several encoders: from reset, each joint alone there and back, then all together; with every corner of the other words.
+fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
+    let encoders = lines(inputs);
+    let mut rows = Vec::new();
+    for turn in 0..5 {
+        let constant = |signal: &Signal| match signal.name {
+            "period" => [3, 41, 17, 0, 64][turn],
+            _ => corners(signal.format)[(turn + 3) % corners(signal.format).len()],
+        };
+        let constants: Vec<_> = inputs[2 * encoders..].iter().map(constant).collect();
+        let row = |phases: &dyn Fn(usize) -> usize| -> Vec<i64> {
+            (0..encoders).flat_map(|joint| FORWARD[phases(joint) % 4]).chain(constants.iter().copied()).collect()
+        };
+        rows.push(reset(row(&|_| 0)));
+        for moving in 0..=encoders {
+            let there_and_back = (0..40).chain((0..40).rev());
+            let step = |phase: usize| row(&|joint| if joint == moving || moving == encoders { phase } else { 0 });
+            rows.extend(there_and_back.flat_map(|phase| vec![edge(step(phase)); 2]));
+        }
+    }
+    rows
+}
+
+/// Combinations of corners beyond which each corner stands against the same few words of the others.
+const MOST_COMBINATIONS: usize = 20_000;
+
 /// Combinational: corners against corners, then each bit alone against all zeros and all ones elsewhere.
 fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
-    let mut rows = product(&inputs.iter().map(|signal| corners(signal.format)).collect::<Vec<_>>());
+    let lists: Vec<_> = inputs.iter().map(|signal| corners(signal.format)).collect();
+    let all = lists.iter().try_fold(1usize, |all, list| all.checked_mul(list.len()));
+    let mut rows = match all {
+        Some(all) if all <= MOST_COMBINATIONS => product(&lists),
+        _ => one_by_one(&lists),
+    };
     for (index, signal) in inputs.iter().enumerate() {
         for bit in 0..signal.format.width() {
             for others in [0, -1] {
@@ -75,6 +113,22 @@ fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
         }
     }
     rows.into_iter().map(edge).collect()
+}
+
+/// Each corner of each input against every corner that the others share.
+fn one_by_one(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
+    let most = lists.iter().map(Vec::len).max().unwrap_or(0);
+    let mut rows = Vec::new();
+    for others in 0..most {
+        for (index, list) in lists.iter().enumerate() {
+            for &word in list {
+                let mut row: Vec<_> = lists.iter().map(|list| list[others % list.len()]).collect();
+                row[index] = word;
+                rows.push(row);
+            }
+        }
+    }
+    rows
 }
 
 /// All 16 transitions of two lines, each after a reset and as many settling edges as the decoder wants.
@@ -167,29 +221,37 @@ fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
 pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let random = &mut SplitMix64::new(seed);
     let inputs = block.inputs();
-    let with_lines = inputs[0].name.starts_with("a") && inputs[0].format == Format::BIT;
-    let is_loop = inputs[0].name == "a_pin" && inputs.len() > 2;
+    let encoders = lines(&inputs);
+    let posed = is_posed(&inputs);
+    let is_loop = encoders > 0 && inputs.len() > 2;
     let mut words: Vec<_> = inputs.iter().map(|signal| draw(random, signal, 0)).collect();
-    let (mut phase, mut direction) = (0, 1);
+    let mut walks = vec![(0, 1); encoders];
     // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
     let resets = if is_loop { 6000 } else { 700 };
     let mut next = |row: usize| {
-        for (index, signal) in inputs.iter().enumerate().skip(if with_lines { 2 } else { 0 }) {
+        for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {
                 _ if !block.clocked() => 1,
                 _ if is_loop => 500,
                 "command" | "period" => 40,
+                _ if block.name() == "phantom_engine" => 200,
                 _ => 3,
             };
             if random.one_in(odds) {
-                words[index] = draw(random, signal, words[index]);
+                // Long enough for a computation, short enough for many.
+                let period = posed && signal.name == "period";
+                words[index] =
+                    if period { signal.format.from_bits(random.below(80)) } else { draw(random, signal, words[index]) };
             }
         }
-        if with_lines {
-            direction = if random.one_in(200) { 4 - direction } else { direction };
-            let moves = if random.one_in(500) { 2 } else { direction * u64::from(random.one_in(3)) };
-            phase = (phase + moves) % 4;
-            words[..2].copy_from_slice(&FORWARD[phase as usize]);
+        if posed && (!block.clocked() || random.one_in(100)) {
+            pose(random, &inputs, &mut words);
+        }
+        for (joint, (phase, direction)) in walks.iter_mut().enumerate() {
+            *direction = if random.one_in(200) { 4 - *direction } else { *direction };
+            let moves = if random.one_in(500) { 2 } else { *direction * u64::from(random.one_in(3)) };
+            *phase = (*phase + moves) % 4;
+            words[2 * joint..2 * joint + 2].copy_from_slice(&FORWARD[*phase as usize]);
         }
         Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() }
     };

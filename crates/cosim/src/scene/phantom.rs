@@ -4,7 +4,7 @@
 //! |---|---|
 //! | (top) | `about` |
 //! | `[device]` `kind = "phantom"` | `model` \[`premium_1.0`\] (`premium_1.5`), `coulomb_force` \[0.038 N\] and `viscous_damping` \[0.005 N.s/m\] at the tip |
-//! | `[drop]` | `axis` (`x`, `y`, `z`), along which gravity pulls; `weight` \[0.15 N\] of the tip on a scale; `trial` \[1\] |
+//! | `[drop]` | `axis` (`x`, `y`, `z`), along which gravity pulls; `weight` \[0.15 N\] of the tip on a scale; `speed` \[0\] at which it is thrown at the wall; `trial` \[1\] |
 //! | `[platform]` | `kind` (`PMOS-1`, `RTOS-1`, `RTOS-5`, `RTOS-10`, `RTOS-20`, `FPGA-20`, `FPGA-100`, `FPGA-400`), `jitter` \[100 us\] and `missed` \[0.2 %\] deadlines of `PMOS-1` |
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
@@ -126,6 +126,8 @@ pub struct Drop {
     pub axis: Direction,
     /// What the tip weighs on a scale.
     pub weight_n: f64,
+    /// Speed toward the wall at the start.
+    pub speed_m_per_s: f64,
     /// Which trial: the small variations of a release are drawn from it and the seed.
     pub trial: u64,
 }

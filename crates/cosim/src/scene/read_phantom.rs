@@ -63,7 +63,7 @@ fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
 
 fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
     device.accept(&["kind", "model", "coulomb_force", "viscous_damping"])?;
-    s.accept(&["axis", "weight", "trial"])?;
+    s.accept(&["axis", "weight", "speed", "trial"])?;
     let axes = Direction::ALL.map(|axis| (axis.name(), axis));
     let arms = [("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)];
     Ok(Drop {
@@ -72,6 +72,7 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
         damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, NotNegative, Some(0.005))?,
         axis: s.choice("axis", &axes, None)?,
         weight_n: s.quantity("weight", &q::FORCE, NotNegative, Some(0.15))?,
+        speed_m_per_s: s.quantity("speed", &q::SPEED, NotNegative, Some(0.0))?,
         trial: s.integer("trial", 0, i64::MAX as u64, Some(1))?,
     })
 }

@@ -52,6 +52,10 @@ static SCENES: &[Shipped] = scenes![
     "replay-capture",
     "replay-motion",
     "phantom-drop",
+    "phantom-drop-rtos",
+    "phantom-thrown",
+    "phantom-thrown-shared",
+    "phantom-thrown-rtos",
 ];
 
 static FILES: &[(&str, &str)] =

@@ -190,6 +190,7 @@ impl Wiring for PhantomIo {
         let ports = [HOST, HOST + 1, HOST + 2, 0, COMMANDS, COMMANDS + 1, COMMANDS + 2];
         let mut hold = instance("hold", &self.hold, &ports);
         hold.connections.retain(|connection| connection.port.name != "period");
+        hold.tied.push(("period", 1));
         all.push(hold);
         all
     }
