@@ -32,7 +32,8 @@ impl Journal {
         let read =
             units::Journal::read(&String::from_utf8_lossy(&bytes), header, count).map_err(|error| match error {
                 JournalError::Other(_) => Failure::usage(format!(
-                    "{} {error}\nthis one is: {header}\nchoose another folder, or remove that journal",
+                    "{} {error}\nthis one is: {header}\n(the number is of its settings and of the program that ran it)\n\
+                 choose another folder, or remove that journal",
                     path.display()
                 )),
                 JournalError::Line(_) => Failure::at(&path, error),

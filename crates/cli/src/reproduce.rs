@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
+use std::{env, fs, thread};
 
 use clap::ValueEnum;
 use hpu_cosim::scene::{Direction, Platform};
@@ -146,7 +146,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let study = args.study()?;
     let points = study.points();
     let mut command = args.command(&study);
-    let header = header(&study, &points, &command);
+    let header = header(&study, &points, &command)?;
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, points.len())).transpose()?;
     let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
@@ -197,12 +197,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
 }
 
-/// What names a study in its journal: a print of all that its rows depend on, and the command.
-fn header(study: &Study, points: &[Point], command: &str) -> String {
+/// What names a study in its journal: a print of all that its rows depend on, this very program included, and the command.
+fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
+    let program = env::current_exe().and_then(fs::read);
+    let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
     let overrides: Vec<String> = points.iter().map(|point| format!("{:?}", study.overrides(point))).collect();
-    let rows_depend_on = [env!("CARGO_PKG_VERSION"), study::scene().text];
-    let print = units::fingerprint(rows_depend_on.into_iter().chain(overrides.iter().map(String::as_str)));
-    format!("study {print} of {command}")
+    let parts = [program.as_slice()].into_iter().chain(overrides.iter().map(String::as_bytes));
+    Ok(format!("study {} of {command}", units::fingerprint(parts)))
 }
 
 /// A study that is through.

@@ -159,8 +159,8 @@ fn row(line: &str) -> Option<(usize, Row)> {
 
 /// A name for everything that a set's rows depend on: 64-bit FNV-1a over the parts, each ended by a zero.
 #[must_use]
-pub fn fingerprint<'a>(parts: impl IntoIterator<Item = &'a str>) -> String {
-    let bytes = parts.into_iter().flat_map(|part| part.bytes().chain([0]));
+pub fn fingerprint<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let bytes = parts.into_iter().flat_map(|part| part.iter().copied().chain([0]));
     let hash =
         bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     format!("{hash:016x}")
