@@ -5,6 +5,8 @@
 //! assumed: the paper gives no figures). The same law without quantisation, on the continuous angles, is the `ideal` law of the
 //! fidelity ladder.
 
+use std::collections::VecDeque;
+
 use hpu_plant::arm::kinematics;
 use hpu_signal::Format;
 
@@ -61,24 +63,19 @@ pub(crate) struct HostState<'p> {
     nominal: u64,
     sample: u64,
     /// Commands under way, the earliest first.
-    pending: [(u64, [i64; 3]); HostState::MOST],
-    waiting: usize,
+    pending: VecDeque<(u64, [i64; 3])>,
     positions: [i64; 3],
     command: [i64; 3],
 }
 
 impl<'p> HostState<'p> {
-    /// Commands that may be under way at once: the longest delay is four samples.
-    const MOST: usize = 8;
-
     pub(crate) fn new(host: &'p Host) -> Self {
         let mut state = Self {
             host,
             random: SplitMix64::new(host.seed),
             nominal: host.first,
             sample: host.first,
-            pending: [(u64::MAX, [0; 3]); Self::MOST],
-            waiting: 0,
+            pending: VecDeque::new(),
             positions: [0; 3],
             command: [0; 3],
         };
@@ -93,7 +90,7 @@ impl<'p> HostState<'p> {
     /// The edge at which it does something next.
     #[inline]
     pub(crate) fn due(&self) -> u64 {
-        self.sample.min(self.pending[0].0)
+        self.pending.front().map_or(self.sample, |(edge, _)| self.sample.min(*edge))
     }
 
     pub(crate) fn command(&self) -> [i64; 3] {
@@ -120,22 +117,14 @@ impl<'p> HostState<'p> {
                 } else {
                     [0, 1, 2].map(|i| signed(self.positions[i]) as f64 * host.count_rad[i])
                 };
-                self.send(edge + host.delay, host.law(angles_rad));
+                // Every command takes as long, so the order stays.
+                self.pending.push_back((edge + host.delay, host.law(angles_rad)));
             }
             self.nominal += self.host.period;
             self.sample = self.nominal + self.late();
         }
-        while self.pending[0].0 <= edge {
-            self.command = self.pending[0].1;
-            self.pending.copy_within(1.., 0);
-            self.waiting -= 1;
-            self.pending[Self::MOST - 1].0 = u64::MAX;
+        while let Some((_, command)) = self.pending.pop_front_if(|(due, _)| *due <= edge) {
+            self.command = command;
         }
-    }
-
-    /// A command that was computed later arrives later, however long each took.
-    fn send(&mut self, edge: u64, command: [i64; 3]) {
-        self.pending[self.waiting] = (edge, command);
-        self.waiting += 1;
     }
 }

@@ -159,7 +159,11 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
         ideal: scene.model.ideal,
         period,
         first,
-        delay: (scene.model.delay_samples * period as f64).round() as u64,
+        delay: if scene.platform.is_host() {
+            (scene.model.delay_samples * period as f64).round() as u64 + edges(scene.model.latency_s)
+        } else {
+            0
+        },
         jitter: if irregular { edges(scene.irregularity.jitter_s) } else { 0 },
         missed: if irregular { (scene.irregularity.missed * (1u64 << 32) as f64) as u64 } else { 0 },
         seed: random.next_u64(),

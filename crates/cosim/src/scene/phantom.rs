@@ -9,7 +9,7 @@
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
 //! | `[room]` | `distance` \[2 cm\] of the walls, `stiffness`, `walls` \[those of the axis\] (`"x"`, `"xy"`, `"xyz"` ...) |
-//! | `[model]` | `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
+//! | `[model]` | `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
@@ -172,6 +172,8 @@ pub struct PhantomModel {
     pub friction: bool,
     /// Delay of a host from sample to command, in samples.
     pub delay_samples: f64,
+    /// Delay of a host beside that, whatever its rate.
+    pub latency_s: f64,
     /// Time constant of the amplifier.
     pub amplifier_lag_s: f64,
     /// Stiffness of the transmission as felt at the tip; 0 for a rigid one.

@@ -31,7 +31,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         clock,
         method: method(&root.section("method")?, drop.premium)?,
         room: room(&root.section("room")?, drop.axis)?,
-        model: model(&root.section("model")?, platform)?,
+        model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 1e3)?,
         expect: expect(&root.section("expect")?)?,
@@ -147,22 +147,23 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
     Ok(Room { distance_m, stiffness_n_per_m: s.quantity("stiffness", &q::STIFFNESS, NotNegative, None)?, walls })
 }
 
-fn model(s: &Section, platform: Platform) -> Result<PhantomModel, SceneError> {
+fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     s.accept(&[
         "law",
         "joints",
         "friction",
         "delay",
+        "latency",
         "amplifier_lag",
         "transmission_stiffness",
         "transmission_damping",
         "motor_share",
     ])?;
-    let delay_samples =
-        s.quantity("delay", &q::RATIO, NotNegative, Some(if platform.is_host() { 1.0 } else { 0.0 }))?;
+    let delay_samples = s.quantity("delay", &q::RATIO, NotNegative, Some(1.0))?;
     let ideal = s.choice("law", &[("words", false), ("ideal", true)], Some(false))?;
-    if s.has("delay") && !platform.is_host() && !ideal {
-        return Err(s.error("delay", "the datapath's delay is its own; leave this out"));
+    let latency_s = s.quantity("latency", &q::TIME, NotNegative, Some(0.0))?;
+    if latency_s > 0.1 {
+        return Err(s.error("latency", "at most 100 ms"));
     }
     if delay_samples > 4.0 {
         return Err(s.error("delay", "at most 4 samples"));
@@ -182,6 +183,7 @@ fn model(s: &Section, platform: Platform) -> Result<PhantomModel, SceneError> {
         tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
         friction: s.flag("friction", true)?,
         delay_samples,
+        latency_s,
         amplifier_lag_s: s.quantity("amplifier_lag", &q::TIME, NotNegative, Some(0.0))?,
         transmission_n_per_m,
         transmission_n_s_per_m: s.quantity("transmission_damping", &q::DAMPING, NotNegative, Some(0.1))?,
