@@ -122,7 +122,7 @@ pub fn rms(table: &Table, command: &str) -> Picture {
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
     let axis = axis.unwrap_or(Direction::Y);
     let title = format!("PHANToM drop test: steady-state rms along {}, as Fig. 5 of Sevcik et al. 2009", axis.name());
-    let conditions = "mean over the trials; aborted cells have none; passive is below 0.003 cm";
+    let conditions = "mean over the trials; aborted cells have none; below 0.000001 cm drawn at the foot";
     let mut canvas = page(&title, conditions, command);
     let rms_cm =
         |platform, row| table.cell(axis, platform, row).and_then(|cell| cell.rms_m()).map(|rms_m| 100.0 * rms_m);

@@ -2,6 +2,8 @@
 //!
 //! The paper reads its limits off the rows, so a limit here is a row too: the stiffest that is passive, all softer ones being so.
 
+use std::ops::Range;
+
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 
@@ -16,7 +18,7 @@ pub struct Claim {
     pub short: &'static str,
     /// What is claimed, and what counts as that.
     pub says: &'static str,
-    /// Whether the table says so, along every axis that it has; `None` when it has nothing to say.
+    /// Whether the table says so, along every axis that it has; `None` when it does not tell, as when its rows end too early.
     pub met: Option<bool>,
     /// The numbers, axis by axis.
     pub found: String,
@@ -29,8 +31,8 @@ const FPGA: [Platform; 3] = [Platform::Fpga(20), Platform::Fpga(100), Platform::
 /// Factor within which two curves "track closely".
 const CLOSELY: f64 = 2.0;
 
-/// An axis' answer: the number, and whether it is as claimed.
-type Answer = Option<(String, bool)>;
+/// An axis' answer: the number, and whether it is as claimed; `None` within when the rows end too early to tell.
+type Answer = Option<(String, Option<bool>)>;
 
 /// The paper's claims, each held against the table.
 #[must_use]
@@ -39,26 +41,29 @@ pub fn claims(table: &Table) -> Vec<Claim> {
     let all = &Direction::ALL;
     let claim = |name, short, says, axes: &[Direction], answer: &dyn Fn(Direction) -> Answer| {
         let answers: Vec<_> = axes.iter().filter_map(|&axis| Some((axis, answer(axis)?))).collect();
-        let numbers = answers
-            .iter()
-            .map(|(axis, (number, met))| format!("{} {number}{}", axis.name(), if *met { "" } else { " (not so)" }));
+        let numbers = answers.iter().map(|(axis, (number, met))| {
+            let said = met.map_or(" (untold)", |met| if met { "" } else { " (not so)" });
+            format!("{} {number}{said}", axis.name())
+        });
         let found = numbers.collect::<Vec<_>>().join(", ");
-        let met = (!answers.is_empty()).then(|| answers.iter().all(|(_, (_, met))| *met));
+        let any = |wanted| answers.iter().any(|(_, (_, met))| *met == wanted);
+        let met = if any(Some(false)) { Some(false) } else { (any(Some(true)) && !any(None)).then_some(true) };
         Claim { name, short, says, met, found }
     };
-    let rtos_5 = |axis| times(table, axis, &RTOS[1..2], |ratio| ratio >= 2.0);
-    let fpga_over = |axis| times(table, axis, &FPGA, |ratio| ratio > 5.0);
+    let rtos_5 = |axis| times(table, axis, &RTOS[1..2], 2.0..f64::INFINITY);
+    let fpga_over = |axis| times(table, axis, &FPGA, 5f64.next_up()..f64::INFINITY);
     vec![
         claim("a", "PMOS-1 750-1000", "PMOS-1 reaches 750 to 1000 N/m", all, &|axis| {
-            let Limit { passive_n_per_m, .. } = table.limit(axis, PMOS)?;
-            Some((newtons(passive_n_per_m), passive_n_per_m.is_some_and(|k| (750.0..=1000.0).contains(&k))))
+            let limit = table.limit(axis, PMOS)?;
+            let inside = limit.passive_n_per_m.is_some_and(|k| (750.0..=1000.0).contains(&k));
+            Some((newtons(&limit), (!inside || limit.beyond_n_per_m.is_some()).then_some(inside)))
         }),
         claim("b", "RTOS-1 = PMOS-1", "RTOS-1 reaches what PMOS-1 does: the same row", all, &|axis| {
             same_row(table, axis, PMOS, Platform::Rtos(1))
         }),
         claim("c1", "RTOS-5 >= 2x", "RTOS-5 reaches at least two times PMOS-1", all, &rtos_5),
         claim("c2", "RTOS 2x", "the best RTOS reaches twice PMOS-1: 1.5 to 2.5 times", all, &|axis| {
-            times(table, axis, &RTOS, |ratio| (1.5..2.5).contains(&ratio))
+            times(table, axis, &RTOS, 1.5..2.5)
         }),
         claim("d1", "FPGA > 5x", "the best FPGA reaches more than five times PMOS-1, along x and z", xz, &fpga_over),
         over_six(table),
@@ -89,43 +94,66 @@ pub fn claims(table: &Table) -> Vec<Claim> {
     ]
 }
 
-/// The stiffest passive wall on any of these platforms over that on PMOS-1.
-fn best_ratio(table: &Table, axis: Direction, platforms: &[Platform]) -> Option<f64> {
+/// The stiffest passive wall on any of these platforms over that on PMOS-1: the least and the most that it may be, apart
+/// where the rows end before a wall does. Not a number when PMOS-1 has no passive wall.
+fn best_ratio(table: &Table, axis: Direction, platforms: &[Platform]) -> Option<(f64, f64)> {
     let limits = platforms.iter().map(|&platform| table.limit(axis, platform)).collect::<Option<Vec<_>>>()?;
     let best = limits.iter().filter_map(|limit| limit.passive_n_per_m).fold(0.0, f64::max);
-    Some(best / table.limit(axis, PMOS)?.passive_n_per_m.unwrap_or(f64::NAN))
+    let pmos = table.limit(axis, PMOS)?;
+    let ratio = best / pmos.passive_n_per_m.unwrap_or(f64::NAN);
+    let open = limits.iter().any(|limit| limit.beyond_n_per_m.is_none());
+    Some((if pmos.beyond_n_per_m.is_some() { ratio } else { 0.0 }, if open { f64::INFINITY } else { ratio }))
 }
 
-fn times(table: &Table, axis: Direction, platforms: &[Platform], met: impl Fn(f64) -> bool) -> Answer {
-    let ratio = best_ratio(table, axis, platforms)?;
-    let said = if ratio.is_nan() { "PMOS-1 has no passive row".to_string() } else { format!("{ratio:.1}") };
-    Some((said, met(ratio)))
+fn ratio_text((least, most): (f64, f64)) -> String {
+    match (least, most) {
+        (0.0, f64::INFINITY) => "PMOS-1 is passive in all rows".into(),
+        (_, f64::INFINITY) => format!(">={least:.1}"),
+        _ if least < most => format!("<={most:.1}"),
+        _ => format!("{least:.1}"),
+    }
+}
+
+fn times(table: &Table, axis: Direction, platforms: &[Platform], claimed: Range<f64>) -> Answer {
+    let (least, most) = best_ratio(table, axis, platforms)?;
+    if most.is_nan() {
+        return Some(("PMOS-1 has no passive row".into(), Some(false)));
+    }
+    let outside = most < claimed.start || least >= claimed.end;
+    let inside = least >= claimed.start && (most < claimed.end || claimed.end == f64::INFINITY);
+    Some((ratio_text((least, most)), (outside || inside).then_some(inside)))
 }
 
 /// The abstract's claim, which names no axis: so one is enough.
 fn over_six(table: &Table) -> Claim {
     let ratios = Direction::ALL.iter().filter_map(|&axis| Some((axis, best_ratio(table, axis, &FPGA)?)));
-    let best = ratios.filter(|(_, ratio)| !ratio.is_nan()).max_by(|a, b| a.1.total_cmp(&b.1));
+    let ratios: Vec<_> = ratios.filter(|(_, (_, most))| !most.is_nan()).collect();
+    let best = ratios.iter().max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    let over = ratios.iter().any(|(_, (least, _))| *least > 6.0);
+    let told = over || ratios.iter().all(|(_, (_, most))| *most <= 6.0);
     Claim {
         name: "d2",
         short: "FPGA > 6x",
         says: "the best FPGA reaches over six times PMOS-1, along some axis",
-        met: best.map(|(_, ratio)| ratio > 6.0),
-        found: best.map_or(String::new(), |(axis, ratio)| format!("at most {ratio:.1}, along {}", axis.name())),
+        met: best.and(told.then_some(over)),
+        found: best.map_or(String::new(), |(axis, ratio)| format!("{}, along {}", ratio_text(*ratio), axis.name())),
     }
 }
 
 fn same_row(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answer {
-    let (one, other) = (table.limit(axis, one)?.passive_n_per_m, table.limit(axis, other)?.passive_n_per_m);
-    Some((format!("{} and {}", newtons(one), newtons(other)), one == other))
+    let (one, other) = (table.limit(axis, one)?, table.limit(axis, other)?);
+    let told = one.beyond_n_per_m.is_some() || other.beyond_n_per_m.is_some();
+    let same = one.passive_n_per_m == other.passive_n_per_m;
+    Some((format!("{} and {}", newtons(&one), newtons(&other)), told.then_some(same)))
 }
 
 fn track(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answer {
-    let (mut worst, mut parted) = ((1.0f64, 0.0), Vec::new());
+    let (mut compared, mut worst, mut parted) = (0, (1.0f64, 0.0), Vec::new());
     for &row in &table.stiffnesses_n_per_m {
         let (one, other) = (table.cell(axis, one, row)?, table.cell(axis, other, row)?);
         match (one.rms_m(), other.rms_m()) {
             (Some(one), Some(other)) if one.max(other) >= PASSIVE_RMS_M => {
+                compared += 1;
                 let factor = one.max(other) / one.min(other);
                 if factor > worst.0 {
                     worst = (factor, row);
@@ -135,6 +163,9 @@ fn track(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answ
             _ => {}
         }
     }
+    if compared == 0 && parted.is_empty() {
+        return Some(("both passive, or both aborted, in every row".into(), None));
+    }
     let mut said = format!("at most {:.2} times", worst.0);
     if worst.1 > 0.0 {
         said += &format!(" (at {} N/m)", worst.1);
@@ -142,17 +173,18 @@ fn track(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answ
     if !parted.is_empty() {
         said += &format!(", only one aborted at {} N/m", parted.join(", "));
     }
-    Some((said, worst.0 <= CLOSELY && parted.is_empty()))
+    Some((said, Some(worst.0 <= CLOSELY && parted.is_empty())))
 }
 
 fn soft_and_stiff(table: &Table, axis: Direction, soft: f64, stiff: f64) -> Answer {
     let class = |row| Some(table.cell(axis, Platform::Rtos(20), row)?.class);
     let (soft, stiff) = (class(soft)?, class(stiff)?);
     let met = soft == Class::Passive && matches!(stiff, Class::NonPassive | Class::HighlyUnstable);
-    Some((format!("{} and {}", soft.name(), stiff.name()), met))
+    Some((format!("{} and {}", soft.name(), stiff.name()), Some(met)))
 }
 
-/// A stiffness in N/m, or that there is none.
-pub(super) fn newtons(stiffness_n_per_m: Option<f64>) -> String {
-    stiffness_n_per_m.map_or("none".into(), |stiffness| stiffness.to_string())
+/// A limit in N/m, or that there is none; or that it is no less than the last row.
+pub(super) fn newtons(limit: &Limit) -> String {
+    let least = if limit.beyond_n_per_m.is_none() { ">=" } else { "" };
+    limit.passive_n_per_m.map_or("none".into(), |stiffness| format!("{least}{stiffness}"))
 }

@@ -117,16 +117,17 @@ fn grid(table: &Table) -> String {
 /// How stiff the walls may be, and that over PMOS-1.
 fn limits(table: &Table) -> String {
     let mut text = String::from(
-        "Stiffest wall in N/m up to which every row is passive (times that of PMOS-1; + some stiffer row is passive again)\n",
+        "Stiffest wall in N/m up to which every row is passive (times that of PMOS-1; + some stiffer row is passive again; >= the rows end there)\n",
     );
     for &platform in &table.platforms {
         let mut line = format!("{:<9}", platform.name());
         for &axis in &table.axes {
-            let Some(Limit { passive_n_per_m, again, .. }) = table.limit(axis, platform) else { continue };
+            let Some(limit) = table.limit(axis, platform) else { continue };
+            let Limit { passive_n_per_m, again, .. } = limit;
             let pmos = table.limit(axis, hpu_cosim::scene::Platform::Pmos1).and_then(|limit| limit.passive_n_per_m);
             let ratio = passive_n_per_m.zip(pmos).map_or(String::new(), |(this, pmos)| format!("({:.1})", this / pmos));
             let again = if again { "+" } else { "" };
-            line += &format!("   {} {:>6} {:<8}", axis.name(), format!("{}{again}", newtons(passive_n_per_m)), ratio);
+            line += &format!("   {} {:>8} {:<8}", axis.name(), format!("{}{again}", newtons(&limit)), ratio);
         }
         let _ = writeln!(text, "{}", line.trim_end());
     }
