@@ -7,6 +7,7 @@ use hpu_signal::Real;
 
 use crate::encoder::Encoder;
 use crate::host::{Host, HostState};
+use crate::scene::MOST_EDGES;
 use crate::summary::EnergyAudit;
 use crate::world::World;
 
@@ -57,6 +58,8 @@ pub(crate) struct ArmState<'p> {
     pub(crate) motion: ArmMotion<'p>,
     encoders: [Encoder; 3],
     pub(crate) edge: u64,
+    /// The edge of the motion's next event, as long as nothing drives it otherwise.
+    ahead: Option<u64>,
     command: [i64; 3],
     over: Option<&'static str>,
 }
@@ -69,6 +72,7 @@ impl<'p> ArmState<'p> {
             motion: ArmMotion::new(&plant.arm, plant.start_rad, plant.start_rad_per_s),
             encoders: [encoder(0), encoder(1), encoder(2)],
             edge: 0,
+            ahead: None,
             command: [0; 3],
             over: None,
         }
@@ -111,13 +115,21 @@ impl<'p> ArmState<'p> {
     }
 
     /// The edge of the arm's next event, up to `limit`.
-    fn next(&self, limit: u64) -> u64 {
-        self.motion.next_event(self.edge, limit, &self.bands()).unwrap_or(limit)
+    fn next(&mut self, limit: u64) -> u64 {
+        let ahead = match self.ahead {
+            Some(ahead) => ahead,
+            None => self.motion.next_event(self.edge, MOST_EDGES, &self.bands()).unwrap_or(MOST_EDGES),
+        };
+        self.ahead = Some(ahead);
+        ahead.min(limit)
     }
 
     /// Flows to an edge.
     fn go(&mut self, edge: u64) {
         self.edge = edge;
+        if self.ahead.is_some_and(|ahead| ahead <= edge) {
+            self.ahead = None;
+        }
         let angles_rad = self.motion.step(edge);
         self.sense(angles_rad);
     }
@@ -125,6 +137,7 @@ impl<'p> ArmState<'p> {
     fn drive(&mut self, command: [i64; 3]) {
         if command != self.command {
             self.command = command;
+            self.ahead = None;
             let torque = |i: usize| command[i] as f64 * self.plant.command_nm[i];
             self.motion.drive(self.edge, [torque(0), torque(1), torque(2)]);
         }

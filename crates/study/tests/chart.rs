@@ -7,7 +7,7 @@ use hpu_study::chart::{NETS, Picture, Run, run_pictures, side_by_side};
 const COMMAND: &str = "hpu run wall --set 'wall.stiffness=\"2 N.m/rad\"' -o <here> & there";
 
 fn parsed(name: &str) -> Scene {
-    shipped().iter().find(|scene| scene.name == name).unwrap().parse(&[]).unwrap()
+    shipped().iter().find(|scene| scene.name == name).unwrap().parse(&[]).unwrap().axis().unwrap()
 }
 
 /// Runs scenes and hands the finished runs over.
@@ -70,7 +70,7 @@ fn box_of(text: &(String, f64, String, f64, f64)) -> [f64; 4] {
 
 #[test]
 fn every_picture_of_every_scene_keeps_its_texts_on_the_page_and_apart() {
-    for scene in shipped() {
+    for scene in shipped().iter().filter(|scene| !scene.name.starts_with("phantom")) {
         for picture in pictures(scene.name) {
             let texts = texts(&picture.svg);
             assert!(texts.len() > 20, "{} {}", scene.name, picture.name);
