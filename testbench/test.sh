@@ -1,18 +1,22 @@
 #!/bin/sh
 # The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL.
-# Installs GHDL where it may; ends with the counts of tests.
+# Installs the tools of hardware designers where it may; ends with the counts of tests.
 set -eu
 cd "$(dirname "$0")/.."
 
-if ! command -v ghdl >/dev/null 2>&1; then
+# GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs.
+packages="ghdl-mcode yosys nextpnr-ice40 fpga-icestorm"
+for tool in ghdl yosys nextpnr-ice40 icetime; do
+    command -v "$tool" >/dev/null 2>&1 && continue
     if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
         apt-get update -qq
-        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends ghdl-mcode
-    else
-        echo "error: GHDL is missing; install it and run this again: sudo apt-get install ghdl-mcode" >&2
-        exit 3
+        # shellcheck disable=SC2086  # one word a package
+        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
+        break
     fi
-fi
+    echo "error: $tool is missing; install it and run this again: sudo apt-get install $packages" >&2
+    exit 3
+done
 
 cargo fmt --all --check
 cargo clippy --locked --workspace --all-targets -- -D warnings

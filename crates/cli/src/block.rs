@@ -62,7 +62,8 @@ pub fn known(name: &str) -> Result<(), Failure> {
     Err(Failure::usage(format!("no block `{name}`; there are {}", names.join(", "))))
 }
 
-fn labels(name: &str) -> Vec<String> {
+/// The labels of its variants.
+pub fn labels(name: &str) -> Vec<String> {
     variants().into_iter().filter(|(_, block)| block.name() == name).map(|(label, _)| label).collect()
 }
 

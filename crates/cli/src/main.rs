@@ -3,6 +3,7 @@
 mod block;
 mod block_csv;
 mod check;
+mod cost;
 mod exit;
 mod files;
 mod interrupt;
@@ -46,6 +47,7 @@ enum Verb {
     Vectors(vectors::Args),
     Check(check::Args),
     Limits(limits::Args),
+    Cost(cost::Args),
     Reproduce(reproduce::Args),
 }
 
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Limits(args) => limits::run(&args),
+        Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });
     let exit = done.unwrap_or_else(|failure: Failure| {

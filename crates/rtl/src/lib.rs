@@ -5,6 +5,7 @@
 
 mod check;
 mod closed_loop;
+mod cost;
 mod foreign;
 mod generated;
 mod ghdl;
@@ -23,6 +24,7 @@ pub mod wave;
 
 pub use check::{CheckOptions, check};
 pub use closed_loop::{LoopOptions, closed_loop};
+pub use cost::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, cost};
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use junit::junit;

@@ -1,0 +1,151 @@
+//! `hpu cost`: what a block costs in an FPGA.
+
+use std::path::PathBuf;
+
+use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS};
+use serde_json::{Value, json};
+
+use crate::block::{find, known, labels};
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::interrupt;
+use crate::terminal::{print, print_json, verdict};
+
+/// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
+///
+/// Counts are of the block alone. It is timed between registers: a clocked block by its fastest clock, a combinational
+/// one by its longest path, register to register; both are the median of three placements. A block that does not fit is
+/// counted for the ECP5 instead, and not timed.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The block
+    name: String,
+    /// Configuration of the block, of those that `hpu block NAME` lists; may be repeated. Without it, all of them
+    #[arg(long = "variant", value_name = "LABEL")]
+    variants: Vec<String>,
+    /// Folder of the VHDL
+    #[arg(long, value_name = "DIR", default_value = "hdl")]
+    hdl: PathBuf,
+    /// Write cost.json and cost.txt into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `hpu cost`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    known(&args.name)?;
+    let variants = if args.variants.is_empty() { labels(&args.name) } else { args.variants.clone() };
+    // Refused before anything runs: variants that are none, and places that cannot be written to.
+    let blocks = variants.iter().map(|variant| find(&args.name, variant)).collect::<Result<Vec<_>, _>>()?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+
+    interrupt::heed();
+    let clocked = blocks.iter().all(|block| block.clocked());
+    let mut text = header(&args.name, clocked);
+    let mut rows = Vec::new();
+    let mut good = true;
+    if !args.json {
+        print(&text)?;
+    }
+    for (variant, block) in variants.iter().zip(&blocks) {
+        let cost = hpu_rtl::cost(&**block, &args.hdl);
+        if interrupt::pressed() {
+            return Ok(Exit::Interrupted);
+        }
+        let cost = cost.map(Ok).or_else(unfinished)?;
+        let line = row(variant, clocked, &cost);
+        if !args.json {
+            print(&if cost.is_ok() { line.clone() } else { verdict(&line, false) })?;
+        }
+        good &= cost.is_ok();
+        text += &line;
+        rows.push(object(variant, clocked, &cost));
+    }
+
+    let json = json!({ "block": args.name, "variants": rows });
+    if let Some(mut folder) = folder {
+        folder.write("cost.json", format!("{json:#}\n"))?;
+        folder.write("cost.txt", &text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?;
+    }
+    Ok(Exit::when(good))
+}
+
+/// A variant that a tool refused is a row with its reason; a missing tool or file ends the command.
+fn unfinished(error: CostError) -> Result<Result<Cost, String>, Failure> {
+    match error {
+        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing) => Err(Failure::new(Exit::NoTool, error)),
+        CostError::Ghdl(GhdlError::Io(..)) => Err(Failure::file(error)),
+        _ => Ok(Err(error.to_string())),
+    }
+}
+
+fn header(name: &str, clocked: bool) -> String {
+    let speed = if clocked { "fmax MHz" } else { "path ns" };
+    format!(
+        "{name:<30} {:<12} {:>6} {:>6} {:>6} {:>5} {:>4} {:>6} {speed:>9}\n",
+        "target", "lut4", "ff", "carry", "bram", "dsp", "cells"
+    )
+}
+
+/// What a cost is told by: the primitives of the HX8K, or of the FPGA that is larger.
+fn target(cost: &Cost) -> (&'static str, Counts) {
+    cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5))
+}
+
+fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
+    // Hundredths are all that nextpnr tells.
+    let speed = if clocked { cost.fmax_mhz } else { cost.path_ns() };
+    speed.map(|speed| (speed * 100.0).round() / 100.0)
+}
+
+fn row(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> String {
+    let cost = match cost {
+        Ok(cost) => cost,
+        Err(failure) => return format!("{variant:<30} {}\n", failure.trim_end().replace('\n', "\n  ")),
+    };
+    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
+    let dsp = if cost.fits() { "-".to_string() } else { dsp.to_string() };
+    let speed = speed(clocked, cost).map_or("-".to_string(), |speed| format!("{speed:.2}"));
+    let line = format!(
+        "{variant:<30} {target:<12} {lut4:>6} {ff:>6} {carry:>6} {bram:>5} {dsp:>4} {:>6} {speed:>9}\n",
+        cost.cells
+    );
+    if cost.fits() {
+        return line;
+    }
+    line + &format!(
+        "  does not fit hx8k: needs {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
+        cost.cells, cost.ice40.bram
+    )
+}
+
+fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
+    let cost = match cost {
+        Ok(cost) => cost,
+        Err(failure) => return json!({ "name": variant, "failure": failure }),
+    };
+    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
+    let speed = speed(clocked, cost);
+    json!({
+        "name": variant,
+        "target": target,
+        "lut4": lut4,
+        "ff": ff,
+        "carry": carry,
+        "bram": bram,
+        "dsp": (!cost.fits()).then_some(dsp),
+        "cells": cost.cells,
+        "fits": cost.fits(),
+        "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
+        "fmax_mhz": if clocked { speed } else { None },
+        "path_ns": if clocked { None } else { speed },
+        "failure": null,
+    })
+}
