@@ -194,6 +194,14 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
     };
     // Up to 750 N/m everything is passive.
     assert_eq!(told(&up_to(750.0)), []);
+    // From 10 000 N/m on nothing is.
+    let study = Study { stiffnesses_n_per_m: vec![10e3, 20e3], ..Study::whole(&[Rung::SHIPPED]) };
+    let table = table_of(&study, |point| Ok(trial(as_told(point), point))).0;
+    assert_eq!((claim(&table, "b").met, claim(&table, "e").met), (None, None));
+    assert_eq!(
+        claim(&table, "e").found,
+        "x none and none (untold), y none and none (untold), z none and none (untold)"
+    );
     // Up to 1500 N/m an RTOS reaches at least twice PMOS-1, but whether it is only twice, and what an FPGA does, is open.
     let table = up_to(1500.0);
     assert_eq!(told(&table), [("a", true), ("b", true), ("c1", true)]);

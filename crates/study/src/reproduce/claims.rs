@@ -67,9 +67,13 @@ pub fn claims(table: &Table) -> Vec<Claim> {
         }),
         claim("d1", "FPGA > 5x", "the best FPGA reaches more than five times PMOS-1, along x and z", xz, &fpga_over),
         over_six(table),
-        claim("e", "FPGA-100 = FPGA-400", "FPGA-400 reaches no more than FPGA-100: the same row", all, &|axis| {
-            same_row(table, axis, Platform::Fpga(100), Platform::Fpga(400))
-        }),
+        claim(
+            "e",
+            "FPGA-100 = FPGA-400",
+            "FPGA-400 reaches what FPGA-100 does, and no more: the same row",
+            all,
+            &|axis| same_row(table, axis, Platform::Fpga(100), Platform::Fpga(400)),
+        ),
         claim(
             "f",
             "RTOS-20 ~ FPGA-20",
@@ -142,7 +146,9 @@ fn over_six(table: &Table) -> Claim {
 
 fn same_row(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answer {
     let (one, other) = (table.limit(axis, one)?, table.limit(axis, other)?);
-    let told = one.beyond_n_per_m.is_some() || other.beyond_n_per_m.is_some();
+    // Two that no row tells apart, for all are passive or none is, need not be the same.
+    let ends = |limit: &Limit| limit.passive_n_per_m.is_some() && limit.beyond_n_per_m.is_some();
+    let told = ends(&one) || ends(&other);
     let same = one.passive_n_per_m == other.passive_n_per_m;
     Some((format!("{} and {}", newtons(&one), newtons(&other)), told.then_some(same)))
 }
