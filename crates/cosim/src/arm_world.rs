@@ -44,10 +44,14 @@ pub struct ArmPlant {
 }
 
 impl ArmPlant {
+    /// The joints as the counts tell them.
+    fn angles_rad(&self, counts: [i64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|joint| counts[joint] as f64 * self.count_rad[joint])
+    }
+
     /// The tip as the counts tell it.
-    pub(crate) fn logged_m(&self, counts: [i64; 3]) -> [f64; 3] {
-        let joint = |i: usize| counts[i] as f64 * self.count_rad[i];
-        kinematics::tip_m(self.arm.model().lengths_m, [joint(0), joint(1), joint(2)])
+    fn logged_m(&self, counts: [i64; 3]) -> [f64; 3] {
+        kinematics::tip_m(self.arm.model().lengths_m, self.angles_rad(counts))
     }
 }
 
@@ -108,7 +112,9 @@ impl<'p> ArmState<'p> {
     fn watch(&mut self) {
         let (plant, counts) = (self.plant, self.counts());
         if counts.iter().any(|count| !(-plant.half..plant.half).contains(count)) {
-            self.over = Some("a joint left the tables of sines");
+            self.over = Some("a joint left the tables of sines: the datapath says invalid, torques are zero");
+        } else if !kinematics::within_limits_1_5(plant.angles_rad(counts)) {
+            self.over = Some("a joint left its limits");
         } else if plant.logged_m(counts)[plant.axis] > plant.opposite_m {
             self.over = Some("the tip reached the opposite wall");
         }

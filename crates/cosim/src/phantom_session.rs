@@ -92,14 +92,17 @@ fn by_host(scene: &PhantomScene) -> bool {
 fn model(scene: &PhantomScene) -> ArmModel {
     let (drop, rungs) = (&scene.drop, &scene.model);
     let flexible = rungs.transmission_n_per_m > 0.0;
+    // What a flexible transmission leaves on the motors' side is taken off the tip.
+    let behind_kg = if flexible && drop.premium == Premium::OneZero { APPARENT_KG * rungs.motor_share } else { 0.0 };
     let arm = match drop.premium {
-        Premium::OneZero => ArmModel::premium_1_0(),
+        Premium::OneZero => {
+            let massless = ArmModel::premium_1_0().with_tip_mass(-APPARENT_KG);
+            ArmModel { lengths_m: drop.lengths_m, ..massless }.with_tip_mass(APPARENT_KG - behind_kg)
+        }
         Premium::OneFive => ArmModel::premium_1_5(),
     };
-    // What a flexible transmission leaves on the motors' side is taken off the tip. The arm is balanced: the weight alone
-    // pulls.
-    let behind_kg = if flexible && drop.premium == Premium::OneZero { APPARENT_KG * rungs.motor_share } else { 0.0 };
-    let mut model = arm.with_tip_mass(-behind_kg).balanced().with_tip_mass(drop.weight_n / GRAVITY_M_PER_S2);
+    // The arm is balanced: the weight alone pulls.
+    let mut model = arm.balanced().with_tip_mass(drop.weight_n / GRAVITY_M_PER_S2);
     let levers_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]];
     let square = |at_tip: f64| levers_m.map(|lever_m| at_tip * lever_m * lever_m);
     model.viscous_nm_s_per_rad = square(drop.damping_n_s_per_m);

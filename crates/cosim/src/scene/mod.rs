@@ -85,8 +85,8 @@ impl Experiment {
         load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        let kind = source.root().section("device")?.get("kind").and_then(|kind| kind.as_str().map(str::to_string));
-        if kind.as_deref() == Some("phantom") {
+        let kinds = [("motor", false), ("mass", false), ("phantom", true)];
+        if source.root().section("device")?.choice("kind", &kinds, None)? {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
         read::scene(name, source, load).map(Self::Axis)

@@ -3,7 +3,7 @@
 //! | Section | Keys, `[default]` |
 //! |---|---|
 //! | (top) | `about` |
-//! | `[device]` `kind = "phantom"` | `model` \[`premium_1.0`\] (`premium_1.5`), `coulomb_force` \[0.038 N\] and `viscous_damping` \[0.005 N.s/m\] at the tip |
+//! | `[device]` `kind = "phantom"` | `model` \[`premium_1.0`\] (`premium_1.5`), `upper_arm` and `forearm` \[140 mm\] of a `premium_1.0`, `coulomb_force` \[0.038 N\] and `viscous_damping` \[0.005 N.s/m\] at the tip |
 //! | `[drop]` | `axis` (`x`, `y`, `z`), along which gravity pulls; `weight` \[0.15 N\] of the tip on a scale; `speed` \[0\] at which it is thrown at the wall; `trial` \[1\] |
 //! | `[platform]` | `kind` (`PMOS-1`, `RTOS-1`, `RTOS-5`, `RTOS-10`, `RTOS-20`, `FPGA-20`, `FPGA-100`, `FPGA-400`), `jitter` \[100 us\] and `missed` \[0.2 %\] deadlines of `PMOS-1` |
 //! | `[clock]` | `frequency`, a whole number of hertz |
@@ -118,6 +118,8 @@ impl Direction {
 pub struct Drop {
     /// Which arm.
     pub premium: Premium,
+    /// Lengths of upper arm and forearm.
+    pub lengths_m: [f64; 2],
     /// Coulomb friction, as felt at the tip.
     pub coulomb_n: f64,
     /// Viscous friction, as felt at the tip.

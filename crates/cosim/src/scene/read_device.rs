@@ -23,7 +23,11 @@ static SHAFT: Axis = Axis {
 static RAIL: Axis = Axis { position: &q::LENGTH, effort: &q::FORCE, stiffness: &q::STIFFNESS, damping: &q::DAMPING };
 
 pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
-    if s.choice("kind", &[("motor", true), ("mass", false)], None)? {
+    let kinds = [("motor", Some(true)), ("mass", Some(false)), ("phantom", None)];
+    let Some(is_motor) = s.choice("kind", &kinds, None)? else {
+        return Err(s.error("kind", "\"phantom\" is a scene of its own; an axis is a \"motor\" or a \"mass\""));
+    };
+    if is_motor {
         return Ok((Device::Motor(motor(s)?), &SHAFT));
     }
     s.accept(&["kind", "mass", "damping", "coulomb", "initial_position", "initial_speed"])?;

@@ -1,6 +1,7 @@
 //! Reading a scene of a PHANToM.
 
 use hpu_datapath::phantom::PhantomConfig;
+use hpu_plant::arm::{ArmModel, kinematics};
 
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::phantom::{
@@ -29,7 +30,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         platform,
         irregularity,
         clock,
-        method: method(&root.section("method")?, drop.premium)?,
+        method: method(&root.section("method")?, &drop)?,
         room: room(&root.section("room")?, drop.axis)?,
         model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
@@ -41,9 +42,46 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
     Ok(scene)
 }
 
+/// The tip must be able to come to every wall that is there, within the tables and the joints' limits.
+fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
+    let half = f64::from(1u32 << (scene.method.config.depth_width - 1));
+    let walls = Direction::ALL.into_iter().filter(|direction| scene.room.walls[direction.index()]);
+    for (direction, sign) in walls.flat_map(|direction| [(direction, -1.0), (direction, 1.0)]) {
+        let mut tip_m = [0.0; 3];
+        tip_m[direction.index()] = sign * scene.room.distance_m;
+        let refuse = |why: &str| {
+            let reason = format!(
+                "the tip cannot come to the wall at {} = {} m: {why}",
+                direction.name(),
+                tip_m[direction.index()]
+            );
+            scene.places.error("room.distance", reason)
+        };
+        let Some(angles_rad) = kinematics::angles_rad(scene.drop.lengths_m, tip_m) else {
+            return Err(refuse("the links do not reach it; write less"));
+        };
+        let square_m2 = scene.drop.lengths_m[0] * scene.drop.lengths_m[1];
+        let determinant_m3 = kinematics::determinant_m3(scene.drop.lengths_m, angles_rad);
+        if determinant_m3 < 1e-2 * square_m2 * scene.drop.lengths_m[0] {
+            return Err(refuse("the arm is singular there; write less"));
+        }
+        if !kinematics::within_limits_1_5(angles_rad) {
+            return Err(refuse("a joint is beyond its limits; write less"));
+        }
+        let counts = scene.method.config.turns.iter().zip(angles_rad).map(|(turn, angle_rad)| {
+            angle_rad / (2.0 * std::f64::consts::PI) * f64::from(turn.den) / f64::from(turn.num)
+        });
+        if counts.into_iter().any(|count| count.abs() >= half) {
+            return Err(refuse("a joint is outside of the tables of sines; write less, or more method.depth_bits"));
+        }
+    }
+    Ok(())
+}
+
 /// What the parts ask of each other.
 fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
     scene.words()?;
+    reachable(scene)?;
     let (period, config) = (scene.period_clocks(), &scene.method.config);
     let least = if scene.method.shared { 40 } else { u64::from(config.delay) + 1 };
     if !scene.platform.is_host() && period < least {
@@ -62,12 +100,29 @@ fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
 }
 
 fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
-    device.accept(&["kind", "model", "coulomb_force", "viscous_damping"])?;
+    device.accept(&["kind", "model", "upper_arm", "forearm", "coulomb_force", "viscous_damping"])?;
     s.accept(&["axis", "weight", "speed", "trial"])?;
     let axes = Direction::ALL.map(|axis| (axis.name(), axis));
     let arms = [("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)];
+    let premium = device.choice("model", &arms, Some(Premium::OneZero))?;
+    let mut lengths_m = match premium {
+        Premium::OneZero => ArmModel::premium_1_0().lengths_m,
+        Premium::OneFive => ArmModel::premium_1_5().lengths_m,
+    };
+    for (key, length_m) in ["upper_arm", "forearm"].into_iter().zip(&mut lengths_m) {
+        if device.has(key) && premium == Premium::OneFive {
+            return Err(
+                device.error(key, "the Premium 1.5 has its own; leave this out, or write model = \"premium_1.0\"")
+            );
+        }
+        *length_m = device.quantity(key, &q::LENGTH, Positive, Some(*length_m))?;
+        if !(0.02..=0.5).contains(length_m) {
+            return Err(device.error(key, format!("{length_m} m: links of 20 mm to 500 mm are accepted")));
+        }
+    }
     Ok(Drop {
-        premium: device.choice("model", &arms, Some(Premium::OneZero))?,
+        premium,
+        lengths_m,
         coulomb_n: device.quantity("coulomb_force", &q::FORCE, NotNegative, Some(0.038))?,
         damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, NotNegative, Some(0.005))?,
         axis: s.choice("axis", &axes, None)?,
@@ -98,7 +153,8 @@ fn platform(s: &Section) -> Result<(Platform, Irregularity), SceneError> {
     Ok((kind, irregularity))
 }
 
-fn method(s: &Section, premium: Premium) -> Result<PhantomMethod, SceneError> {
+fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
+    let premium = drop.premium;
     s.accept(&["architecture", "words", "depth_bits"])?;
     let arm = match premium {
         Premium::OneZero => PhantomConfig::default(),
@@ -117,7 +173,9 @@ fn method(s: &Section, premium: Premium) -> Result<PhantomMethod, SceneError> {
         Words::PlainQ22 => PhantomConfig::plain_q22(),
     };
     let depth_width = s.integer("depth_bits", 4, 15, Some(13))? as u32;
-    let config = PhantomConfig { depth_width, ..config };
+    let length_lsbs = f64::from(config.formats.length_frac).exp2();
+    let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
+    let config = PhantomConfig { depth_width, lengths, ..config };
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
 }
 
