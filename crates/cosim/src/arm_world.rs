@@ -34,6 +34,8 @@ pub struct ArmPlant {
     /// Angles and speeds at the start.
     pub(crate) start_rad: [f64; 3],
     pub(crate) start_rad_per_s: [f64; 3],
+    /// Whether the joints' limits are known.
+    pub(crate) limited: bool,
     /// Counts that the tables of sines hold lie in `-half..half`.
     pub(crate) half: i64,
     /// The axis of a drop test, and how high the tip may rise along it.
@@ -41,6 +43,13 @@ pub struct ArmPlant {
     pub(crate) opposite_m: f64,
     /// The host, if one computes the force.
     pub(crate) host: Option<Host>,
+}
+
+/// Whether these angles bring an arm so near a singular posture that its Jacobian means nothing: stretched, folded, or with
+/// the tip on its own axis.
+pub(crate) fn is_singular(lengths_m: [f64; 2], angles_rad: [f64; 3]) -> bool {
+    let [upper_m, fore_m] = lengths_m;
+    kinematics::determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m
 }
 
 impl ArmPlant {
@@ -113,8 +122,10 @@ impl<'p> ArmState<'p> {
         let (plant, counts) = (self.plant, self.counts());
         if counts.iter().any(|count| !(-plant.half..plant.half).contains(count)) {
             self.over = Some("a joint left the tables of sines: the datapath says invalid, torques are zero");
-        } else if !kinematics::within_limits_1_5(plant.angles_rad(counts)) {
+        } else if plant.limited && !kinematics::within_limits_1_5(plant.angles_rad(counts)) {
             self.over = Some("a joint left its limits");
+        } else if is_singular(plant.arm.model().lengths_m, plant.angles_rad(counts)) {
+            self.over = Some("the arm is nearly singular");
         } else if plant.logged_m(counts)[plant.axis] > plant.opposite_m {
             self.over = Some("the tip reached the opposite wall");
         }

@@ -178,6 +178,7 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
         command_nm,
         start_rad,
         start_rad_per_s,
+        limited: scene.drop.premium == Premium::OneFive,
         half: 1 << (config.depth_width - 1),
         axis,
         // A tip that is thrown may well come there; one that is let go may not.

@@ -3,6 +3,8 @@
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::{ArmModel, kinematics};
 
+use crate::arm_world::is_singular;
+
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
@@ -60,12 +62,10 @@ fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
         let Some(angles_rad) = kinematics::angles_rad(scene.drop.lengths_m, tip_m) else {
             return Err(refuse("the links do not reach it; write less"));
         };
-        let square_m2 = scene.drop.lengths_m[0] * scene.drop.lengths_m[1];
-        let determinant_m3 = kinematics::determinant_m3(scene.drop.lengths_m, angles_rad);
-        if determinant_m3 < 1e-2 * square_m2 * scene.drop.lengths_m[0] {
+        if is_singular(scene.drop.lengths_m, angles_rad) {
             return Err(refuse("the arm is singular there; write less"));
         }
-        if !kinematics::within_limits_1_5(angles_rad) {
+        if scene.drop.premium == Premium::OneFive && !kinematics::within_limits_1_5(angles_rad) {
             return Err(refuse("a joint is beyond its limits; write less"));
         }
         let counts = scene.method.config.turns.iter().zip(angles_rad).map(|(turn, angle_rad)| {

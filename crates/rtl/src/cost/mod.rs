@@ -11,6 +11,7 @@
 
 mod bench;
 mod tool;
+mod verilog;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +20,6 @@ use std::path::{Path, PathBuf};
 use hpu_datapath::AnyBlock;
 
 use crate::ghdl::{GhdlError, Library};
-use crate::vector::literal;
 use tool::{Tool, run};
 
 pub use tool::CostError;
@@ -84,7 +84,7 @@ impl Cost {
 pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
     let name = block.name();
     let library = Library::analyse(&[], &sources(name, hdl)?, &[])?;
-    library.write("block.v", &verilog(block, &library)?)?;
+    library.write("block.v", &verilog::verilog(block, &library)?)?;
     library.write("bench.v", &bench::bench(block))?;
 
     let script = format!(
@@ -140,17 +140,6 @@ fn visit(file: &Path, hdl: &Path, files: &mut Vec<PathBuf>) -> Result<(), CostEr
     }
     files.push(file.to_path_buf());
     Ok(())
-}
-
-/// The block and what it instantiates as Verilog.
-fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {
-    let mut arguments: Vec<String> =
-        ["--synth", "--std=08", "-Wno-hide", "--out=verilog"].iter().map(ToString::to_string).collect();
-    arguments.extend(block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))));
-    arguments.push(block.name().to_string());
-    let text = run(library.dir(), Tool::Ghdl, block.name(), arguments)?;
-    // GHDL 2.0 writes a concatenation with a word of no bits as `{0'b, x}`, which is no Verilog.
-    Ok(text.replace("{0'b, ", "{").replace(", 0'b}", "}"))
 }
 
 /// A block too large for the HX8K, in the primitives of the ECP5.

@@ -1,0 +1,114 @@
+//! Costs of designs that are small enough to be counted by hand.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use hpu_datapath::{AnyBlock, variants};
+use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, cost};
+
+fn hdl() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl")
+}
+
+fn block(name: &str, label: &str) -> Box<dyn AnyBlock> {
+    let found = variants().into_iter().find(|(of, block)| block.name() == name && of == label);
+    found.unwrap_or_else(|| panic!("no {name} {label}")).1
+}
+
+fn cost_of(name: &str, label: &str) -> Cost {
+    cost(&*block(name, label), &hdl()).unwrap_or_else(|error| panic!("{name} {label}: {error}"))
+}
+
+#[test]
+fn a_synchronizer_is_two_flip_flops_a_line_and_no_logic() {
+    let cost = cost_of("synchronizer", "default");
+    assert_eq!(cost.ice40, Counts { lut4: 0, ff: 4, carry: 0, bram: 0, dsp: 0 });
+    assert!(cost.fits());
+}
+
+#[test]
+fn a_counter_is_one_cell_a_bit_and_no_cell_of_the_bench() {
+    let cost = cost_of("position_counter", "8_bit");
+    // A flip-flop and an adder a bit; nothing needs the carry out of the topmost one. The reset is the flip-flop's own.
+    assert_eq!(cost.ice40, Counts { lut4: 8, ff: 8, carry: 7, bram: 0, dsp: 0 });
+    // The bench has 3 bits in and 8 out, each of two flip-flops: nothing of that, only nextpnr's two constants.
+    assert!((8..=10).contains(&cost.cells), "{} cells", cost.cells);
+}
+
+#[test]
+fn a_longer_carry_chain_is_slower() {
+    let [short, long] = ["8_bit", "32_bit"].map(|label| cost_of("position_counter", label).fmax_mhz.expect("a path"));
+    assert!(long < short, "{long} MHz of 32 bits, {short} MHz of 8");
+}
+
+#[test]
+fn a_combinational_block_has_a_path_and_no_flip_flop() {
+    let cost = cost_of("torque_sum", "8_bit");
+    assert_eq!(cost.ice40.ff, 0);
+    assert!(cost.ice40.lut4 >= 10, "a bit of the sum depends on more than one of the inputs");
+    // More than the clock to output and setup of two registers side by side, less than an HX8K's slowest adder.
+    let path_ns = cost.path_ns().expect("a path");
+    assert!((1.0..20.0).contains(&path_ns), "{path_ns} ns");
+}
+
+#[test]
+fn a_block_that_answers_a_constant_has_neither_cells_nor_a_path() {
+    let cost = cost_of("saturator", "limit_0");
+    assert_eq!(cost.ice40, Counts { lut4: 0, ff: 0, carry: 0, bram: 0, dsp: 0 });
+    assert_eq!((cost.fmax_mhz, cost.path_ns()), (None, None));
+}
+
+#[test]
+fn a_case_keeps_its_others_on_the_way_through_verilog() {
+    // previous, settling, step and error; the error is set by `when others` alone, and would be lost without it.
+    let cost = cost_of("quadrature_decoder", "default");
+    assert_eq!(cost.ice40.ff, 2 + 2 + 2 + 1);
+    assert!(cost.fmax_mhz.is_some());
+}
+
+#[test]
+fn a_table_too_large_for_the_block_rams_does_not_fit() {
+    // Two tables of 8192 words of 32 bits, in block RAMs of 4096 bits.
+    let cost = cost_of("trig_table", "default");
+    assert!(cost.ice40.bram > HX8K_BRAM, "{} block RAMs", cost.ice40.bram);
+    assert!(cost.cells <= HX8K_CELLS);
+    assert!(!cost.fits());
+    let larger = cost.ecp5.expect("counted for a larger FPGA");
+    assert!(larger.bram * 18432 >= larger.bram.min(1) * 8192 * 25, "the table is in block RAMs of the ECP5");
+    assert_eq!(cost.fmax_mhz, None);
+}
+
+#[test]
+fn the_same_block_costs_the_same_again() {
+    assert_eq!(cost_of("displacement", "default"), cost_of("displacement", "default"));
+}
+
+#[test]
+fn without_the_tools_the_packages_to_install_are_named() {
+    const CHILD: &str = "HPU_TEST_WITHOUT_TOOLS";
+    if let Some(which) = std::env::var_os(CHILD) {
+        let error = cost(&*block("synchronizer", "default"), &hdl()).expect_err("a tool is missing");
+        if which == "yosys" {
+            assert!(matches!(error, CostError::Missing("yosys")), "{error}");
+            assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");
+        } else {
+            assert!(matches!(error, CostError::Ghdl(GhdlError::Missing)), "{error}");
+        }
+        return;
+    }
+    // The same test in a process that finds no program at all, then in one that finds GHDL alone.
+    let name = "without_the_tools_the_packages_to_install_are_named";
+    let run = |path: &Path, which: &str| {
+        let mut child = Command::new(std::env::current_exe().expect("this test"));
+        let child = child.args(["--exact", name]).env("PATH", path).env(CHILD, which).output().expect("a child");
+        assert!(child.status.success(), "{}", String::from_utf8_lossy(&child.stdout));
+    };
+    run(Path::new(""), "ghdl");
+    let place = std::env::temp_dir().join(format!("hpu-cost-ghdl-{}", std::process::id()));
+    std::fs::create_dir_all(&place).expect("a folder for the test");
+    let path = std::env::var_os("PATH").expect("a PATH");
+    let ghdl = std::env::split_paths(&path).map(|dir| dir.join("ghdl")).find(|ghdl| ghdl.is_file()).expect("ghdl");
+    std::os::unix::fs::symlink(ghdl, place.join("ghdl")).expect("a link");
+    run(&place, "yosys");
+    std::fs::remove_dir_all(place).expect("the folder goes");
+}
