@@ -75,7 +75,7 @@ fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for turn in 0..5 {
         let constant = |signal: &Signal| match signal.name {
-            "period" => [3, 41, 17, 0, 64][turn],
+            "period" => signal.format.wrap([3, 41, 17, 0, 64][turn]),
             _ => corners(signal.format)[(turn + 3) % corners(signal.format).len()],
         };
         let constants: Vec<_> = inputs[2 * encoders..].iter().map(constant).collect();
