@@ -1,6 +1,6 @@
 //! The geometry and the words of a PHANToM, shared by its blocks and wirings.
 
-use hpu_signal::Format;
+use hpu_signal::{Format, Rounding};
 
 use super::words::{natural, parts};
 use crate::Generic;
@@ -124,6 +124,29 @@ impl PhantomConfig {
     #[must_use]
     pub fn narrow(self) -> Self {
         Self { formats: PhantomFormats { trig: format(true, 1, 22), ..self.formats }, ..self }
+    }
+
+    /// This configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and positions; a sine
+    /// has one integer bit, a position none.
+    ///
+    /// # Panics
+    ///
+    /// When there are more than those of the lengths.
+    #[must_use]
+    pub fn fraction(self, frac: u32) -> Self {
+        let bits = i32::try_from(frac).expect("at most those of the lengths");
+        let dropped = self.formats.length_frac.checked_sub(frac).expect("at most those of the lengths");
+        let nearest = |word: u32| {
+            let word = Rounding::NearestUp.shift(word.into(), dropped);
+            u32::try_from(word).expect("a word that is none longer")
+        };
+        let formats = PhantomFormats {
+            trig: format(true, 1, bits),
+            length_frac: frac,
+            position: format(true, 0, bits),
+            ..self.formats
+        };
+        Self { formats, lengths: self.lengths.map(nearest), ..self }
     }
 
     /// This configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as the sines

@@ -95,7 +95,8 @@ fn paths() -> [(&'static str, PhantomConfig); 4] {
     ]
 }
 
-fn loops() -> [(&'static str, PhantomConfig); 4] {
+/// Another geometry, the paper's words, words of ever more fraction bits on tables that an HX8K holds, and a small loop.
+fn loops() -> [(&'static str, PhantomConfig); 7] {
     let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };
     let joint = Turn { num: 1, den: 100 };
     let small = PhantomConfig {
@@ -105,9 +106,13 @@ fn loops() -> [(&'static str, PhantomConfig); 4] {
         turns: [Turn { num: 3, den: 200 }, joint, joint],
         ..PhantomConfig::default()
     };
+    let shallow = PhantomConfig { depth_width: 9, ..PhantomConfig::default() };
     [
         ("premium_1_5", PhantomConfig::premium_1_5()),
         ("plain_q22", PhantomConfig::plain_q22()),
+        ("fraction_14", shallow.fraction(14)),
+        ("fraction_18", shallow.fraction(18)),
+        ("fraction_22", shallow.fraction(22)),
         ("narrow_trig", PhantomConfig { formats: narrow_trig, depth_width: 9, ..PhantomConfig::default() }),
         ("small", small),
     ]
