@@ -7,16 +7,36 @@ use hpu_signal::{Clock, Cycle, Format, Signal};
 
 use super::{Layout, Scope, Source, Var};
 
-/// The groups of a haptic loop and their nets; nets named nowhere go into a last group.
-const GROUPS: [(&str, &[&str]); 4] = [
+/// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last group.
+const GROUPS: [(&str, &[&str]); 7] = [
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
-    ("Position", &["position", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
-    ("Torque path", &["stiffness", "spring", "scale", "damping", "drag", "torque", "command"]),
+    ("Position", &["position", "count", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
+    ("Sines", &["sine", "cosine", "valid"]),
+    ("Tip", &["x", "y", "z", "radius"]),
+    ("Room", &["x_low", "x_high", "y_low", "y_high", "z_low", "z_high", "room", "force_x", "force_y", "force_z"]),
+    ("Torque path", &["stiffness", "spring", "scale", "damping", "drag", "torque", "scaled", "host", "command"]),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
 /// Nets drawn as curves.
-const CURVES: [&str; 9] =
-    ["position", "held", "delta", "penetration", "velocity", "spring", "drag", "torque", "command"];
+const CURVES: [&str; 17] = [
+    "position",
+    "count",
+    "held",
+    "delta",
+    "penetration",
+    "velocity",
+    "x",
+    "y",
+    "z",
+    "force_x",
+    "force_y",
+    "force_z",
+    "spring",
+    "drag",
+    "torque",
+    "host",
+    "command",
+];
 /// Unsigned counters read as signed: one that passes below zero goes on smoothly.
 const COUNTERS: [&str; 2] = ["position", "held"];
 
@@ -52,16 +72,23 @@ pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> St
     let mut file = header(layout, dump, clock, span);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
-        let nets = names.iter().filter_map(|name| layout.nets.iter().position(|net| net.name == *name));
+        let all = || layout.nets.iter().enumerate();
+        let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
+        let nets = names.iter().flat_map(|&name| of(name));
         write_group(&mut file, group, nets.filter_map(|net| net_trace(layout, net)));
     }
-    let named = |net: &Signal| GROUPS.iter().any(|(_, names)| names.contains(&net.name));
+    let named = |net: &Signal| GROUPS.iter().any(|(_, names)| names.contains(&base(net.name)));
     let others = layout.nets.iter().enumerate().filter(|(_, net)| !named(net));
     write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
     write_group(&mut file, "Plant", reals);
     file
+}
+
+/// A net's name without the number of its joint.
+fn base(name: &str) -> &str {
+    name.trim_end_matches(['1', '2', '3'])
 }
 
 fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
@@ -91,10 +118,10 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = match *format {
         Format::BIT => BINARY | RIGHT,
-        _ if format.is_signed() || COUNTERS.contains(name) => SIGNED | RIGHT,
+        _ if format.is_signed() || COUNTERS.contains(&base(name)) => SIGNED | RIGHT,
         _ => DECIMAL | RIGHT,
     };
-    let flags = if CURVES.contains(name) { flags | STEP | FULL_SCALE } else { flags };
+    let flags = if CURVES.contains(&base(name)) { flags | STEP | FULL_SCALE } else { flags };
     let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
