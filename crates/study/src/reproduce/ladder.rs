@@ -101,7 +101,7 @@ pub const RUNGS: [Rung; 8] = [
         overrides: &[(For::All, "model", r#"{ amplifier_lag = "0.4 ms", transmission_stiffness = "3.5 kN/m" }"#)],
     },
     Rung {
-        name: "constant latency (fitted)",
+        name: "late host (fitted)",
         about: "a host 0.8 ms late at any rate instead of one sample, an amplifier of 0.6 ms: two figures fitted, to PMOS-1 and \
                 to the twofold of RTOS-20",
         overrides: &[(
