@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use hpu_datapath::phantom::{PhantomConfig, PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig, PwmConfig, Wiring};
 use hpu_rtl::wave::{Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Real};
@@ -84,4 +85,34 @@ fn other_widths_are_the_widths_that_ghdl_dumps() {
     let generics = ["POSITION_WIDTH=16", "VELOCITY_WIDTH=10", "PERIOD_WIDTH=20", "PWM_WIDTH=9"];
     let generics = generics.map(|generic| format!("-g{generic}"));
     agrees(&HybridLoop::new(config).expect("valid"), "widths", &generics);
+}
+
+#[test]
+fn the_loops_of_a_phantom_have_the_variables_that_ghdl_dumps() {
+    agrees(&PhantomLoop::default(), "default", &[]);
+    agrees(&PhantomSharedLoop::default(), "default", &[]);
+    agrees(&PhantomIo::default(), "default", &[]);
+}
+
+#[test]
+fn a_phantom_of_other_words_has_the_widths_that_ghdl_dumps() {
+    let config = PhantomConfig { position_width: 18, depth_width: 11, ..PhantomConfig::plain_q22() };
+    let generics = [
+        "POSITION_WIDTH=18",
+        "DEPTH_WIDTH=11",
+        "LENGTH_FRAC=22",
+        "LENGTH_1=587203",
+        "LENGTH_2=587203",
+        "POSITION_INT=9",
+        "POSITION_FRAC=22",
+        "STIFFNESS_INT=9",
+        "STIFFNESS_FRAC=22",
+        "FORCE_INT=9",
+        "FORCE_FRAC=22",
+        "FORCE_LIMIT=35651584",
+        "TORQUE_INT=9",
+        "TORQUE_FRAC=22",
+    ];
+    let generics = generics.map(|generic| format!("-g{generic}"));
+    agrees(&PhantomLoop::new(config).expect("valid"), "words", &generics);
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_cosim::{Rig, Visit, World};
-use hpu_datapath::Wiring;
+use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
 /// Where the value of a variable comes from. Variables with the same source are one signal under several names.
@@ -17,6 +17,8 @@ pub enum Source {
     Net(usize),
     /// An output of the plant, by its index in the list given to [`Layout::new`].
     Real(usize),
+    /// An input that is tied to a constant, by its index among those of all instances.
+    Tied(usize),
 }
 
 /// A variable of a scope.
@@ -47,6 +49,8 @@ pub struct Layout {
     pub(super) scopes: Vec<Scope>,
     pub(super) nets: Vec<Signal>,
     pub(super) reals: Vec<Real>,
+    /// Formats and words of the inputs that are tied to a constant.
+    pub(super) tied: Vec<(Format, i64)>,
     /// How many channels a logic analyser has; `None` for a design.
     pub(super) channels: Option<usize>,
 }
@@ -123,15 +127,26 @@ impl Layout {
         let nets = wiring.nets();
         let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
         let mut top = Scope::new(W::NAME, W::CLOCKED, nets.iter().enumerate().map(net));
-        for instance in wiring.instances() {
-            let ports = instance.connections.iter().map(|connection| net((connection.net, &connection.port)));
-            top.scopes.push(Scope::new(instance.label, instance.model.clocked(), ports));
+        let mut tied = Vec::new();
+        for Instance { label, model, connections, tied: constants } in wiring.instances() {
+            let ports = [AnyBlock::inputs(&*model), AnyBlock::outputs(&*model)].concat();
+            let vars = ports.iter().map(|port| match constants.iter().find(|(name, _)| *name == port.name) {
+                Some(&(_, word)) => {
+                    tied.push((port.format, word));
+                    Var::new(port.name, port.format, Source::Tied(tied.len() - 1))
+                }
+                None => {
+                    let connection = connections.iter().find(|connection| connection.port.name == port.name);
+                    net((connection.expect("every port is connected or tied").net, port))
+                }
+            });
+            top.scopes.push(Scope::new(label, model.clocked(), vars));
         }
         let mut scopes = vec![top];
         if !reals.is_empty() {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        Self { scopes, nets, reals: reals.to_vec(), channels: None }
+        Self { scopes, nets, reals: reals.to_vec(), tied, channels: None }
     }
 
     /// The hierarchy of a scene's wiring and world. A recording has no plant.
@@ -164,7 +179,7 @@ impl Layout {
             Ok(Var::new(channel, nets[index].format, Source::Net(index)))
         });
         let scope = Scope::new("libsigrok", false, vars.collect::<Result<Vec<_>, _>>()?.into_iter());
-        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), channels: Some(channels.len()) })
+        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()) })
     }
 
     /// The topmost scopes.
@@ -197,11 +212,12 @@ impl Layout {
             Source::Real(index) => self.nets.len() + index,
             Source::Clock => self.nets.len() + self.reals.len(),
             Source::Reset => self.nets.len() + self.reals.len() + 1,
+            Source::Tied(index) => self.nets.len() + self.reals.len() + 2 + index,
         }
     }
 
     /// How many slots there are.
     pub(super) fn slots(&self) -> usize {
-        self.nets.len() + self.reals.len() + 2
+        self.nets.len() + self.reals.len() + 2 + self.tied.len()
     }
 }

@@ -6,7 +6,7 @@ use hpu_signal::{Clock, Cycle, Format, Observe};
 
 use super::{Layout, Source};
 
-/// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset.
+/// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset, constants.
 pub trait Sink {
     /// What the file was written to, handed back at the end.
     type Out;
@@ -71,6 +71,9 @@ impl<S: Sink> Recording<S> {
         let clk = layout.shows(Source::Clock).then(|| layout.slot(Source::Clock));
         if let Some(clk) = clk {
             sink.word(clk, b"1")?;
+        }
+        for (index, &(format, word)) in layout.tied.iter().enumerate() {
+            sink.word(layout.slot(Source::Tied(index)), digits(format, word, &mut [0; 64]))?;
         }
         let shown = layout.nets.iter().enumerate().filter(|&(index, _)| layout.shows(Source::Net(index)));
         let nets = shown.map(|(index, net)| Net { index, format: net.format, word: None }).collect();

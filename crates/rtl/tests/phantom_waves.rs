@@ -1,0 +1,109 @@
+//! Waveforms of a PHANToM's run, read back by somebody else's parser: every net and every plant output, change by change.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use hpu_cosim::scene::{PhantomScene, shipped};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig};
+use hpu_rtl::wave::{Fst, Layout, Vcd};
+use hpu_signal::{Cycle, Observe};
+
+/// A shipped scene for 4 ms, with contact.
+fn scene(name: &str) -> PhantomScene {
+    let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+    let set = |key: &str, value: &str| (key.to_string(), value.to_string());
+    let overrides = [set("run.duration", "4 ms"), set("room.distance", "0.5 mm"), set("drop.speed", "1 m/s")];
+    scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}")).phantom().expect("a PHANToM")
+}
+
+/// All words and reals as the engine shows them.
+#[derive(Default)]
+struct Shown {
+    nets: Vec<(Cycle, Vec<i64>)>,
+    reals: Vec<(Cycle, Vec<f64>)>,
+}
+
+impl Observe for Shown {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.nets.push((cycle, words.to_vec()));
+    }
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.reals.push((cycle, values.to_vec()));
+    }
+}
+
+/// Value changes by full name: time in picoseconds, and the value as text.
+type Changes = BTreeMap<String, Vec<(u64, String)>>;
+
+fn put(changes: &mut Changes, name: String, time_ps: u64, value: String) {
+    let list = changes.entry(name).or_default();
+    if list.last().is_none_or(|(_, last)| *last != value) {
+        list.push((time_ps, value));
+    }
+}
+
+/// What `wellen` reads.
+fn read(file: Vec<u8>) -> Changes {
+    let mut waveform = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
+    let hierarchy = waveform.hierarchy();
+    let vars: Vec<_> =
+        hierarchy.all_vars().map(|var| (hierarchy[var].full_name(hierarchy), hierarchy[var].signal_ref())).collect();
+    waveform.load_signals(&vars.iter().map(|(_, signal)| *signal).collect::<Vec<_>>());
+    let changes = vars.into_iter().map(|(name, signal)| {
+        let signal = waveform.get_signal(signal).expect("just loaded");
+        let changes = signal.iter_changes().map(|(index, value)| {
+            let text = match value {
+                wellen::SignalValueRef::Real(value) => format!("{value:?}"),
+                other => other.to_bit_string().expect("bits"),
+            };
+            (waveform.time_table()[index as usize], text)
+        });
+        (name, changes.collect())
+    });
+    changes.collect()
+}
+
+#[test]
+fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
+    for name in ["phantom-thrown", "phantom-thrown-shared", "phantom-thrown-rtos"] {
+        let scene = scene(name);
+        let session = PhantomSession::new(&scene).expect("valid");
+        let layout = Layout::of(&session);
+        let mut shown = Shown::default();
+        let mut vcd = Vcd::new(Vec::new(), &layout, scene.clock).expect("memory");
+        let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, scene.clock).expect("memory");
+        let control = Control::default();
+        let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut shown, &control);
+        assert!(alone.output_changes > 0, "{name}: no contact");
+        session.run(Driver::Events, &mut session.trace(&[]), &mut vcd, &control);
+        session.run(Driver::Events, &mut session.trace(&[]), &mut fst, &control);
+
+        // 50 MHz: 20000 ps an edge.
+        let (nets, wiring) = (session.wiring().nets(), session.wiring().name());
+        let mut expected = Changes::new();
+        for (cycle, words) in &shown.nets {
+            for (net, &word) in nets.iter().zip(words) {
+                let width = net.format.width();
+                let bits = format!("{:0width$b}", i128::from(word).rem_euclid(1 << width), width = width as usize);
+                put(&mut expected, format!("{wiring}.{}", net.name), 20_000 * cycle.0, bits);
+            }
+        }
+        for (cycle, values) in &shown.reals {
+            for (real, value) in session.reals().iter().zip(values) {
+                put(&mut expected, format!("plant.{}", real.name), 20_000 * cycle.0, format!("{value:?}"));
+            }
+        }
+        let end = Cycle(alone.edges);
+        let files = [vcd.finish(end).expect("memory"), fst.finish(end).expect("memory").into_inner()];
+        for found in files.map(read) {
+            for (variable, changes) in &expected {
+                assert!(found[variable] == *changes, "{name}: {variable}");
+            }
+            if wiring == "phantom_io" {
+                // The register that is taken every edge: its period is tied to 1.
+                assert_eq!(found["phantom_io.hold.period"], [(0, "01".to_string())]);
+            }
+            assert_eq!(found[&format!("{wiring}.rst")], [(0, "0".to_string())]);
+        }
+    }
+}
