@@ -80,9 +80,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// A variant that a tool refused is a row with its reason; a missing tool or file ends the command.
 fn unfinished(error: CostError) -> Result<Result<Cost, String>, Failure> {
     match error {
-        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing) => Err(Failure::new(Exit::NoTool, error)),
-        CostError::Ghdl(GhdlError::Io(..)) => Err(Failure::file(error)),
+        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing | GhdlError::Io(..)) => Err(refused(error)),
         _ => Ok(Err(error.to_string())),
+    }
+}
+
+/// What ends a command: a missing tool by its own code, all else as a file.
+pub fn refused(error: CostError) -> Failure {
+    match error {
+        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing) => Failure::new(Exit::NoTool, error),
+        _ => Failure::file(error),
     }
 }
 
@@ -95,11 +102,12 @@ fn header(name: &str, clocked: bool) -> String {
 }
 
 /// What a cost is told by: the primitives of the HX8K, or of the FPGA that is larger.
-fn target(cost: &Cost) -> (&'static str, Counts) {
+pub fn target(cost: &Cost) -> (&'static str, Counts) {
     cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5))
 }
 
-fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
+/// Megahertz of a clocked block, nanoseconds of any other.
+pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
     // Hundredths are all that nextpnr tells.
     let speed = if clocked { cost.fmax_mhz } else { cost.path_ns() };
     speed.map(|speed| (speed * 100.0).round() / 100.0)
@@ -126,7 +134,8 @@ fn row(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> String {
     )
 }
 
-fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
+/// A variant as JSON.
+pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
     let cost = match cost {
         Ok(cost) => cost,
         Err(failure) => return json!({ "name": variant, "failure": failure }),

@@ -4,7 +4,7 @@ use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::chart;
 use hpu_study::reproduce::{
     Agreement, CSV_HEADER, Claim, Class, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Trial,
-    Verdict, claims, csv, ladder, scene, table_text,
+    Verdict, claims, csv, formats, ladder, scene, sines, table_text,
 };
 
 const COMMAND: &str = "hpu reproduce phantom-table-2 -o there";
@@ -319,7 +319,14 @@ fn boxes(svg: &str) -> Vec<(String, [f64; 4])> {
 #[test]
 fn every_picture_keeps_its_texts_on_the_page_and_apart() {
     let rungs: Vec<_> = RUNGS.iter().map(|rung| ladder::Summary::new(*rung, told())).collect();
-    for picture in [chart::table_2(&told(), COMMAND), chart::rms(&told(), COMMAND), chart::ladder(&rungs, COMMAND)] {
+    let words: Vec<_> = formats::words().into_iter().map(|words| formats::Formats::new(words, 0).unwrap()).collect();
+    for picture in [
+        chart::table_2(&told(), COMMAND),
+        chart::rms(&told(), COMMAND),
+        chart::ladder(&rungs, COMMAND),
+        chart::formats(&words, COMMAND),
+        chart::sines(&sines::sines().unwrap(), COMMAND),
+    ] {
         let boxes = boxes(&picture.svg);
         assert!(boxes.len() > 20, "{}", picture.name);
         for (index, (text, [left, top, right, bottom])) in boxes.iter().enumerate() {

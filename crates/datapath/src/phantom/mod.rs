@@ -53,3 +53,4 @@ pub use trig_cordic::TrigCordic;
 pub use trig_interpolated::TrigInterpolated;
 pub use trig_quarter::TrigQuarter;
 pub use trig_table::TrigTable;
+pub use variants::loop_variants;

@@ -95,6 +95,13 @@ fn paths() -> [(&'static str, PhantomConfig); 4] {
     ]
 }
 
+/// The configurations of the loops, each with the label under which `variants` has it; that of `phantom_shared_loop` is
+/// [`shared`](PhantomConfig::shared).
+#[must_use]
+pub fn loop_variants() -> Vec<(&'static str, PhantomConfig)> {
+    [("default", PhantomConfig::default())].into_iter().chain(loops()).collect()
+}
+
 /// Another geometry, the paper's words, words of ever more fraction bits on tables that an HX8K holds, and a small loop.
 fn loops() -> [(&'static str, PhantomConfig); 7] {
     let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };

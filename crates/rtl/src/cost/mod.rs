@@ -117,9 +117,36 @@ pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
         return Ok(Cost { ice40, cells, ecp5, fmax_mhz: None });
     }
     let mut fmax_mhz = SEEDS.iter().map(|&seed| timing(&library, name, seed)).collect::<Result<Vec<_>, _>>()?;
-    // One seed that finds no place leaves no median; `None` sorts first, and then two of them would be it.
+    // `None` sorts first: a placement that finds no room is slower than any other.
     fmax_mhz.sort_by(|a, b| a.partial_cmp(b).expect("a frequency is a number"));
     Ok(Cost { ice40, cells, ecp5: None, fmax_mhz: fmax_mhz[SEEDS.len() / 2] })
+}
+
+/// The tools of the flow with their versions, in the order of their use, from what each says of itself.
+///
+/// # Errors
+///
+/// [`CostError::Missing`], or what keeps a tool from answering.
+pub fn tool_versions() -> Result<[String; 3], CostError> {
+    let ask = |tool: Tool, option: &str| -> Result<String, CostError> {
+        let said = run(&std::env::temp_dir(), tool, "its version", [option])?;
+        // A date or the compiler, in brackets after a number, is none of the version.
+        let line = said.lines().next().unwrap_or_default();
+        let words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
+        let number = words.into_iter().find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
+        Ok(format!("{} {}", tool.name(), number.or(line.rsplit(' ').next()).unwrap_or_default().trim_end_matches(')')))
+    };
+    Ok([ask(Tool::Ghdl, "--version")?, ask(Tool::Yosys, "-V")?, ask(Tool::Nextpnr, "--version")?])
+}
+
+/// The VHDL of a block and of all that it instantiates, in the order of analysis, as one text.
+///
+/// # Errors
+///
+/// When a file cannot be read.
+pub fn vhdl(name: &str, hdl: &Path) -> Result<String, CostError> {
+    let read = |file: PathBuf| fs::read_to_string(&file).map_err(|error| GhdlError::Io(file, error).into());
+    sources(name, hdl)?.into_iter().map(read).collect()
 }
 
 /// The files of an entity and of all that it instantiates, in the order of analysis.

@@ -5,11 +5,13 @@
 mod bits;
 mod canvas;
 mod drop;
+mod formats;
 mod ladder;
 mod log_panel;
 mod motion;
 mod panel;
 mod side_by_side;
+mod sines;
 mod table_2;
 mod words;
 
@@ -19,8 +21,10 @@ use hpu_cosim::{Summary, Trace, Verdict};
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 
 pub use drop::drop_pictures;
+pub use formats::formats;
 pub use ladder::ladder;
 pub use side_by_side::side_by_side;
+pub use sines::sines;
 pub use table_2::{rms, table_2};
 
 /// The nets that a run's trace must hold for its pictures, in this order.

@@ -4,13 +4,20 @@
 //! scene `phantom-drop` under overrides. A [`Table`] sums up the trials of one rung as the paper does, [`Published`] knows
 //! which of its cells are legible, and [`claims`] holds its statements against the table. The [`ladder`] does so with ever more
 //! of the physics.
+//!
+//! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what the
+//! tables hold, [`sines`] compares four sources of sine.
 
 mod claims;
+pub mod formats;
 pub mod ladder;
+pub mod postures;
 mod published;
+pub mod sines;
 mod table;
 mod text;
 mod trial;
+pub mod workspace;
 
 pub use claims::{Claim, claims};
 pub use ladder::{RUNGS, Rung};

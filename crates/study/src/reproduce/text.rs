@@ -45,7 +45,7 @@ pub fn csv(study: &Study, outcomes: &[(Point, Result<Trial, String>)]) -> String
 }
 
 /// A field of a CSV.
-fn quoted(field: &str) -> String {
+pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_string() }
 }
 

@@ -6,13 +6,13 @@ use hpu_study::reproduce::{Agreement, Claim, Table, claims};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
-use crate::reproduce::Outcome;
+use crate::reproduce_drop::Outcome;
 use crate::terminal::{print, print_json};
 
 /// A study that was stopped.
 pub struct Interrupted {
     /// Its name.
-    pub study: String,
+    pub study: &'static str,
     /// Trials done, those of earlier commands among them.
     pub done: usize,
     /// All of its trials.

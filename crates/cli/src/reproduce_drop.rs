@@ -1,0 +1,272 @@
+//! `hpu reproduce phantom-table-2` and `phantom-ladder`: the published drop test, run again.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::{env, fs, thread};
+
+use hpu_cosim::scene::{Direction, Platform};
+use hpu_study::chart::{self, Picture};
+use hpu_study::reproduce::{self as study, Class, Point, RUNGS, Rung, Study, Table, Trial, ladder};
+use hpu_study::units;
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::journal::Journal;
+use crate::reproduce_drop_json::{self, Interrupted};
+use crate::scene::{self, set_options};
+use crate::terminal::{print, print_json, with_progress};
+use crate::{interrupt, pictures};
+
+/// Which trials of the drop test.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    set: scene::Set,
+    /// Along these axes
+    #[arg(long, value_name = "XYZ", default_value = "xyz", value_parser = axes)]
+    axes: Axes,
+    /// On these platforms, as in PMOS-1,RTOS-20,FPGA-400 [default: all eight]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = platform)]
+    platforms: Vec<Platform>,
+    /// Against walls of these stiffnesses in N/m, as in 250,500 [default: 20 from 5 to 40000]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = stiffness)]
+    stiffness: Vec<f64>,
+    /// Trials of each
+    #[arg(long, value_name = "N", default_value_t = study::TRIALS, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    trials: u64,
+    /// Threads [default: one for each core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Write table, trials and pictures into this folder, and go on there after an interruption
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Which study of the drop test.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Name {
+    /// Table 2 of Sevcik et al. (2009)
+    Table2,
+    /// The same by models of ever more physics
+    Ladder,
+}
+
+impl Name {
+    fn rungs(self) -> &'static [Rung] {
+        match self {
+            Self::Table2 => &[Rung::SHIPPED],
+            Self::Ladder => &RUNGS,
+        }
+    }
+
+    /// On the command line.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Table2 => "phantom-table-2",
+            Self::Ladder => "phantom-ladder",
+        }
+    }
+}
+
+#[derive(Clone)]
+struct Axes(Vec<Direction>);
+
+fn axes(text: &str) -> Result<Axes, String> {
+    let axes: Vec<_> = Direction::ALL.into_iter().filter(|axis| text.contains(axis.name())).collect();
+    if axes.is_empty() || text.chars().any(|letter| !"xyz".contains(letter)) {
+        return Err("write some of x, y, z, as in xz".into());
+    }
+    Ok(Axes(axes))
+}
+
+fn platform(text: &str) -> Result<Platform, String> {
+    let named = Platform::ALL.into_iter().find(|platform| platform.name().eq_ignore_ascii_case(text));
+    named.ok_or_else(|| format!("it is none of {}", Platform::ALL.map(Platform::name).join(", ")))
+}
+
+fn stiffness(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|stiffness| stiffness.is_finite() && *stiffness > 0.0);
+    number.ok_or_else(|| "write numbers of N/m above 0".into())
+}
+
+impl Args {
+    fn study(&self, name: Name) -> Result<Study, Failure> {
+        let mut study = Study { axes: self.axes.0.clone(), trials: self.trials, ..Study::whole(name.rungs()) };
+        if !self.platforms.is_empty() {
+            // In the paper's order, each once.
+            study.platforms.retain(|platform| self.platforms.contains(platform));
+        }
+        if !self.stiffness.is_empty() {
+            study.stiffnesses_n_per_m.clone_from(&self.stiffness);
+            study.stiffnesses_n_per_m.sort_by(f64::total_cmp);
+            study.stiffnesses_n_per_m.dedup();
+        }
+        study.set.clone_from(&self.set.set);
+        if let Some((key, _)) = study.set.iter().find(|(key, _)| Study::OWN_KEYS.contains(&key.as_str())) {
+            let said =
+                format!("--set {key}: the study sets that itself; see --axes, --platforms, --stiffness and --trials");
+            return Err(Failure::usage(said));
+        }
+        // What is wrong with any of the cells shall be said before the first is run.
+        for point in study.points().iter().filter(|point| point.trial == 1) {
+            study::scene().parse(&study.overrides(point)).map_err(Failure::file)?;
+        }
+        Ok(study)
+    }
+
+    /// The command, without what changes no row.
+    fn command(&self, name: Name, study: &Study) -> String {
+        let whole = Study::whole(name.rungs());
+        let mut command = format!("hpu reproduce {}", name.text());
+        let mut option = |name: &str, differs: bool, value: String| {
+            if differs {
+                command += &format!(" --{name} {value}");
+            }
+        };
+        option("axes", study.axes != whole.axes, study.axes.iter().map(|axis| axis.name()).collect());
+        let names: Vec<_> = study.platforms.iter().map(|platform| platform.name()).collect();
+        option("platforms", study.platforms != whole.platforms, names.join(","));
+        let rows: Vec<_> = study.stiffnesses_n_per_m.iter().map(f64::to_string).collect();
+        option("stiffness", study.stiffnesses_n_per_m != whole.stiffnesses_n_per_m, rows.join(","));
+        option("trials", study.trials != whole.trials, study.trials.to_string());
+        command + &set_options(&study.set)
+    }
+}
+
+/// `hpu reproduce` of the drop test.
+pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
+    let study = args.study(name)?;
+    let points = study.points();
+    let mut command = args.command(name, &study);
+    let header = header(&study, &points, &command)?;
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, points.len())).transpose()?;
+    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let before = done.len();
+
+    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let control = interrupt::heed();
+    let mut kept = before;
+    let rows = with_progress((points.len() - before) as u64, "trials", control, || {
+        let unit = |index: usize, control: &_| match study::run_trial(&study.overrides(&points[index]), control) {
+            Ok(trial) => trial.map(|trial| Ok(trial.line())),
+            Err(reason) => Some(Err(reason)),
+        };
+        units::run(points.len(), jobs, done, control, unit, |index, row| {
+            kept += 1;
+            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+        })
+    })?;
+    let Some(rows) = rows else {
+        let stopped = Interrupted { study: name.text(), done: kept, trials: points.len(), out: args.out.clone() };
+        return stopped.tell(args.json);
+    };
+    let read = |row: Result<String, String>| {
+        row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
+    };
+    let outcomes: Vec<(Point, Result<Trial, String>)> = points.into_iter().zip(rows.into_iter().map(read)).collect();
+    let tables: Vec<Table> = (0..study.rungs.len()).map(|rung| Table::new(&study, rung, &outcomes)).collect();
+    if let Some(out) = &args.out {
+        command += &format!(" -o {}", scene::quoted(&out.display().to_string()));
+    }
+    let result = Outcome { name: name.text(), study, outcomes, tables, command };
+    let (text, files) = result.files(name);
+    let mut places = Vec::new();
+    if let Some(mut folder) = folder.take() {
+        for (name, content) in files {
+            folder.write(&name, content)?;
+        }
+        result.pictures(name).iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        places = folder.places().map(PathBuf::from).collect();
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&reproduce_drop_json::object(&result, &places))?;
+    } else {
+        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
+        print(&format!("{text}{files}"))?;
+    }
+    Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
+}
+
+/// What names a study in its journal: a print of all that its rows depend on, this very program included, and the command.
+fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
+    let program = env::current_exe().and_then(fs::read);
+    let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
+    let overrides: Vec<String> = points.iter().map(|point| format!("{:?}", study.overrides(point))).collect();
+    let parts = [program.as_slice()].into_iter().chain(overrides.iter().map(String::as_bytes));
+    Ok(format!("study {} of {command}", units::fingerprint(parts)))
+}
+
+/// A study that is through.
+pub struct Outcome {
+    /// Its name.
+    pub name: &'static str,
+    /// What was run.
+    pub study: Study,
+    /// What became of each trial.
+    pub outcomes: Vec<(Point, Result<Trial, String>)>,
+    /// A table for each rung.
+    pub tables: Vec<Table>,
+    /// The command that made it.
+    pub command: String,
+}
+
+impl Outcome {
+    fn summaries(&self) -> Vec<ladder::Summary> {
+        let rungs = self.study.rungs.iter().zip(&self.tables);
+        rungs.map(|(rung, table)| ladder::Summary::new(*rung, table.clone())).collect()
+    }
+
+    /// What is printed, and the files.
+    fn files(&self, name: Name) -> (String, Vec<(String, String)>) {
+        let head = format!("PHANToM drop test of Sevcik et al. 2009\n$ {}\n\n", self.command);
+        let tail = format!("\nOne of these trials again:\n$ {}\n", self.replay());
+        let cells = ("cells.csv".to_string(), study::csv(&self.study, &self.outcomes));
+        match name {
+            Name::Table2 => {
+                let text = format!("{head}{}{tail}", study::table_text(&self.tables[0]));
+                (text.clone(), vec![("table.txt".into(), text), cells])
+            }
+            Name::Ladder => {
+                let summaries = self.summaries();
+                let text = format!("{head}{}{tail}", ladder::ladder_text(&summaries));
+                let tables = self.study.rungs.iter().zip(&self.tables);
+                let tables = tables
+                    .map(|(rung, table)| format!("{}: {}\n\n{}\n", rung.name, rung.about, study::table_text(table)));
+                let tables = format!("{head}{}", tables.collect::<String>());
+                let rungs = ("ladder.csv".to_string(), ladder::ladder_csv(&summaries));
+                (text.clone(), vec![("ladder.txt".into(), text), rungs, ("table.txt".into(), tables), cells])
+            }
+        }
+    }
+
+    fn pictures(&self, name: Name) -> Vec<Picture> {
+        match name {
+            Name::Table2 => {
+                vec![chart::table_2(&self.tables[0], &self.command), chart::rms(&self.tables[0], &self.command)]
+            }
+            Name::Ladder => vec![chart::ladder(&self.summaries(), &self.command)],
+        }
+    }
+
+    /// The command of one trial: of a cell that is printed otherwise, else of one that is not passive, else the first.
+    pub fn replay(&self) -> String {
+        let table = |point: &Point| &self.tables[point.rung];
+        let differs = |point: &Point| {
+            study::Agreement::at(table(point), point.axis, point.platform, point.stiffness_n_per_m) == Some(false)
+        };
+        let moves = |point: &Point| {
+            let cell = table(point).cell(point.axis, point.platform, point.stiffness_n_per_m);
+            cell.is_some_and(|cell| cell.class != Class::Passive)
+        };
+        let points = || self.outcomes.iter().map(|(point, _)| point);
+        let point = points().find(|point| differs(point)).or(points().find(|point| moves(point))).or(points().next());
+        point.map_or(String::new(), |point| {
+            format!("hpu run {}{}", study::SCENE, set_options(&self.study.overrides(point)))
+        })
+    }
+}

@@ -1,0 +1,134 @@
+//! `hpu reproduce phantom-formats` and `phantom-sines`: the words of the PHANToM's datapath.
+
+use std::path::PathBuf;
+
+use hpu_datapath::phantom::PhantomConfig;
+use hpu_study::chart::{self, Picture};
+use hpu_study::reproduce::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
+use hpu_study::reproduce::sines::{self, Sine, sines_csv, sines_text};
+use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use serde_json::{Value, json};
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::pictures;
+use crate::run_json::triple;
+use crate::terminal::{print, print_json};
+
+/// Where to.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Write text, CSV and picture into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `hpu reproduce phantom-formats`.
+pub fn formats(args: &Args) -> Result<Exit, Failure> {
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let command = "hpu reproduce phantom-formats";
+    let all = formats::words().into_iter().map(|words| Formats::new(words, POSTURES));
+    let all = all.collect::<Result<Vec<_>, _>>().map_err(Failure::file)?;
+    let workspace = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
+    let text = format!("PHANToM: words, ranges and errors\n$ {command}\n\n{}", formats_text(&all, &workspace));
+    let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
+    let draw = || chart::formats(&all, command);
+    let object = json!({
+        "study": "phantom-formats",
+        "complete": true,
+        "command": command,
+        "postures": POSTURES,
+        "configurations": all.iter().map(configuration).collect::<Vec<_>>(),
+        "workspace": {
+            "cells": workspace.cells,
+            "unreachable": workspace.unreachable,
+            "held": workspace.held.iter().map(|(bits, held)| json!({ "depth_bits": bits, "cells": held })).collect::<Vec<_>>(),
+        },
+        "plain": formats::plain(&all),
+    });
+    give(args, folder, text, &files, draw, object)
+}
+
+fn configuration(formats: &Formats) -> Value {
+    let signal = |row: &formats::Row| {
+        let proved = row.proved;
+        json!({
+            "name": proved.name,
+            "unit": proved.unit,
+            "format": triple(proved.format),
+            "proved": [proved.min, proved.max],
+            // Without a bound there is no number.
+            "proved_error": proved.error.is_finite().then_some(proved.error),
+            "measured": row.measured.map(|measured| [measured.min, measured.max]),
+            "measured_error": row.measured.map(|measured| measured.error),
+            "headroom_bits": row.headroom_bits(),
+            "overflow": row.fate().name(),
+        })
+    };
+    json!({
+        "name": formats.words.name,
+        "about": formats.words.about,
+        "stiffness_max_n_per_m": formats.words.stiffness_max_n_per_m,
+        "full_scale_nm": full_scales_nm(&formats.words.config),
+        "signals": formats.rows.iter().map(signal).collect::<Vec<_>>(),
+    })
+}
+
+/// `hpu reproduce phantom-sines`.
+pub fn sines(args: &Args) -> Result<Exit, Failure> {
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let command = "hpu reproduce phantom-sines";
+    let all = sines::sines().map_err(Failure::file)?;
+    let text = format!("PHANToM: four sources of sine\n$ {command}\n\n{}", sines_text(&all));
+    let files = [("sines.txt", text.clone()), ("sines.csv", sines_csv(&all))];
+    let draw = || chart::sines(&all, command);
+    let sources = all.iter().map(source).collect::<Vec<_>>();
+    let object = json!({ "study": "phantom-sines", "complete": true, "command": command, "sources": sources });
+    give(args, folder, text, &files, draw, object)
+}
+
+fn source(sine: &Sine) -> Value {
+    json!({
+        "name": sine.source.name(),
+        "size": sine.size,
+        "default": sine.default,
+        "format": triple(sine.format),
+        "rom": { "words": sine.rom.words, "width": sine.rom.width, "bits": sine.rom.bits() },
+        "worst": sine.worst,
+        "rms": sine.rms,
+        "worst_lsb": sine.worst_lsb(),
+        "worst_rad": sine.worst_rad,
+        "angles": sine.angles,
+        "latency_edges": 1,
+        "arithmetic": sine.source.arithmetic(),
+    })
+}
+
+/// Writes what was asked for and prints the rest.
+fn give(
+    args: &Args,
+    folder: Option<Folder>,
+    text: String,
+    files: &[(&str, String)],
+    draw: impl FnOnce() -> Picture,
+    mut object: Value,
+) -> Result<Exit, Failure> {
+    let mut places = Vec::new();
+    if let Some(mut folder) = folder {
+        files.iter().try_for_each(|(name, content)| folder.write(name, content))?;
+        pictures::put(&draw(), &mut folder)?;
+        places = folder.places().map(PathBuf::from).collect();
+        folder.commit()?;
+    }
+    if args.json {
+        object["files"] = json!(places);
+        print_json(&object)?;
+    } else {
+        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
+        print(&format!("{text}{files}"))?;
+    }
+    Ok(Exit::Fine)
+}
