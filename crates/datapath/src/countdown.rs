@@ -18,6 +18,12 @@ impl Countdown {
         self.left
     }
 
+    /// Sample edges among the next `count` edges.
+    #[inline]
+    pub(crate) fn samples(&self, count: u64, period: i64) -> u64 {
+        if count > self.left { 1 + (count - self.left - 1) / edges(period) } else { 0 }
+    }
+
     /// One edge; tells whether it is a sample edge.
     #[inline]
     pub(crate) fn tick(&mut self, period: i64) -> bool {

@@ -1,0 +1,221 @@
+//! Second-order section, sampled, direct form I.
+//!
+//! - **Equation**: `y(k) = B0 x(k) + B1 x(k-1) + B2 x(k-2) - A1 y(k-1) - A2 y(k-2)`, the `y` on the right as narrowed words,
+//!   the sum of the five products exact and narrowed once.
+//! - **Ports**: `x` (1,IN_INT,IN_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `y` (1,OUT_INT,OUT_FRAC)
+//!   out. The coefficients are generics, integers that stand for words of (1,COEF_INT,COEF_FRAC).
+//! - **Latency**: 1 edge after a sample edge, up to `period`.
+//! - **Edge**: with the countdown at 0, `y(k)` is loaded, the delays move on, and the countdown restarts at
+//!   `max(period,1) - 1`; else it counts down.
+//! - **Reset**: all 0; the first edge samples.
+//! - **Overflow**: rounds to the nearest, ties up, then saturates.
+//! - **VHDL twin**: `hdl/biquad.vhd`.
+//! - **Source**: the direct form I of the textbooks.
+//! - **Differs from the hardware**: nothing known.
+//!
+//! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner far
+//! below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, which is
+//! nothing at all to coefficients of 16 fraction bits, and which makes half an LSB of `y` into `2e5` of them.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{COUNTER, within};
+use crate::countdown::{Countdown, edges};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the section.
+    pub struct In { x, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the section.
+    pub struct Out { y }
+}
+
+/// The words of a section.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BiquadConfig {
+    /// Format of `x`.
+    pub input: Format,
+    /// Format of `y`.
+    pub output: Format,
+    /// Format of the coefficients.
+    pub coefficient: Format,
+    /// Words of `B0`, `B1`, `B2`.
+    pub b: [i32; 3],
+    /// Words of `A1`, `A2`.
+    pub a: [i32; 2],
+    /// Width of the period.
+    pub period_width: u32,
+}
+
+impl Default for BiquadConfig {
+    fn default() -> Self {
+        let format = |int, frac| Format::new(true, int, frac).expect("at most 23 bits");
+        Self {
+            input: format(12, 4),
+            output: format(14, 8),
+            coefficient: format(2, 16),
+            b: [65_536, 0, 0],
+            a: [0, 0],
+            period_width: 24,
+        }
+    }
+}
+
+/// Words of the two latest samples.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Delays {
+    x: [i64; 2],
+    y: [i64; 2],
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Biquad {
+    config: BiquadConfig,
+    narrowing: Narrowing,
+    countdown: Countdown,
+    delays: Delays,
+    latest: Narrowed,
+}
+
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+impl Delays {
+    /// The delays after a sample `x` that made `y`.
+    #[inline]
+    fn after(self, x: i64, y: i64) -> Self {
+        Self { x: [x, self.x[0]], y: [y, self.y[0]] }
+    }
+}
+
+impl Biquad {
+    /// A section of these words.
+    ///
+    /// # Errors
+    ///
+    /// Unless `x` and `y` are signed with 2 to 40 bits, the coefficients signed with 2 to 32, all with 0 to 30 fraction
+    /// bits, every coefficient fits its format, and the period has 2 to 30 bits.
+    pub fn new(config: BiquadConfig) -> Result<Self, ConfigError> {
+        let BiquadConfig { input, output, coefficient, b, a, period_width } = config;
+        for (name, format, widest) in [("x", input, 40), ("y", output, 40), ("a coefficient", coefficient, 32)] {
+            let fits = (2..=widest).contains(&format.width()) && (0..=30).contains(&format.frac());
+            if !fits || !format.is_signed() || format.int() < 0 {
+                let accepted = format!("signed, 2 to {widest} bits, 0 to 30 of them fraction bits");
+                return Err(ConfigError::new(Self::NAME, format!("{name} is {format}"), accepted));
+            }
+        }
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        if let Some(word) = b.iter().chain(&a).find(|&&word| !coefficient.holds(word.into())) {
+            let accepted = format!("{} to {}", coefficient.min(), coefficient.max());
+            return Err(ConfigError::new(Self::NAME, format!("a coefficient's word is {word}"), accepted));
+        }
+        let from_frac = coefficient.frac() + input.frac().max(output.frac());
+        let narrowing =
+            Narrowing { from_frac, to: output, rounding: Rounding::NearestUp, overflow: Overflow::Saturate };
+        Ok(Self { config, narrowing, countdown: Countdown::default(), delays: Delays::default(), latest: ZERO })
+    }
+
+    /// The output, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.latest
+    }
+
+    /// The output that a sample edge would load from these delays.
+    #[inline]
+    fn sample(&self, x: i64, delays: Delays) -> Narrowed {
+        let BiquadConfig { input, output, b, a, .. } = self.config;
+        let product = |word: i32, factor: i64| i128::from(word) * i128::from(factor);
+        let forward = product(b[0], x) + product(b[1], delays.x[0]) + product(b[2], delays.x[1]);
+        let back = product(a[0], delays.y[0]) + product(a[1], delays.y[1]);
+        // Both aligned to the longer fraction.
+        let frac = input.frac().max(output.frac());
+        self.narrowing.apply(forward * (1 << (frac - input.frac())) - back * (1 << (frac - output.frac())))
+    }
+}
+
+impl Default for Biquad {
+    fn default() -> Self {
+        Self::new(BiquadConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for Biquad {
+    const NAME: &'static str = "biquad";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            x: Signal::new("x", self.config.input, "1", "Input"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { y: Signal::new("y", self.config.output, "1", "Output of the latest sample edge") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let BiquadConfig { input, output, coefficient, b, a, period_width } = self.config;
+        let integer = |name, value: i32| (name, Generic::Integer(value.into()));
+        vec![
+            integer("IN_INT", input.int()),
+            integer("IN_FRAC", input.frac()),
+            integer("OUT_INT", output.int()),
+            integer("OUT_FRAC", output.frac()),
+            integer("COEF_INT", coefficient.int()),
+            integer("COEF_FRAC", coefficient.frac()),
+            integer("B0", b[0]),
+            integer("B1", b[1]),
+            integer("B2", b[2]),
+            integer("A1", a[0]),
+            integer("A2", a[1]),
+            ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.delays = Delays::default();
+        self.latest = ZERO;
+        Out { y: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.latest = self.sample(input.x, self.delays);
+            self.delays = self.delays.after(input.x, self.latest.word);
+        }
+        Out { y: self.latest.word }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // Two samples that change nothing fill the delays; a third one then stands for all that follow.
+        let mut delays = self.delays;
+        for sample in 0..3 {
+            if self.sample(input.x, delays) != self.latest {
+                return self.countdown.left() + sample * edges(input.period);
+            }
+            delays = delays.after(input.x, self.latest.word);
+        }
+        u64::MAX
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        for _ in 0..self.countdown.samples(edges, input.period).min(2) {
+            self.delays = self.delays.after(input.x, self.latest.word);
+        }
+        self.countdown.skip(edges, input.period);
+    }
+}

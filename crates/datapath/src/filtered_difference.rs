@@ -1,0 +1,180 @@
+//! Backward difference of the position through a first-order low pass whose factor is a power of two: no multiplier.
+//!
+//! - **Equation**: `d(k) = position(k) - position(k-1)`, modulo `2^WIDTH` as two's complement;
+//!   `v(k) = v(k-1) + floor((d(k) * 2^OUT_FRAC - v(k-1)) / 2^SHIFT)`: `alpha = 2^-SHIFT`, a time constant of about
+//!   `2^SHIFT - 1/2` sample periods.
+//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
+//!   (1,WIDTH-1,OUT_FRAC) out, in counts per sample.
+//! - **Latency**: 1 edge after a sample edge, up to `period`, beside that of the filter.
+//! - **Edge**: with the countdown at 0, `velocity` and the previous position are loaded and the countdown restarts at
+//!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
+//! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
+//! - **Overflow**: none; the velocity is between two that fit. Every floor is carried on: the velocity is less than
+//!   `2^SHIFT` of its LSBs below that of the exact filter, and after motion back it comes to rest up to `2^SHIFT - 1` LSBs
+//!   below 0.
+//! - **VHDL twin**: `hdl/filtered_difference.vhd`.
+//! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::{Countdown, edges};
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the estimator.
+    pub struct In { position, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the estimator.
+    pub struct Out { velocity }
+}
+
+/// The widths of a filtered difference.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FilteredConfig {
+    /// Width of the position.
+    pub width: u32,
+    /// Width of the period.
+    pub period_width: u32,
+    /// Exponent of the filter's factor `2^-shift`; 0 does not filter.
+    pub shift: u32,
+    /// Fraction bits of the velocity.
+    pub out_frac: u32,
+}
+
+impl Default for FilteredConfig {
+    fn default() -> Self {
+        Self { width: 12, period_width: 24, shift: 3, out_frac: 8 }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct FilteredDifference {
+    config: FilteredConfig,
+    difference: Format,
+    narrowing: Narrowing,
+    countdown: Countdown,
+    previous: i64,
+    latest: Narrowed,
+}
+
+/// The velocity after reset.
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+impl FilteredDifference {
+    /// An estimator of these widths.
+    ///
+    /// # Errors
+    ///
+    /// Unless position and velocity have 2 to 62 bits, the velocity 0 to 30 fraction bits, the period 2 to 30, and the
+    /// shift is 0 to 16.
+    pub fn new(config: FilteredConfig) -> Result<Self, ConfigError> {
+        let FilteredConfig { width, period_width, shift, out_frac } = config;
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        within(Self::NAME, "SHIFT", shift, 0..=16)?;
+        within(Self::NAME, "OUT_FRAC", out_frac, 0..=30)?;
+        within(Self::NAME, "WIDTH + OUT_FRAC", width + out_frac, WORD)?;
+        let (int, frac) = (width.cast_signed() - 1, out_frac.cast_signed());
+        let narrowing = Narrowing {
+            from_frac: frac + shift.cast_signed(),
+            to: Format::new(true, int, frac).expect("2 to 62 bits"),
+            rounding: Rounding::Truncate,
+            overflow: Overflow::Wrap,
+        };
+        let difference = Format::signed(width);
+        Ok(Self { config, difference, narrowing, countdown: Countdown::default(), previous: 0, latest: ZERO })
+    }
+
+    /// The velocity, and what the latest sample lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.latest
+    }
+
+    /// The velocity that a sample edge would load after a motion from `previous` to `position`.
+    #[inline]
+    fn sample(&self, position: i64, previous: i64) -> Narrowed {
+        let FilteredConfig { shift, out_frac, .. } = self.config;
+        let difference = i128::from(self.difference.wrap(i128::from(position - previous)));
+        let (input, last) = (difference * (1 << out_frac), i128::from(self.latest.word));
+        // v + floor((d - v) / 2^SHIFT), over the common denominator.
+        self.narrowing.apply(last * (1 << shift) + input - last)
+    }
+}
+
+impl Default for FilteredDifference {
+    fn default() -> Self {
+        Self::new(FilteredConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for FilteredDifference {
+    const NAME: &'static str = "filtered_difference";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = Format::unsigned(self.config.width);
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            position: Signal::new("position", position, "count", "Position, modulo its width"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { velocity: Signal::new("velocity", self.narrowing.to, "count/sample", "Filtered motion in a sample") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.config.width.into())),
+            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
+            ("SHIFT", Generic::Integer(self.config.shift.into())),
+            ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.previous = 0;
+        self.latest = ZERO;
+        Out { velocity: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.latest = self.sample(input.position, self.previous);
+            self.previous = input.position;
+        }
+        Out { velocity: self.latest.word }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // The next sample takes in the present difference, every later one none. What was lost counts as a change.
+        if self.sample(input.position, self.previous) != self.latest {
+            self.countdown.left()
+        } else if self.sample(input.position, input.position) != self.latest {
+            self.countdown.left() + edges(input.period)
+        } else {
+            u64::MAX
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if self.countdown.skip(edges, input.period) {
+            self.previous = input.position;
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! First-order adaptive windowing (FOAW), end-fit: the longest window of samples that a straight line explains.
+//!
+//! - **Equation**: with `x_j` the position `j` samples ago and `e_j = x_0 - x_j`, modulo `2^WIDTH` as two's complement,
+//!   `velocity = floor(e_n * 2^OUT_FRAC / n)`, where `n` is the last one accepted of `1, 2, .. WINDOW` in order: `n = 1`
+//!   always is, and a further one if `|n e_j - j e_n| <= n NOISE` for all `j = 1 .. n-1`. The first that fails ends the
+//!   search. Positions before the first sample count as 0.
+//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
+//!   (1,WIDTH-1,OUT_FRAC) out, in counts per sample.
+//! - **Latency**: 1 edge after a sample edge, up to `period`; the velocity is that of `n/2` samples ago.
+//! - **Edge**: with the countdown at 0, `velocity` is loaded, the positions move on, and the countdown restarts at
+//!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
+//! - **Reset**: countdown, positions and velocity 0; the first edge samples.
+//! - **Overflow**: motion of half the counter's range in a window aliases.
+//! - **VHDL twin**: `hdl/foaw.vhd`.
+//! - **Source**: Janabi-Sharifi, Hayward and Chen 2000. `NOISE` = 1 count explains a counter at constant speed.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Narrowed, Signal};
+
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::{Countdown, edges};
+use crate::history::History;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the estimator.
+    pub struct In { position, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the estimator.
+    pub struct Out { velocity }
+}
+
+/// The widths and bounds of an adaptive window.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FoawConfig {
+    /// Width of the position.
+    pub width: u32,
+    /// Width of the period.
+    pub period_width: u32,
+    /// The longest window, in samples.
+    pub window: u32,
+    /// Bound of the position's noise, in counts.
+    pub noise: u32,
+    /// Fraction bits of the velocity.
+    pub out_frac: u32,
+}
+
+impl Default for FoawConfig {
+    fn default() -> Self {
+        Self { width: 12, period_width: 24, window: 8, noise: 1, out_frac: 8 }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Foaw {
+    config: FoawConfig,
+    difference: Format,
+    velocity: Format,
+    countdown: Countdown,
+    history: History,
+    latest: Narrowed,
+}
+
+/// The velocity at standstill, and after reset.
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+impl Foaw {
+    /// An estimator of these widths and bounds.
+    ///
+    /// # Errors
+    ///
+    /// Unless the position has 2 to 48 bits, the velocity at most 62, 0 to 30 of them fraction bits, the period 2 to 30,
+    /// the window is 2 to 16 and the noise 0 to 15.
+    pub fn new(config: FoawConfig) -> Result<Self, ConfigError> {
+        let FoawConfig { width, period_width, window, noise, out_frac } = config;
+        within(Self::NAME, "WIDTH", width, 2..=48)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        within(Self::NAME, "WINDOW", window, 2..=16)?;
+        within(Self::NAME, "NOISE", noise, 0..=15)?;
+        within(Self::NAME, "OUT_FRAC", out_frac, 0..=30)?;
+        within(Self::NAME, "WIDTH + OUT_FRAC", width + out_frac, WORD)?;
+        Ok(Self {
+            config,
+            difference: Format::signed(width),
+            velocity: Format::new(true, width.cast_signed() - 1, out_frac.cast_signed()).expect("2 to 62 bits"),
+            countdown: Countdown::default(),
+            history: History::new(window),
+            latest: ZERO,
+        })
+    }
+
+    /// The velocity, and what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.latest
+    }
+
+    /// The velocity that the sample edge loads that follows `waiting` others with this same position.
+    #[inline]
+    fn sample(&self, position: i64, waiting: usize) -> Narrowed {
+        let window = self.history.window();
+        let mut ends = [0; 17];
+        for (back, end) in ends.iter_mut().enumerate().take(window + 1).skip(1) {
+            let start = self.history.ago(position, waiting, back);
+            *end = self.difference.wrap(i128::from(position - start));
+        }
+        let noise = i64::from(self.config.noise);
+        // Over a window of n: j/n of its motion, and the motion of its last j samples.
+        let straight = |n: usize| {
+            let within = |j: usize| (n as i64 * ends[j] - j as i64 * ends[n]).abs() <= n as i64 * noise;
+            (1..n).all(within)
+        };
+        let longest = (2..=window).take_while(|&n| straight(n)).last().unwrap_or(1);
+        let (motion, samples) = (ends[longest] * (1 << self.config.out_frac), longest as i64);
+        Narrowed { word: motion.div_euclid(samples), rounded: motion % samples != 0, overflowed: false }
+    }
+}
+
+impl Default for Foaw {
+    fn default() -> Self {
+        Self::new(FoawConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for Foaw {
+    const NAME: &'static str = "foaw";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = Format::unsigned(self.config.width);
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            position: Signal::new("position", position, "count", "Position, modulo its width"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { velocity: Signal::new("velocity", self.velocity, "count/sample", "Slope of the latest straight window") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.config.width.into())),
+            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
+            ("WINDOW", Generic::Integer(self.config.window.into())),
+            ("NOISE", Generic::Integer(self.config.noise.into())),
+            ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.history.reset();
+        self.latest = ZERO;
+        Out { velocity: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.latest = self.sample(input.position, 0);
+            self.history.push(input.position, 1);
+        }
+        Out { velocity: self.latest.word }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // After a window of the same position, nothing changes any more.
+        let change = (0..=self.history.window()).find(|&waiting| self.sample(input.position, waiting) != self.latest);
+        change.map_or(u64::MAX, |samples| self.countdown.left() + samples as u64 * edges(input.period))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.history.push(input.position, self.countdown.samples(edges, input.period));
+        self.countdown.skip(edges, input.period);
+    }
+}

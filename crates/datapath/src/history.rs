@@ -1,0 +1,40 @@
+//! The positions of the latest samples, as the windowed estimators keep them.
+
+use std::collections::VecDeque;
+
+/// A shift register of positions, the latest first; all 0 after reset.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct History(VecDeque<i64>);
+
+impl History {
+    /// A register of that many positions.
+    pub(crate) fn new(window: u32) -> Self {
+        Self((0..window).map(|_| 0).collect())
+    }
+
+    /// How many positions there are.
+    #[inline]
+    pub(crate) fn window(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Forgets everything.
+    pub(crate) fn reset(&mut self) {
+        self.0.iter_mut().for_each(|position| *position = 0);
+    }
+
+    /// Takes in that many samples of the same position.
+    #[inline]
+    pub(crate) fn push(&mut self, position: i64, samples: u64) {
+        for _ in 0..samples.min(self.0.len() as u64) {
+            self.0.rotate_right(1);
+            self.0[0] = position;
+        }
+    }
+
+    /// The position `back` samples ago, as the sample edge sees it that follows `waiting` others with this same position.
+    #[inline]
+    pub(crate) fn ago(&self, position: i64, waiting: usize, back: usize) -> i64 {
+        if back <= waiting { position } else { self.0[back - waiting - 1] }
+    }
+}

@@ -1,0 +1,180 @@
+//! Unsigned restoring division, one bit an edge.
+//!
+//! - **Equation**: `quotient = min(floor(num * 2^FRAC / den), 2^OUT_WIDTH - 1)`; all ones for `den = 0`.
+//! - **Ports**: `start` (0,1,0), `num` (0,NUM_WIDTH,0), `den` (0,DEN_WIDTH,0) in; `quotient` (0,OUT_WIDTH-FRAC,FRAC), `busy`,
+//!   `ready` (0,1,0) out.
+//! - **Latency**: `STEPS = NUM_WIDTH + FRAC` edges from the edge with `start` to the one that loads the quotient.
+//! - **Edge**: with `start`, `num` and `den` are captured, the division begins and `busy` rises; one under way is given up,
+//!   even on its last edge. `STEPS` edges later the quotient is loaded, `busy` falls and `ready` is high for one edge.
+//! - **Reset**: idle, all outputs 0.
+//! - **Overflow**: saturates when `OUT_WIDTH` is too narrow.
+//! - **VHDL twin**: `hdl/sequential_divider.vhd`.
+//! - **Source**: the restoring division of the textbooks; it turns the interval of an `edge_timer` into a speed.
+//! - **Differs from the hardware**: divides at the capture and holds the quotient back; nobody can tell.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::computation::Computation;
+use crate::config::within;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the divider.
+    pub struct In { start, num, den }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the divider.
+    pub struct Out { quotient, busy, ready }
+}
+
+/// The widths of a divider.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DividerConfig {
+    /// Width of the dividend.
+    pub num_width: u32,
+    /// Width of the divisor.
+    pub den_width: u32,
+    /// Fraction bits of the quotient.
+    pub frac: u32,
+    /// Width of the quotient, fraction bits included.
+    pub out_width: u32,
+}
+
+impl DividerConfig {
+    /// Edges from the start to the quotient.
+    #[must_use]
+    pub const fn steps(self) -> u32 {
+        self.num_width + self.frac
+    }
+}
+
+impl Default for DividerConfig {
+    fn default() -> Self {
+        Self { num_width: 24, den_width: 16, frac: 8, out_width: 24 }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SequentialDivider {
+    config: DividerConfig,
+    narrowing: Narrowing,
+    computation: Computation,
+}
+
+impl SequentialDivider {
+    /// A divider of these widths.
+    ///
+    /// # Errors
+    ///
+    /// Unless the dividend has 2 to 48 bits, the divisor 2 to 32, the quotient 0 to 16 fraction bits, together with the
+    /// dividend at most 62, and 2 to `num_width + frac` bits in all.
+    pub fn new(config: DividerConfig) -> Result<Self, ConfigError> {
+        within(Self::NAME, "NUM_WIDTH", config.num_width, 2..=48)?;
+        within(Self::NAME, "DEN_WIDTH", config.den_width, 2..=32)?;
+        within(Self::NAME, "FRAC", config.frac, 0..=16)?;
+        within(Self::NAME, "NUM_WIDTH + FRAC", config.steps(), 2..=62)?;
+        within(Self::NAME, "OUT_WIDTH", config.out_width, 2..=config.steps())?;
+        let frac = config.frac.cast_signed();
+        let to = Format::new(false, config.out_width.cast_signed() - frac, frac).expect("2 to 62 bits");
+        let narrowing = Narrowing { from_frac: frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
+        Ok(Self { config, narrowing, computation: Computation::new(config.steps()) })
+    }
+
+    /// The quotient, and what was lost to make it: a remainder, or the upper bits. Division by 0 overflows.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.computation.result()
+    }
+
+    /// The quotient of a division that starts with these inputs, if one does.
+    #[inline]
+    fn started(&self, input: &In<i64>) -> Option<Narrowed> {
+        if input.start == 0 {
+            return None;
+        }
+        let dividend = input.num * (1 << self.config.frac);
+        Some(match dividend.checked_div(input.den) {
+            None => Narrowed { rounded: false, ..self.narrowing.apply(self.narrowing.to.max() + 1) },
+            Some(quotient) => {
+                let narrowed = self.narrowing.apply(quotient.into());
+                Narrowed { rounded: quotient * input.den != dividend, ..narrowed }
+            }
+        })
+    }
+
+    #[inline]
+    fn shown(&self) -> Out<i64> {
+        let bit = i64::from;
+        Out {
+            quotient: self.computation.result().word,
+            busy: bit(self.computation.busy()),
+            ready: bit(self.computation.ready()),
+        }
+    }
+}
+
+impl Default for SequentialDivider {
+    fn default() -> Self {
+        Self::new(DividerConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Block for SequentialDivider {
+    const NAME: &'static str = "sequential_divider";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let (num, den) = (Format::unsigned(self.config.num_width), Format::unsigned(self.config.den_width));
+        In {
+            start: Signal::bit("start", "Captures the operands and begins"),
+            num: Signal::new("num", num, "1", "Dividend"),
+            den: Signal::new("den", den, "1", "Divisor"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out {
+            quotient: Signal::new("quotient", self.narrowing.to, "1", "Quotient of the latest division that ended"),
+            busy: Signal::bit("busy", "A division is under way"),
+            ready: Signal::bit("ready", "The quotient is new, for one edge"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("NUM_WIDTH", Generic::Integer(self.config.num_width.into())),
+            ("DEN_WIDTH", Generic::Integer(self.config.den_width.into())),
+            ("FRAC", Generic::Integer(self.config.frac.into())),
+            ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.computation.reset();
+        self.shown()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        let started = self.started(&input);
+        self.computation.tick(started);
+        self.shown()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        self.computation.quiet(input.start != 0)
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        let started = self.started(input);
+        self.computation.skip(edges, started);
+    }
+}

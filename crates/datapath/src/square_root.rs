@@ -1,0 +1,130 @@
+//! Floor of the square root, one bit an edge.
+//!
+//! - **Equation**: `root = floor(sqrt(x))`.
+//! - **Ports**: `start` (0,1,0), `x` (0,WIDTH,0) in; `root` (0,WIDTH/2,0), `busy`, `ready` (0,1,0) out.
+//! - **Latency**: `WIDTH/2` edges from the edge with `start` to the one that loads the root.
+//! - **Edge**: with `start`, `x` is captured, the extraction begins and `busy` rises; one under way is given up, even on
+//!   its last edge. `WIDTH/2` edges later the root is loaded, `busy` falls and `ready` is high for one edge.
+//! - **Reset**: idle, all outputs 0. **Overflow**: none.
+//! - **VHDL twin**: `hdl/square_root.vhd`.
+//! - **Source**: the digit-by-digit root of the textbooks.
+//! - **Differs from the hardware**: computes at the capture and holds the root back; nobody can tell.
+
+use hpu_signal::{Format, Narrowed, Signal};
+
+use crate::computation::Computation;
+use crate::config::within;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the square root.
+    pub struct In { start, x }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the square root.
+    pub struct Out { root, busy, ready }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SquareRoot {
+    word: Format,
+    computation: Computation,
+}
+
+impl SquareRoot {
+    /// The root of words of `width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is even and 4 to 62.
+    pub fn new(width: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, 4..=62)?;
+        if !width.is_multiple_of(2) {
+            return Err(ConfigError::new(Self::NAME, format!("WIDTH is {width}"), "even widths"));
+        }
+        Ok(Self { word: Format::unsigned(width), computation: Computation::new(width / 2) })
+    }
+
+    /// The root, and whether it was rounded: `x` was no square.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.computation.result()
+    }
+
+    /// The root of an extraction that starts with these inputs, if one does.
+    #[inline]
+    fn started(input: &In<i64>) -> Option<Narrowed> {
+        (input.start != 0).then(|| {
+            let root = input.x.isqrt();
+            Narrowed { word: root, rounded: root * root != input.x, overflowed: false }
+        })
+    }
+
+    #[inline]
+    fn shown(&self) -> Out<i64> {
+        let Self { computation, .. } = self;
+        Out {
+            root: computation.result().word,
+            busy: i64::from(computation.busy()),
+            ready: i64::from(computation.ready()),
+        }
+    }
+}
+
+impl Default for SquareRoot {
+    fn default() -> Self {
+        Self::new(24).expect("the data sheet's default")
+    }
+}
+
+impl Block for SquareRoot {
+    const NAME: &'static str = "square_root";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In {
+            start: Signal::bit("start", "Captures the radicand and begins"),
+            x: Signal::new("x", self.word, "1", "Radicand"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        let root = Format::unsigned(self.word.width() / 2);
+        Out {
+            root: Signal::new("root", root, "1", "Root of the latest extraction that ended"),
+            busy: Signal::bit("busy", "An extraction is under way"),
+            ready: Signal::bit("ready", "The root is new, for one edge"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![("WIDTH", Generic::Integer(self.word.width().into()))]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.computation.reset();
+        self.shown()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        self.computation.tick(Self::started(&input));
+        self.shown()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        self.computation.quiet(input.start != 0)
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.computation.skip(edges, Self::started(input));
+    }
+}

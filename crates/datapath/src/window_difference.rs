@@ -1,0 +1,131 @@
+//! Difference of the position over a window of samples.
+//!
+//! - **Equation**: `velocity(k) = position(k) - position(k-WINDOW)`, modulo `2^WIDTH` as two's complement; positions before
+//!   the first sample count as 0.
+//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity` (1,WIDTH-1,0)
+//!   out, in counts per window.
+//! - **Latency**: 1 edge after a sample edge, up to `period`; the velocity is that of half a window ago.
+//! - **Edge**: with the countdown at 0, `velocity` is loaded, the positions move on, and the countdown restarts at
+//!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
+//! - **Reset**: countdown, positions and velocity 0; the first edge samples.
+//! - **Overflow**: motion of half the counter's range in one window aliases.
+//! - **VHDL twin**: `hdl/window_difference.vhd`.
+//! - **Source**: the fixed-time method over several samples; resolution of one count a window.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Signal};
+
+use crate::config::{COUNTER, WORD, within};
+use crate::countdown::{Countdown, edges};
+use crate::history::History;
+use crate::{Block, ConfigError, Generic};
+
+hpu_signal::ports! {
+    /// Inputs of the estimator.
+    pub struct In { position, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the estimator.
+    pub struct Out { velocity }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct WindowDifference {
+    difference: Format,
+    period: Format,
+    countdown: Countdown,
+    history: History,
+    velocity: i64,
+}
+
+impl WindowDifference {
+    /// A difference of positions of `width` bits over `window` samples, with a period of `period_width` bits.
+    ///
+    /// # Errors
+    ///
+    /// Unless `width` is 2 to 62, `period_width` 2 to 30, and `window` 1 to 64.
+    pub fn new(width: u32, period_width: u32, window: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "WIDTH", width, WORD)?;
+        within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
+        within(Self::NAME, "WINDOW", window, 1..=64)?;
+        Ok(Self {
+            difference: Format::signed(width),
+            period: Format::unsigned(period_width),
+            countdown: Countdown::default(),
+            history: History::new(window),
+            velocity: 0,
+        })
+    }
+
+    /// The velocity that the sample edge loads that follows `waiting` others with this same position.
+    #[inline]
+    fn sample(&self, position: i64, waiting: usize) -> i64 {
+        let oldest = self.history.ago(position, waiting, self.history.window());
+        self.difference.wrap(i128::from(position - oldest))
+    }
+}
+
+impl Default for WindowDifference {
+    fn default() -> Self {
+        Self::new(12, 24, 8).expect("the data sheet's default")
+    }
+}
+
+impl Block for WindowDifference {
+    const NAME: &'static str = "window_difference";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let position = Format::unsigned(self.difference.width());
+        In {
+            position: Signal::new("position", position, "count", "Position, modulo its width"),
+            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { velocity: Signal::new("velocity", self.difference, "count/window", "Motion in the latest window") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        vec![
+            ("WIDTH", Generic::Integer(self.difference.width().into())),
+            ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
+            ("WINDOW", Generic::Integer(self.history.window() as i64)),
+        ]
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.countdown = Countdown::default();
+        self.history.reset();
+        self.velocity = 0;
+        Out { velocity: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.countdown.tick(input.period) {
+            self.velocity = self.sample(input.position, 0);
+            self.history.push(input.position, 1);
+        }
+        Out { velocity: self.velocity }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        // After a window of the same position, nothing changes any more.
+        let change = (0..=self.history.window()).find(|&waiting| self.sample(input.position, waiting) != self.velocity);
+        change.map_or(u64::MAX, |samples| self.countdown.left() + samples as u64 * edges(input.period))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.history.push(input.position, self.countdown.samples(edges, input.period));
+        self.countdown.skip(edges, input.period);
+    }
+}
