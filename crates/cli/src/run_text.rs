@@ -1,9 +1,11 @@
 //! The summary of a run for people.
 
+mod phantom;
+
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Metric, OutcomeKind, PhantomScene, Scene};
-use hpu_cosim::{PhantomSession, Ready, Rig, Session, Trace, Verdict};
+use hpu_cosim::scene::{Metric, OutcomeKind, Scene};
+use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
 
 use crate::run::Ran;
 use crate::terminal;
@@ -34,9 +36,9 @@ pub fn summary(ran: &Ran) -> String {
             if let Some(abort) = ran.summary.aborted {
                 row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
             }
-            row("platform", platform(session.scene()));
-            row("motion", drop_motion(session.scene(), &ran.trace));
-            drop_words(session).into_iter().for_each(|said| row("words", said));
+            row("platform", phantom::platform(session.scene()));
+            row("motion", phantom::motion(session.scene(), &ran.trace));
+            phantom::words(session).into_iter().for_each(|said| row("words", said));
         }
     }
     if ran.summary.energy.exchanged_j > 0.0 {
@@ -111,54 +113,6 @@ fn motion(scene: &Scene, trace: &Trace) -> String {
         si((peak(angles) - scene.wall.position_rad).max(0.0), "rad"),
         si(torque, "N.m")
     )
-}
-
-/// Who computes the force, and when.
-fn platform(scene: &PhantomScene) -> String {
-    let (name, period) = (scene.platform.name(), scene.period_clocks());
-    let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
-    let how = if scene.model.ideal {
-        "the law in floats on the true position".to_string()
-    } else if scene.platform.is_host() {
-        format!("floating point, commands {} samples late", scene.model.delay_samples)
-    } else {
-        let kind = if scene.method.shared { "one multiplier" } else { "all in parallel" };
-        format!("the datapath, {kind}")
-    };
-    format!("{name}: every {period} clocks ({rate}), {how}")
-}
-
-fn drop_motion(scene: &PhantomScene, trace: &Trace) -> String {
-    let axis = scene.drop.axis;
-    let heights = trace.real(axis.index());
-    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
-    format!(
-        "tip ends at {} = {}, deepest {} beyond the wall",
-        axis.name(),
-        si(heights.last().copied().unwrap_or(0.0), "m"),
-        si((-scene.room.distance_m - least).max(0.0), "m")
-    )
-}
-
-fn drop_words(session: &PhantomSession) -> [String; 2] {
-    let (scene, words) = (session.scene(), session.words());
-    let formats = &scene.method.config.formats;
-    [
-        format!(
-            "stiffness {} of {} is {}, asked {}",
-            words.stiffness,
-            formats.stiffness,
-            si(formats.stiffness.to_f64(words.stiffness), "N/m"),
-            si(scene.room.stiffness_n_per_m, "N/m")
-        ),
-        format!(
-            "walls at {} of {}: {}, asked {}",
-            words.high,
-            formats.position,
-            si(formats.position.to_f64(words.high), "m"),
-            si(scene.room.distance_m, "m")
-        ),
-    ]
 }
 
 fn words(session: &Session) -> [String; 4] {

@@ -155,7 +155,10 @@ fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
         let commands = session.visit(Of(name));
         let changed = |edge: &usize| commands[*edge] != commands[edge - 1];
         // Index 0 holds the word after edge 1.
-        (1..commands.len()).filter(changed).find(|edge| !edge.is_multiple_of(3)).map_or(u64::MAX, |edge| edge as u64 + 1)
+        (1..commands.len())
+            .filter(changed)
+            .find(|edge| !edge.is_multiple_of(3))
+            .map_or(u64::MAX, |edge| edge as u64 + 1)
     });
     let first = row.first.expect("a mismatch");
     let earliest = late.into_iter().min().expect("three");

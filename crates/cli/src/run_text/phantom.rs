@@ -1,0 +1,56 @@
+//! What the summary of a run says of a PHANToM.
+
+use hpu_cosim::scene::PhantomScene;
+use hpu_cosim::{PhantomSession, Trace};
+
+use crate::units::si;
+
+/// Who computes the force, and when.
+pub fn platform(scene: &PhantomScene) -> String {
+    let (name, period) = (scene.platform.name(), scene.period_clocks());
+    let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
+    let how = if scene.model.ideal {
+        "the law in floats on the true position".to_string()
+    } else if scene.platform.is_host() {
+        format!("floating point, commands {} samples late", scene.model.delay_samples)
+    } else {
+        let kind = if scene.method.shared { "one multiplier" } else { "all in parallel" };
+        format!("the datapath, {kind}")
+    };
+    format!("{name}: every {period} clocks ({rate}), {how}")
+}
+
+/// Where the tip went.
+pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
+    let axis = scene.drop.axis;
+    let heights = trace.real(axis.index());
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    format!(
+        "tip ends at {} = {}, deepest {} beyond the wall",
+        axis.name(),
+        si(heights.last().copied().unwrap_or(0.0), "m"),
+        si((-scene.room.distance_m - least).max(0.0), "m")
+    )
+}
+
+/// What the words make of stiffness and walls.
+pub fn words(session: &PhantomSession) -> [String; 2] {
+    let (scene, words) = (session.scene(), session.words());
+    let formats = &scene.method.config.formats;
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}",
+            words.stiffness,
+            formats.stiffness,
+            si(formats.stiffness.to_f64(words.stiffness), "N/m"),
+            si(scene.room.stiffness_n_per_m, "N/m")
+        ),
+        format!(
+            "walls at {} of {}: {}, asked {}",
+            words.high,
+            formats.position,
+            si(formats.position.to_f64(words.high), "m"),
+            si(scene.room.distance_m, "m")
+        ),
+    ]
+}

@@ -1,0 +1,186 @@
+//! Pictures of drop tests: whole, deterministic, and telling what the trial did.
+
+use std::sync::atomic::Ordering;
+
+use hpu_cosim::scene::{PhantomScene, shipped};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Trace, Verdict};
+use hpu_study::chart::{PHANTOM_NETS, Picture, drop_pictures};
+
+const COMMAND: &str = "hpu run drop --set 'room.stiffness=\"2 kN/m\"' -o <here> & there";
+
+fn parsed(name: &str, overrides: &[(&str, &str)]) -> PhantomScene {
+    let overrides: Vec<_> = overrides.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+    let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
+    scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}")).phantom().unwrap()
+}
+
+fn ran(scene: &PhantomScene, control: &Control) -> (Trace, Summary) {
+    let session = PhantomSession::new(scene).unwrap();
+    let mut trace = session.trace(&PHANTOM_NETS);
+    let summary = session.run(Driver::Events, &mut trace, &mut (), control);
+    (trace, summary)
+}
+
+fn pictures(scene: &PhantomScene) -> (Vec<Picture>, Summary) {
+    let (trace, summary) = ran(scene, &Control::default());
+    (drop_pictures(scene, &trace, &summary, COMMAND), summary)
+}
+
+/// A trial of each outcome, at a slow clock.
+fn passive() -> PhantomScene {
+    parsed("phantom-drop", &[("run.duration", "2 s")])
+}
+
+fn non_passive() -> PhantomScene {
+    parsed("phantom-drop-rtos", &[("run.duration", "2 s"), ("drop.axis", "x")])
+}
+
+fn highly_unstable() -> PhantomScene {
+    parsed(
+        "phantom-drop-rtos",
+        &[
+            ("platform.kind", "RTOS-1"),
+            ("model.delay", "4"),
+            ("room.distance", "2 mm"),
+            ("drop.axis", "z"),
+            ("device.coulomb_force", "0"),
+            ("room.stiffness", "40 kN/m"),
+        ],
+    )
+}
+
+/// A text of an SVG: what is written, its font size, its anchor, and the point it hangs on.
+type Text = (String, f64, String, f64, f64);
+
+fn texts(svg: &str) -> Vec<Text> {
+    svg.split("<text ")
+        .skip(1)
+        .map(|rest| {
+            let attribute = |name: &str| rest.split_once(&format!("{name}=\"")).unwrap().1.split_once('"').unwrap().0;
+            let number = |name: &str| attribute(name).parse::<f64>().unwrap();
+            let text = rest.split_once('>').unwrap().1.split_once("</text>").unwrap().0.trim();
+            (text.to_string(), number("font-size"), attribute("text-anchor").to_string(), number("x"), number(" y"))
+        })
+        .collect()
+}
+
+/// The smallest box that surely holds a text: its letters are at least a third of its size wide on average.
+fn box_of((words, size, anchor, x, y): &Text) -> [f64; 4] {
+    let width = words.chars().count() as f64 * size / 3.0;
+    let left = match anchor.as_str() {
+        "start" => *x,
+        "middle" => x - width / 2.0,
+        _ => x - width,
+    };
+    [left, y - 0.35 * size, left + width, y + 0.35 * size]
+}
+
+#[track_caller]
+fn texts_are_on_the_page_and_apart(picture: &Picture, said: &str) {
+    let texts = texts(&picture.svg);
+    assert!(texts.len() > 15, "{said} {}: {}", picture.name, texts.len());
+    for (index, text) in texts.iter().enumerate() {
+        let [left, top, right, bottom] = box_of(text);
+        assert!(left >= 0.0 && top >= 0.0 && right <= 2400.0 && bottom <= 1440.0, "{said} {}: {text:?}", picture.name);
+        for other in &texts[..index] {
+            let [l, t, r, b] = box_of(other);
+            let apart = right < l || r < left || bottom < t || b < top;
+            assert!(apart, "{said} {}: {text:?} over {other:?}", picture.name);
+        }
+    }
+}
+
+#[test]
+fn every_outcome_is_titled_and_its_texts_stand_apart() {
+    for (scene, title) in [
+        (passive(), "phantom-drop: passive, "),
+        (non_passive(), "phantom-drop-rtos: non-passive, "),
+        (highly_unstable(), "phantom-drop-rtos: highly unstable, aborted at "),
+    ] {
+        let (pictures, summary) = pictures(&scene);
+        assert_eq!(pictures.iter().map(|picture| picture.name).collect::<Vec<_>>(), ["drop", "force"]);
+        for picture in &pictures {
+            let texts = texts(&picture.svg);
+            assert!(texts[0].0.starts_with(title), "{} {:?}", texts[0].0, summary.verdict);
+            // In SVG, what the shell takes for itself is written as XML wants it.
+            assert!(picture.svg.contains("-o &lt;here&gt; &amp; there"), "{title}");
+            texts_are_on_the_page_and_apart(picture, title);
+        }
+    }
+}
+
+#[test]
+fn a_title_tells_the_rms_or_the_time_of_the_verdict() {
+    let said = |scene: &PhantomScene| {
+        let (pictures, summary) = pictures(scene);
+        (texts(&pictures[0].svg)[0].0.clone(), summary.verdict.unwrap())
+    };
+    let (title, Verdict::NonPassive { rms_m }) = said(&non_passive()) else { panic!("non-passive") };
+    assert_eq!(title, format!("phantom-drop-rtos: non-passive, {:.1} \u{b5}m rms", rms_m * 1e6));
+    let (title, Verdict::HighlyUnstable { at_s }) = said(&highly_unstable()) else { panic!("highly unstable") };
+    assert_eq!(title, format!("phantom-drop-rtos: highly unstable, aborted at {at_s:.2} s"));
+}
+
+#[test]
+fn conditions_name_platform_rate_axis_wall_and_trial() {
+    for (scene, conditions) in [
+        (passive(), "FPGA-400, sampled at 400 kHz; y axis, wall of 1000 N/m, trial 1"),
+        (non_passive(), "RTOS-20, sampled at 20 kHz; x axis, wall of 10000 N/m, trial 1"),
+        (highly_unstable(), "RTOS-1, sampled at 1 kHz; z axis, wall of 40000 N/m, trial 1"),
+    ] {
+        assert_eq!(texts(&pictures(&scene).0[0].svg)[1].0, conditions);
+    }
+}
+
+#[test]
+fn an_interrupted_trial_is_drawn_as_far_as_it_went() {
+    for edges in ["4 ms", "100 ns"] {
+        let scene = parsed("phantom-drop", &[("run.duration", edges)]);
+        let (trace, mut summary) = ran(&scene, &Control::default());
+        // As a run is that was stopped there.
+        (summary.complete, summary.verdict) = (false, None);
+        let pictures = drop_pictures(&scene, &trace, &summary, COMMAND);
+        assert_eq!(pictures.len(), 2);
+        for picture in &pictures {
+            assert_eq!(texts(&picture.svg)[0].0, "phantom-drop: interrupted");
+            texts_are_on_the_page_and_apart(picture, edges);
+        }
+    }
+}
+
+#[test]
+fn a_trial_stopped_before_its_first_row_has_nothing_to_show() {
+    let scene = passive();
+    let session = PhantomSession::new(&scene).unwrap();
+    let control = Control::default();
+    control.stop.store(true, Ordering::Relaxed);
+    let mut trace = session.trace(&PHANTOM_NETS);
+    let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
+    assert!(!summary.complete);
+    let empty = session.trace(&PHANTOM_NETS);
+    assert!(drop_pictures(&scene, &empty, &summary, COMMAND).is_empty());
+}
+
+#[test]
+fn pictures_of_the_shipped_thrown_scenes_stand_apart_too() {
+    for name in ["phantom-thrown", "phantom-thrown-shared", "phantom-thrown-rtos"] {
+        for picture in pictures(&parsed(name, &[])).0 {
+            texts_are_on_the_page_and_apart(&picture, name);
+        }
+    }
+}
+
+#[test]
+fn the_same_trial_makes_the_same_pictures_and_another_another() {
+    let first = pictures(&passive()).0;
+    assert!(first == pictures(&passive()).0);
+    assert!(first != pictures(&parsed("phantom-drop", &[("run.duration", "2 s"), ("drop.trial", "2")])).0);
+    for picture in first {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture.png)).read_info().unwrap();
+        let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut rgb).unwrap();
+        assert_eq!((frame.width, frame.height), (2400, 1440));
+        let inked = rgb.chunks(3).filter(|pixel| *pixel != [255; 3]).count();
+        assert!((10_000..2_500_000).contains(&inked), "{}: {inked}", picture.name);
+    }
+}
