@@ -12,6 +12,7 @@ mod limits;
 mod pictures;
 mod reproduce;
 mod reproduce_cost;
+mod reproduce_cost_text;
 mod reproduce_drop;
 mod reproduce_drop_json;
 mod reproduce_words;

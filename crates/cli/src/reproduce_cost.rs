@@ -3,18 +3,17 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use hpu_datapath::phantom::{PhantomConfig, bounds, loop_variants};
-use hpu_rtl::{Cost, Counts, HX8K_BRAM, HX8K_CELLS, cost, tool_versions, vhdl};
-use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
+use hpu_rtl::{Cost, Counts, cost, tool_versions, vhdl};
 use hpu_study::units;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::block::find;
-use crate::cost::{refused, speed, target};
+use crate::cost::refused;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
 use crate::journal::Journal;
+use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
 
 /// Blocks and loops, each with the label of its configuration: cheap ones first, full tables last.
@@ -62,58 +61,6 @@ fn planned(name: &str) -> Result<String, String> {
     let mut names: Vec<_> = PLAN.iter().map(|(name, _)| *name).collect();
     names.dedup();
     if names.contains(&name) { Ok(name.to_string()) } else { Err(format!("it is none of {}", names.join(", "))) }
-}
-
-/// A block or loop, and what became of it.
-struct Row {
-    name: &'static str,
-    label: &'static str,
-    clocked: bool,
-    cost: Result<Cost, String>,
-    proof: Option<Proof>,
-}
-
-/// What is proved of a loop's words.
-struct Proof {
-    /// Width of the counts that its tables hold.
-    depth_width: u32,
-    /// Greatest error of the tip, over its own tables.
-    position_um: f64,
-    /// The same over tables of 13 bits, the published ones.
-    position_13_um: f64,
-    /// Greatest error of a torque, of the joint's full scale.
-    torque_percent: f64,
-    /// How far the words of the lengths are off.
-    length_um: f64,
-}
-
-impl Proof {
-    fn of(name: &str, label: &str) -> Option<Self> {
-        let named = name.ends_with("_loop").then(loop_variants)?;
-        let config = named.into_iter().find(|(of, _)| *of == label)?.1;
-        let full = PhantomConfig { depth_width: 13, ..config };
-        let worst = |config: &PhantomConfig, unit: &str, scale: &dyn Fn(&str) -> f64| {
-            let rows = bounds(config, STIFFNESS_MAX_N_PER_M).ok()?;
-            let own = rows.iter().filter(|row| row.unit == unit && row.name != "radius");
-            Some(own.map(|row| scale(row.name) * row.error).fold(0.0, f64::max))
-        };
-        let scales_nm = full_scales_nm(&config);
-        let share = |name: &str| {
-            let joint = name.trim_start_matches("torque").parse::<usize>().map_or(0, |joint| joint - 1);
-            100.0 / scales_nm[joint]
-        };
-        let nominal_m = [0.14, 0.14];
-        let one = f64::from(1u32 << config.formats.length_frac);
-        let off =
-            config.lengths.iter().zip(nominal_m).map(|(word, length_m)| (f64::from(*word) / one - length_m).abs());
-        Some(Self {
-            depth_width: config.depth_width,
-            position_um: worst(&config, "m", &|_| 1e6)?,
-            position_13_um: worst(&full, "m", &|_| 1e6)?,
-            torque_percent: worst(&full, "N.m", &share)?,
-            length_um: 1e6 * off.fold(0.0, f64::max),
-        })
-    }
 }
 
 /// `hpu reproduce phantom-cost`.
@@ -212,134 +159,6 @@ fn read(line: &str) -> Option<Cost> {
         ecp5: if absent(ecp5) { None } else { Some(counts(ecp5)?) },
         fmax_mhz: if absent(fmax) { None } else { Some(fmax.parse().ok()?) },
     })
-}
-
-fn text(versions: &[String], rows: &[Row]) -> String {
-    let mut text = format!(
-        "PHANToM: what its blocks and loops cost\n$ hpu reproduce phantom-cost\n{}\n\n\
-         Counts are of each block alone, for the iCE40 HX8K ({HX8K_CELLS} logic cells, {HX8K_BRAM} block RAMs of 4096 \
-         bits, no multiplier)\nor, where that is too small, for the ECP5. MHz is the fastest clock, ns the longest path of \
-         a combinational block; neither of what does not fit.\nLoops: the tables hold counts of `depth` bits; the proved \
-         error of the tip in um over these tables, and over tables of 13 bits, the published ones, as is that of torques\n\
-         in % of the joint's full scale, for the forces as words; `length` is how far the words of 140 mm are off, which \
-         is no part of the errors.\n\n",
-        versions.join(", ")
-    );
-    text += &format!(
-        "{:<20} {:<12} {:<11}{:>7}{:>6}{:>7}{:>5}{:>5}{:>7}{:>12} |{:>6}{:>9}{:>9}{:>10}{:>8}\n",
-        "block",
-        "variant",
-        "target",
-        "lut4",
-        "ff",
-        "carry",
-        "bram",
-        "dsp",
-        "cells",
-        "speed",
-        "depth",
-        "tip um",
-        "13 bits",
-        "torque %",
-        "length"
-    );
-    for row in rows {
-        text += &table_row(row);
-    }
-    text + &tables()
-}
-
-fn table_row(row: &Row) -> String {
-    let Row { name, label, clocked, cost, proof } = row;
-    let proof = proof.as_ref().map_or(String::new(), |proof| {
-        let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
-        format!(" |{depth_width:>6}{position_um:>9.3}{position_13_um:>9.3}{torque_percent:>10.5}{length_um:>8.3}")
-    });
-    let cost = match cost {
-        Ok(cost) => cost,
-        Err(failure) => return format!("{name:<20} {label:<12} {}{proof}\n", failure.trim_end()),
-    };
-    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-    let dsp = if cost.fits() { "-".to_string() } else { dsp.to_string() };
-    let unit = if *clocked { "MHz" } else { "ns" };
-    let speed = speed(*clocked, cost).map_or("-".to_string(), |speed| format!("{speed:.2} {unit}"));
-    let mut line = format!(
-        "{name:<20} {label:<12} {target:<11}{lut4:>7}{ff:>6}{carry:>7}{bram:>5}{dsp:>5}{:>7}{speed:>12}{proof}\n",
-        cost.cells
-    );
-    if !cost.fits() {
-        line += &format!(
-            "{:<33} does not fit the HX8K: {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
-            "", cost.cells, cost.ice40.bram
-        );
-    }
-    line
-}
-
-/// Which tables an HX8K holds.
-fn tables() -> String {
-    let mut text = format!(
-        "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, {} of them:\n",
-        HX8K_BRAM * 4096
-    );
-    let default = PhantomConfig::default();
-    for (name, config) in [
-        ("(1,1,14)", default.fraction(14)),
-        ("(1,1,18)", default.fraction(18)),
-        ("(1,1,22)", default.narrow()),
-        ("(1,9,22)", default),
-    ] {
-        let pair = 2 * u64::from(config.formats.trig.width());
-        let bits = |depth: u32| 3 * pair * (1 << depth);
-        let deepest = (2..=16).rev().find(|depth| bits(*depth) <= HX8K_BRAM * 4096).unwrap_or(0);
-        text += &format!(
-            "  {name}: at most {deepest} bits of depth ({} bits); the published 13 need {} block RAMs\n",
-            bits(deepest),
-            bits(13) / 4096
-        );
-    }
-    text
-}
-
-const CSV_HEADER: &str = "block,variant,target,lut4,ff,carry,bram,dsp,hx8k_cells,hx8k_bram,fits_hx8k,fmax_mhz,path_ns,\
-     depth_bits,position_error_um,position_error_13_bits_um,torque_error_13_bits_percent,length_error_um,failure\n";
-
-fn csv(versions: &[String], rows: &[Row]) -> String {
-    let mut text = format!("# {}\n{CSV_HEADER}", versions.join(", "));
-    for Row { name, label, clocked, cost, proof } in rows {
-        let proof = proof.as_ref().map_or(",,,,".to_string(), |proof| {
-            let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
-            format!("{depth_width},{position_um:.4},{position_13_um:.4},{torque_percent:.6},{length_um:.4}")
-        });
-        text += &match cost {
-            Ok(cost) => {
-                let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-                let speed = speed(*clocked, cost).map_or(String::new(), |speed| format!("{speed:.2}"));
-                let (fmax, path) = if *clocked { (speed, String::new()) } else { (String::new(), speed) };
-                format!(
-                    "{name},{label},{target},{lut4},{ff},{carry},{bram},{dsp},{},{},{},{fmax},{path},{proof},\n",
-                    cost.cells,
-                    cost.ice40.bram,
-                    cost.fits()
-                )
-            }
-            Err(failure) => format!("{name},{label},,,,,,,,,,,,{proof},\"{}\"\n", failure.replace('"', "\"\"")),
-        };
-    }
-    text
-}
-
-fn object(row: &Row) -> Value {
-    let mut object = crate::cost::object(row.label, row.clocked, &row.cost);
-    object["block"] = json!(row.name);
-    object["proved"] = json!(row.proof.as_ref().map(|proof| json!({
-        "depth_bits": proof.depth_width,
-        "position_error_m": 1e-6 * proof.position_um,
-        "position_error_13_bits_m": 1e-6 * proof.position_13_um,
-        "torque_error_13_bits_percent": proof.torque_percent,
-        "length_error_m": 1e-6 * proof.length_um,
-    })));
-    object
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 
 mod claims;
 pub mod formats;
+mod formats_text;
 pub mod ladder;
 pub mod postures;
 mod published;
