@@ -73,9 +73,9 @@ begin
       elapsed := to_unsigned(timer, TIME_WIDTH);
 
       if d /= 0 then
-        -- Gated instead of chosen, so that an unknown position leaves unknown
-        -- words.
-        interval <= std_logic_vector(elapsed) or not known;
+        -- Gated instead of chosen, and both ways, so that an unknown position
+        -- leaves unknown words.
+        interval <= (std_logic_vector(elapsed) and known) or not known;
         forward  <= not d(WIDTH - 1);
         stopped  <= not known;
         timer    := 0;
