@@ -7,7 +7,7 @@ use hpu_datapath::registry;
 use hpu_rtl::{CheckOptions, CheckReport, CheckRow, GhdlError, junit};
 use serde_json::{Value, json};
 
-use crate::block::known;
+use crate::block::{find, known};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::interrupt;
@@ -21,6 +21,9 @@ use crate::terminal::{print, print_json, verdict};
 pub struct Args {
     /// Blocks to check on directed and random vectors
     blocks: Vec<String>,
+    /// Configuration of the blocks to check, of those that `hpu block NAME` lists; may be repeated
+    #[arg(long = "variant", value_name = "LABEL", requires = "blocks")]
+    variants: Vec<String>,
     /// Scene to run in VHDL, every net compared at every edge; may be repeated
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
@@ -55,6 +58,9 @@ pub struct Args {
 /// `hpu check`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     args.blocks.iter().try_for_each(|name| known(name))?;
+    for name in &args.blocks {
+        args.variants.iter().try_for_each(|label| find(name, label).map(drop))?;
+    }
     let all = args.blocks.is_empty() && args.scenes.is_empty();
     let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };
     // Refused before anything runs: scenes that are none, and places that cannot be written to.
@@ -98,6 +104,7 @@ fn check_blocks(args: &Args, blocks: Vec<String>, report: &mut CheckReport, show
     for block in blocks {
         let options = CheckOptions {
             blocks: vec![block],
+            variants: args.variants.clone(),
             rows: args.rows,
             seed: args.seed,
             exhaustive: args.exhaustive,

@@ -20,6 +20,8 @@ pub struct CheckOptions {
     pub hdl: PathBuf,
     /// Names of the blocks; all when empty.
     pub blocks: Vec<String>,
+    /// Labels of the variants; all when empty.
+    pub variants: Vec<String>,
     /// Random rows a variant, beside the directed ones (ten times as many for blocks with a PWM).
     pub rows: usize,
     /// Seed of the random rows.
@@ -35,7 +37,7 @@ impl CheckOptions {
     #[must_use]
     pub fn new(hdl: impl Into<PathBuf>) -> Self {
         let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { hdl: hdl.into(), blocks: Vec::new(), rows: 2000, seed: 1, exhaustive: false, jobs }
+        Self { hdl: hdl.into(), blocks: Vec::new(), variants: Vec::new(), rows: 2000, seed: 1, exhaustive: false, jobs }
     }
 }
 
@@ -48,8 +50,8 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
     let library = library(&options.hdl)?;
     let wanted = || -> Vec<_> {
         let all = variants().into_iter();
-        all.filter(|(_, block)| options.blocks.is_empty() || options.blocks.iter().any(|name| name == block.name()))
-            .collect()
+        let wanted = |names: &[String], name: &str| names.is_empty() || names.iter().any(|wanted| wanted == name);
+        all.filter(|(label, block)| wanted(&options.blocks, block.name()) && wanted(&options.variants, label)).collect()
     };
     let mut report = CheckReport::default();
     let mut jobs = Vec::new();
