@@ -14,8 +14,8 @@
 //! - **Differs from the hardware**: nothing known.
 //!
 //! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner far
-//! below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, which is
-//! nothing at all to coefficients of 16 fraction bits, and which makes half an LSB of `y` into `2e5` of them.
+//! below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a sixth of
+//! an LSB to coefficients of 16 fraction bits, and half an LSB of `y` becomes `2e5` of them.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 
