@@ -72,9 +72,15 @@ architecture rtl of biquad is
     return shift_left(resize(signed(word), SAMPLE_WIDTH), FRAC - word_frac);
   end function;
 
+  -- By the magnitude: GHDL 2.0 writes a negative constant factor wrongly into a
+  -- netlist when the product has more than 32 bits.
   function product(coefficient : integer; sample : sample_word) return total_word is
+    constant WORD : signed(COEF_WIDTH downto 0) := to_signed(coefficient, COEF_WIDTH + 1);
   begin
-    return resize(to_signed(coefficient, COEF_WIDTH) * sample, TOTAL_WIDTH);
+    if coefficient < 0 then
+      return -resize((-WORD) * sample, TOTAL_WIDTH);
+    end if;
+    return resize(WORD * sample, TOTAL_WIDTH);
   end function;
 
   -- Drops DROP bits, rounding to nearest, ties up.
