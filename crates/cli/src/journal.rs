@@ -1,6 +1,7 @@
 //! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set goes on.
 
-use std::fs::File;
+use std::env;
+use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,17 @@ use crate::exit::Failure;
 pub struct Journal {
     path: PathBuf,
     file: File,
+}
+
+/// What names a set in its journal: a print of all that its rows depend on, this very program included, and the command.
+pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command: &str) -> Result<String, Failure> {
+    let program = env::current_exe().and_then(fs::read);
+    let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
+    let mut all = vec![program.as_slice()];
+    for part in parts {
+        all.push(part);
+    }
+    Ok(format!("{kind} {} of {command}", units::fingerprint(all)))
 }
 
 /// Name of the file.

@@ -9,6 +9,8 @@ mod files;
 mod interrupt;
 mod journal;
 mod limits;
+mod map;
+mod map_text;
 mod pictures;
 mod reproduce;
 mod reproduce_cost;
@@ -51,6 +53,7 @@ enum Verb {
     Vectors(vectors::Args),
     Check(check::Args),
     Limits(limits::Args),
+    Map(map::Args),
     Cost(cost::Args),
     Reproduce(reproduce::Args),
 }
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Limits(args) => limits::run(&args),
+        Verb::Map(args) => map::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::{env, fs, thread};
+use std::thread;
 
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::chart::{self, Picture};
@@ -11,7 +11,7 @@ use hpu_study::units;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal::Journal;
+use crate::journal::{self, Journal};
 use crate::reproduce_drop_json::{self, Interrupted};
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
@@ -194,11 +194,8 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
 
 /// What names a study in its journal: a print of all that its rows depend on, this very program included, and the command.
 fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
-    let program = env::current_exe().and_then(fs::read);
-    let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
     let overrides: Vec<String> = points.iter().map(|point| format!("{:?}", study.overrides(point))).collect();
-    let parts = [program.as_slice()].into_iter().chain(overrides.iter().map(String::as_bytes));
-    Ok(format!("study {} of {command}", units::fingerprint(parts)))
+    journal::header("study", overrides.iter().map(String::as_bytes), command)
 }
 
 /// A study that is through.

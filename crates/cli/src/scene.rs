@@ -1,7 +1,7 @@
 //! Scenes on the command line: by path or by shipped name, with `--set`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use clap::Args;
 use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
@@ -93,14 +93,17 @@ pub fn quoted(word: &str) -> String {
 }
 
 /// Text of a scene.
-struct Source {
-    name: String,
-    text: String,
+pub struct Source {
+    /// The file, as errors call it.
+    pub name: String,
+    /// Its text.
+    pub text: String,
     data: PathBuf,
     is_shipped: bool,
 }
 
-fn source(scene: &str) -> Result<Source, Failure> {
+/// Reads a scene's text.
+pub fn source(scene: &str) -> Result<Source, Failure> {
     let is_path = scene.contains('/') || scene.ends_with(".toml");
     if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene)) {
         let name = format!("testbench/scenes/{name}.toml");
@@ -121,11 +124,14 @@ fn source(scene: &str) -> Result<Source, Failure> {
 
 impl Source {
     fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
-        let mut load = |file: &str| {
-            let read = fs::read(self.data.join(file));
-            if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
-        };
+        let mut load = |file: &str| self.load(file);
         Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
+    }
+
+    /// Reads a data file that the scene names.
+    pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
+        let read = fs::read(self.data.join(file));
+        if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
     }
 }
 

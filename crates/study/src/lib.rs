@@ -2,6 +2,7 @@
 
 pub mod chart;
 pub mod limits;
+pub mod map;
 pub mod reproduce;
 pub mod units;
 

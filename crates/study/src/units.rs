@@ -21,8 +21,7 @@ pub type Row = Result<String, String>;
 
 /// Does the units `0..count` that are not done yet, and returns the rows of all in their order, or `None` when stopped.
 ///
-/// `control` stops the set, and counts the units done here as progress. Each unit gets a control of its own; one that was
-/// stopped returns `None`. Every new row goes through `keep`, in the order in which they come.
+/// As [`run_some`], which knows of no last unit.
 ///
 /// # Errors
 ///
@@ -33,9 +32,29 @@ pub fn run<E>(
     mut done: BTreeMap<usize, Row>,
     control: &Control,
     unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
-    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    keep: impl FnMut(usize, &Row) -> Result<(), E>,
 ) -> Result<Option<Vec<Row>>, E> {
-    let left: Vec<usize> = (0..count).filter(|index| !done.contains_key(index)).collect();
+    run_some(0..count, jobs, &mut done, control, unit, keep)?;
+    Ok((0..count).map(|index| done.remove(&index)).collect())
+}
+
+/// Does those of the units that are not done yet, and adds their rows; when stopped, some stay without.
+///
+/// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit that
+/// was stopped returns `None`. Every new row goes through `keep`, in the order in which they come.
+///
+/// # Errors
+///
+/// What `keep` says; the other units are stopped then.
+pub fn run_some<E>(
+    wanted: impl IntoIterator<Item = usize>,
+    jobs: NonZeroUsize,
+    done: &mut BTreeMap<usize, Row>,
+    control: &Control,
+    unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
+    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+) -> Result<(), E> {
+    let left: Vec<usize> = wanted.into_iter().filter(|index| !done.contains_key(index)).collect();
     let next = AtomicUsize::new(0);
     let own: Vec<Control> = (0..jobs.get().min(left.len())).map(|_| Control::default()).collect();
     let stop = || own.iter().for_each(|control| control.stop.store(true, Ordering::Relaxed));
@@ -73,10 +92,7 @@ pub fn run<E>(
             }
         }
     });
-    match failed {
-        Some(error) => Err(error),
-        None => Ok((0..count).map(|index| done.remove(&index)).collect()),
-    }
+    failed.map_or(Ok(()), Err)
 }
 
 fn reason(panic: &(dyn Any + Send)) -> String {

@@ -19,7 +19,7 @@ pub(super) struct Panel {
 }
 
 /// Round values within a range, at most so many, and the decimals they need.
-fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
+pub(super) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     let least = (range.end - range.start) / most as f64;
     let decade = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(least);

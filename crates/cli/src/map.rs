@@ -1,0 +1,181 @@
+//! `hpu map`: a scene over two of its keys.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use hpu_study::chart;
+use hpu_study::map::{self as study, Axis, Curves, Found, Map, MapError, Method, Plan};
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::journal::{self, Journal};
+use crate::map_text;
+use crate::scene::{self, quoted, set_options};
+use crate::terminal::{print, print_json, with_progress};
+use crate::{interrupt, pictures};
+
+/// Run a scene over two of its keys, and draw what becomes of the motion
+///
+/// Runs lie along the boundaries between outcomes; cells within are inferred, and marked so. What is narrower than 4 cells
+/// and touches no boundary can be missed: --full runs every cell. With a folder, each cell is kept as it is done: the same
+/// command goes on after an interruption, and --full goes on from a map without it. A cell that fails, or takes too long,
+/// is a result and no failure.
+#[derive(clap::Args)]
+pub struct Args {
+    /// A scene's file, or the name of a shipped scene
+    scene: String,
+    /// Key and values of the columns, as in 'wall.stiffness=0.1..3 N.m/rad:41:log' [default: 41 cells, lin]
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]")]
+    x: Axis,
+    /// Key and values of the rows
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]")]
+    y: Axis,
+    /// A layer of its own, as in '1khz:method.kind=conventional,method.sample_rate=1 kHz' [default: the scene's method]
+    #[arg(long, value_name = "LABEL:KEY=VALUE,...")]
+    method: Vec<Method>,
+    #[command(flatten)]
+    set: scene::Set,
+    /// Run every cell
+    #[arg(long)]
+    full: bool,
+    /// How long a cell may take
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time)]
+    cell_timeout: Duration,
+    /// Threads [default: one for each core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Write tables and pictures into this folder, and go on there after an interruption
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("", 1.0)];
+    let read = units.into_iter().find_map(|(unit, scale)| {
+        let seconds = text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * scale;
+        Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero())
+    });
+    read.ok_or_else(|| "write a time above zero, as in 60s, 500ms or 5min".into())
+}
+
+impl Args {
+    /// The command, without what changes no cell.
+    fn command(&self) -> String {
+        let mut command = format!("hpu map {}", quoted(&self.scene));
+        for (name, axis) in [("x", &self.x), ("y", &self.y)] {
+            command += &format!(" --{name} {}", quoted(&axis.to_string()));
+        }
+        for Method { label, set } in &self.method {
+            let set: Vec<String> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
+            command += &format!(" --method {}", quoted(&format!("{label}:{}", set.join(","))));
+        }
+        command + &set_options(&self.set.set)
+    }
+
+    /// What else is to be said to make the same map.
+    fn options(&self) -> String {
+        let full = if self.full { " --full" } else { "" };
+        let timeout = if self.cell_timeout == Duration::from_secs(60) {
+            String::new()
+        } else {
+            format!(" --cell-timeout {}s", self.cell_timeout.as_secs_f64())
+        };
+        let out = self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())));
+        format!("{full}{timeout}{out}")
+    }
+
+    fn map(&self) -> Result<Map, Failure> {
+        let source = scene::source(&self.scene)?;
+        let methods = if self.method.is_empty() {
+            vec![Method { label: "scene".into(), set: Vec::new() }]
+        } else {
+            self.method.clone()
+        };
+        let mut load = |file: &str| source.load(file);
+        let axes = (self.x.clone(), self.y.clone());
+        Map::new((&source.name, &source.text), &self.set.set, axes, methods, &mut load).map_err(|error| match error {
+            MapError::Method(..) => Failure::file(error),
+            _ => Failure::usage(error),
+        })
+    }
+}
+
+/// A map that is through.
+pub struct Mapped {
+    /// What was run.
+    pub map: Map,
+    /// What is known of each cell.
+    pub found: Vec<Found>,
+    /// The criteria's curves of each method, or why there are none.
+    pub curves: Vec<Result<Curves, String>>,
+    /// The command that made it.
+    pub command: String,
+    /// The scene, as it was named.
+    pub scene: String,
+    /// Files that were written.
+    pub files: Vec<PathBuf>,
+}
+
+impl Mapped {
+    /// The command that runs a cell again.
+    pub fn replay(&self, index: usize) -> String {
+        let overrides = self.map.overrides(self.map.point(index));
+        format!("hpu run {}{}", quoted(&self.scene), set_options(&overrides))
+    }
+
+    fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
+        let replay = |index: usize| self.replay(index);
+        folder.write("map.csv", study::csv(&self.map, &self.found, &self.command, replay))?;
+        let rows = study::parquet(&self.map, &self.found, &self.command, replay).map_err(Failure::file)?;
+        folder.write("map.parquet", rows)?;
+        let drawn = chart::map_pictures(&self.map, &self.found, &self.curves, &self.command);
+        drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        self.files = folder.places().map(PathBuf::from).collect();
+        folder.commit()
+    }
+}
+
+/// `hpu map`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let map = args.map()?;
+    let command = args.command();
+    let timeout = format!("{:?}", args.cell_timeout);
+    let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
+    let parts = [map.scene.text.as_bytes(), timeout.as_bytes()].into_iter().chain(files);
+    let header = journal::header("map", parts, &command)?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, map.len())).transpose()?;
+    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+
+    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let plan = Plan { full: args.full, timeout: args.cell_timeout, jobs };
+    let control = interrupt::heed();
+    let mut kept = done.len();
+    let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
+        map.run(plan, done, control, |index, row| {
+            kept += 1;
+            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+        })
+    })?;
+    let Some(found) = found else {
+        return map_text::interrupted(&map, kept, args.out.as_deref(), args.json);
+    };
+    let curves = (0..map.methods.len()).map(|method| Curves::new(&map, method)).collect();
+    let command = command + &args.options();
+    let mut mapped = Mapped { map, found, curves, command, scene: args.scene.clone(), files: Vec::new() };
+    if let Some(folder) = folder {
+        mapped.write(folder)?;
+    }
+    if args.json {
+        print_json(&map_text::object(&mapped))?
+    } else {
+        print(&map_text::text(&mapped))?
+    }
+    Ok(Exit::Fine)
+}

@@ -1,0 +1,195 @@
+//! A map in words and as JSON, and what is said of one that was interrupted.
+
+use std::path::Path;
+
+use hpu_cosim::scene::OutcomeKind;
+use hpu_study::map::{Axis, Cell, Curve, Found, Map, OUTCOMES, outcome, outcome_name};
+use serde_json::{Value, json};
+
+use crate::exit::{Exit, Failure};
+use crate::map::Mapped;
+use crate::terminal::{print, print_json};
+
+/// Columns up to which a map is drawn in letters.
+const WIDEST: usize = 120;
+
+/// Tells how far a map came.
+pub fn interrupted(map: &Map, done: usize, out: Option<&Path>, as_json: bool) -> Result<Exit, Failure> {
+    if as_json {
+        print_json(&json!({ "scene": map.scene.name, "complete": false, "done": done, "cells": map.len() }))?;
+    } else {
+        let kept = out.map_or("none is kept; with -o DIR they would be".to_string(), |dir| {
+            format!("kept in {}; the same command goes on from there", dir.display())
+        });
+        print(&format!("interrupted after {done} cells, of {} at most, {kept}\n", map.len()))?;
+    }
+    Ok(Exit::Interrupted)
+}
+
+fn letter(outcome: Option<OutcomeKind>) -> char {
+    match outcome {
+        Some(OutcomeKind::Settled | OutcomeKind::Passive) => '.',
+        Some(OutcomeKind::LimitCycle | OutcomeKind::NonPassive) => 'o',
+        Some(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable) => 'X',
+        None => '?',
+    }
+}
+
+/// All outcomes there are, that of a failed cell last.
+fn kinds() -> impl Iterator<Item = Option<OutcomeKind>> {
+    OUTCOMES.iter().map(|(kind, _)| Some(*kind)).chain([None])
+}
+
+impl Mapped {
+    /// Numbers of a method's cells.
+    fn layer(&self, method: usize) -> std::ops::Range<usize> {
+        method * self.map.layer()..(method + 1) * self.map.layer()
+    }
+
+    fn was_run(&self, index: usize) -> bool {
+        matches!(self.found[index], Found::Run(_))
+    }
+
+    /// How many cells of a layer an outcome has, and the first of them that was run.
+    fn count(&self, method: usize, kind: Option<OutcomeKind>) -> (usize, Option<usize>) {
+        let of_kind = || self.layer(method).filter(|index| outcome(&self.found, *index) == kind);
+        // One at the boundary says more than one in a corner.
+        let columns = self.map.x.cells();
+        let borders = |index: &usize| {
+            let point = self.map.point(*index);
+            (point.ix > 0 && outcome(&self.found, index - 1) != kind)
+                || (point.ix + 1 < columns && outcome(&self.found, index + 1) != kind)
+        };
+        let run = || of_kind().filter(|index| self.was_run(*index));
+        (of_kind().count(), run().find(borders).or(run().next()))
+    }
+
+    /// What went wrong in the cells of a layer, each reason once, with how often.
+    fn reasons(&self, method: usize) -> Vec<(&str, usize)> {
+        let mut reasons: Vec<(&str, usize)> = Vec::new();
+        for index in self.layer(method) {
+            if let Found::Run(Err(reason)) = &self.found[index] {
+                match reasons.iter_mut().find(|(known, _)| known == reason) {
+                    Some((_, count)) => *count += 1,
+                    None => reasons.push((reason, 1)),
+                }
+            }
+        }
+        reasons
+    }
+}
+
+/// A map in words.
+pub fn text(mapped: &Mapped) -> String {
+    let Mapped { map, curves, command, .. } = mapped;
+    let mut text = format!("$ {command}\n");
+    for (method, layer) in map.methods.iter().enumerate() {
+        let runs = mapped.layer(method).filter(|index| mapped.was_run(*index)).count();
+        text += &format!("\n{}: {} by {} cells, {runs} run\n", layer.label, map.x.cells(), map.y.cells());
+        if map.x.cells() <= WIDEST {
+            text += &letters(mapped, method);
+        }
+        for kind in kinds() {
+            let (count, example) = mapped.count(method, kind);
+            if count > 0 {
+                let example = example.map_or(String::new(), |index| format!("  $ {}", mapped.replay(index)));
+                text += &format!("{} {:<16} {count:>6}{example}\n", letter(kind), outcome_name(kind));
+            }
+        }
+        let reasons = mapped.reasons(method);
+        text.extend(reasons.iter().take(5).map(|(reason, count)| format!("failed     {count} times: {reason}\n")));
+        if reasons.len() > 5 {
+            text += &format!("failed     and {} reasons more\n", reasons.len() - 5);
+        }
+        match &curves[method] {
+            Err(why) => text += &format!("no curves: {why}\n"),
+            Ok(curves) => text.extend(curves.curves.iter().map(|Curve { name, assumptions, met, limits }| {
+                format!("curve      {name}, assumptions met at {met} of {} points: {assumptions}\n", limits.len())
+            })),
+        }
+    }
+    text + &mapped.files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
+}
+
+/// A layer in letters, the last row uppermost.
+fn letters(mapped: &Mapped, method: usize) -> String {
+    let map = &mapped.map;
+    let name = |axis: &Axis| {
+        let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
+        let scale = if axis.is_log() { "log" } else { "lin" };
+        format!("{} {first} to {}, {scale}", axis.key(), axis.with_unit(last))
+    };
+    let rows = (0..map.y.cells()).rev().map(|iy| {
+        let first = mapped.layer(method).start + iy * map.x.cells();
+        let row: String = (first..first + map.x.cells()).map(|index| letter(outcome(&mapped.found, index))).collect();
+        format!("  |{row}|\n")
+    });
+    format!("  up: {}\n{}  across: {}\n", name(&map.y), rows.collect::<String>(), name(&map.x))
+}
+
+/// A map as JSON.
+pub fn object(mapped: &Mapped) -> Value {
+    let Mapped { map, found, curves, command, files, .. } = mapped;
+    let axis = |axis: &Axis| {
+        let scale = if axis.is_log() { "log" } else { "lin" };
+        json!({ "key": axis.key(), "unit": axis.unit(), "scale": scale, "values": axis.values() })
+    };
+    let methods = map.methods.iter().enumerate().map(|(method, layer)| {
+        let counts = kinds().map(|kind| (outcome_name(kind).to_string(), json!(mapped.count(method, kind).0)));
+        let runs = mapped.layer(method).filter(|index| mapped.was_run(*index)).count();
+        let curves = match &curves[method] {
+            Err(why) => json!({ "reason": why, "over": null, "criteria": [] }),
+            Ok(curves) => {
+                let criteria = curves.curves.iter().map(|Curve { name, assumptions, met, limits }| {
+                    json!({ "name": name, "limits": limits, "assumptions": assumptions, "assumptions_met_at": met })
+                });
+                let over = if curves.over_x { "y" } else { "x" };
+                json!({ "reason": null, "over": over, "criteria": criteria.collect::<Vec<_>>() })
+            }
+        };
+        json!({
+            "label": layer.label,
+            "run": runs,
+            "outcomes": counts.collect::<serde_json::Map<_, _>>(),
+            "curves": curves,
+        })
+    });
+    let cells = (0..found.len()).map(|index| {
+        let point = map.point(index);
+        let mut cell = json!({
+            "method": map.methods[point.method].label,
+            "ix": point.ix,
+            "iy": point.iy,
+            "outcome": outcome_name(outcome(found, index)),
+            "run": mapped.was_run(index),
+        });
+        match &found[index] {
+            Found::Run(Ok(ran)) => numbers(&mut cell, ran),
+            Found::Run(Err(reason)) => cell["reason"] = json!(reason),
+            Found::As(_) => {}
+        }
+        cell
+    });
+    json!({
+        "scene": map.scene.name,
+        "complete": true,
+        "command": command,
+        "x": axis(&map.x),
+        "y": axis(&map.y),
+        "methods": methods.collect::<Vec<_>>(),
+        "cells": cells.collect::<Vec<_>>(),
+        "files": files,
+    })
+}
+
+fn numbers(value: &mut Value, cell: &Cell) {
+    value["rms"] = json!(cell.rms);
+    value["amplitude"] = json!(cell.amplitude);
+    value["frequency_hz"] = json!(cell.frequency_hz);
+    value["hand_j"] = json!(cell.hand_j);
+    value["source_j"] = json!(cell.source_j);
+    value["dissipated_j"] = json!(cell.dissipated_j);
+    value["displayed_stiffness"] = json!(cell.displayed_stiffness);
+    value["displayed_ratio"] = json!(cell.displayed_ratio);
+    value["edges"] = json!(cell.edges);
+}

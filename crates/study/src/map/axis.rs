@@ -1,0 +1,159 @@
+//! An axis of a map: a key of the scene, and the values it takes.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Fewest cells along an axis.
+pub const FEWEST: usize = 2;
+/// Most cells along an axis.
+pub const MOST: usize = 1000;
+/// Cells along an axis that names no number.
+pub const USUAL: usize = 41;
+
+/// A key of the scene, and the values it takes.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Axis {
+    key: String,
+    unit: String,
+    log: bool,
+    values: Vec<f64>,
+}
+
+impl FromStr for Axis {
+    type Err = String;
+
+    /// Reads `KEY=FROM..TO[:CELLS][:log|lin]`, with units as in a scene: `wall.stiffness=0.1..3 N.m/rad:41:log`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        const SYNTAX: &str = "write KEY=FROM..TO[:CELLS][:log|lin], as in 'wall.stiffness=0.1..3 N.m/rad:41:log'";
+        let (key, rest) = text.split_once('=').ok_or(SYNTAX)?;
+        let mut parts = rest.split(':');
+        let (from, to) = parts.next().and_then(|range| range.split_once("..")).ok_or(SYNTAX)?;
+        let (mut cells, mut log) = (USUAL, false);
+        for part in parts.map(str::trim) {
+            match part {
+                "log" => log = true,
+                "lin" => log = false,
+                _ => cells = part.parse().map_err(|_| format!("`{part}` is neither a number of cells, log nor lin"))?,
+            }
+        }
+        let ((from, unit), (to, other)) = (quantity(from)?, quantity(to)?);
+        if !unit.is_empty() && !other.is_empty() && unit != other {
+            return Err(format!("{unit} and {other}: write both ends in the same unit"));
+        }
+        Self::new(key.trim(), (from, to), if unit.is_empty() { other } else { unit }, cells, log)
+    }
+}
+
+/// A number and its unit.
+fn quantity(text: &str) -> Result<(f64, &str), String> {
+    let text = text.trim();
+    let ends = (0..=text.len()).rev().filter(|&end| text.is_char_boundary(end));
+    let number =
+        ends.map(|end| text.split_at(end)).find_map(|(number, unit)| Some((number.parse().ok()?, unit.trim())));
+    number
+        .filter(|(value, _): &(f64, &str)| value.is_finite())
+        .ok_or_else(|| format!("`{text}` is not a number with a unit"))
+}
+
+impl Axis {
+    /// So many cells between two values, of which both ends are cells.
+    ///
+    /// Values between the ends have six digits, so that a command that names one can be read.
+    ///
+    /// # Errors
+    ///
+    /// In words, when there is no such axis.
+    pub fn new(key: &str, (from, to): (f64, f64), unit: &str, cells: usize, log: bool) -> Result<Self, String> {
+        let wrong = |why: String| Err(format!("{key}: {why}"));
+        if key.is_empty() {
+            return Err("no key before the `=`".into());
+        }
+        if from == to {
+            return wrong(format!("{from} to {to} is empty"));
+        }
+        if from > to {
+            return wrong(format!("{from} to {to} is reversed; write the smaller value first"));
+        }
+        if !(FEWEST..=MOST).contains(&cells) {
+            return wrong(format!("{cells} cells; an axis has {FEWEST} to {MOST}"));
+        }
+        if log && from <= 0.0 {
+            return wrong(format!("a logarithmic axis begins above zero, not at {from}"));
+        }
+        let value = |cell: usize| {
+            let share = cell as f64 / (cells - 1) as f64;
+            let exact = if log {
+                libm::exp(libm::log(from) + share * (libm::log(to) - libm::log(from)))
+            } else {
+                from + share * (to - from)
+            };
+            // What is left of a difference of the ends is zero.
+            let exact = if exact.abs() < 1e-12 * (to - from) { 0.0 } else { exact };
+            format!("{exact:.5e}").parse().unwrap_or(exact)
+        };
+        let mut values: Vec<f64> = (0..cells).map(value).collect();
+        (values[0], values[cells - 1]) = (from, to);
+        if values.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return wrong(format!("{cells} cells from {from} to {to} are too narrow to be told apart by six digits"));
+        }
+        Ok(Self { key: key.to_string(), unit: unit.to_string(), log, values })
+    }
+
+    /// The key.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The unit of the values; empty for plain numbers, which a scene takes in SI units.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// Whether the cells lie at equal ratios and not at equal distances.
+    #[must_use]
+    pub fn is_log(&self) -> bool {
+        self.log
+    }
+
+    /// The value at each cell.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.values.len()
+    }
+
+    /// What a scene takes as the value of a cell.
+    #[must_use]
+    pub fn text(&self, cell: usize) -> String {
+        self.with_unit(self.values[cell])
+    }
+
+    /// A value with the unit.
+    #[must_use]
+    pub fn with_unit(&self, value: f64) -> String {
+        if self.unit.is_empty() { value.to_string() } else { format!("{value} {}", self.unit) }
+    }
+
+    /// Where a value lies, in cells: a cell's own value at its number. Beyond the ends it goes on.
+    #[must_use]
+    pub fn position(&self, value: f64) -> f64 {
+        let scale = |value: f64| if self.log { libm::log(value) } else { value };
+        let (first, last) = (scale(self.values[0]), scale(self.values[self.cells() - 1]));
+        (scale(value) - first) / (last - first) * (self.cells() - 1) as f64
+    }
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { key, unit, log, values } = self;
+        let (space, scale) = (if unit.is_empty() { "" } else { " " }, if *log { "log" } else { "lin" });
+        write!(f, "{key}={}..{}{space}{unit}:{}:{scale}", values[0], values[self.cells() - 1], self.cells())
+    }
+}

@@ -1,0 +1,184 @@
+//! A cell: the scene, run and judged.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
+use hpu_cosim::{Control, Driver, Ready, Rig, Trace, Verdict};
+
+/// What a cell was; positions in rad, of a PHANToM in m.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Cell {
+    /// What became of the motion.
+    pub outcome: OutcomeKind,
+    /// rms about the mean at the end.
+    pub rms: Option<f64>,
+    /// Half of the range, of a motion that does not end.
+    pub amplitude: Option<f64>,
+    /// Of a limit cycle; 0 for one that is slower than the run is long.
+    pub frequency_hz: Option<f64>,
+    /// Energy that the hand gave.
+    pub hand_j: f64,
+    /// Energy that the supply gave, or motors that are driven as torques.
+    pub source_j: f64,
+    /// Energy that became heat.
+    pub dissipated_j: f64,
+    /// Stiffness that is felt in a settled contact, in N·m/rad.
+    pub displayed_stiffness: Option<f64>,
+    /// The same over what the scene asks for.
+    pub displayed_ratio: Option<f64>,
+    /// Clock edges that were run.
+    pub edges: u64,
+}
+
+/// Names of the outcomes, as in a scene's `[expect]`.
+pub const OUTCOMES: [(OutcomeKind, &str); 6] = [
+    (OutcomeKind::Settled, "settled"),
+    (OutcomeKind::LimitCycle, "limit_cycle"),
+    (OutcomeKind::Diverged, "diverged"),
+    (OutcomeKind::Passive, "passive"),
+    (OutcomeKind::NonPassive, "non_passive"),
+    (OutcomeKind::HighlyUnstable, "highly_unstable"),
+];
+
+/// The name of a cell's outcome; of none, `failed`.
+#[must_use]
+pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
+    OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
+}
+
+/// Rows of a recording that a cell may hold.
+const MOST_ROWS: u64 = 20_000_000;
+
+impl Cell {
+    /// As a line: the fields in their order, those without a value empty.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let known = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
+        let numbers = [
+            known(self.rms),
+            known(self.amplitude),
+            known(self.frequency_hz),
+            known(Some(self.hand_j)),
+            known(Some(self.source_j)),
+            known(Some(self.dissipated_j)),
+            known(self.displayed_stiffness),
+            known(self.displayed_ratio),
+        ];
+        format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
+    }
+
+    /// From its line; `None` for any other text.
+    #[must_use]
+    pub fn read(line: &str) -> Option<Self> {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [outcome, rms, amplitude, frequency, hand, source, dissipated, displayed, ratio, edges] = fields[..] else {
+            return None;
+        };
+        let known = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
+        Some(Self {
+            outcome: OUTCOMES.iter().find(|(_, name)| *name == outcome)?.0,
+            rms: known(rms)?,
+            amplitude: known(amplitude)?,
+            frequency_hz: known(frequency)?,
+            hand_j: hand.parse().ok()?,
+            source_j: source.parse().ok()?,
+            dissipated_j: dissipated.parse().ok()?,
+            displayed_stiffness: known(displayed)?,
+            displayed_ratio: known(ratio)?,
+            edges: edges.parse().ok()?,
+        })
+    }
+
+    /// Runs an experiment; `None` when `control` stopped it.
+    ///
+    /// # Errors
+    ///
+    /// Why it could not be run to its end; that it took longer than `timeout` is such a reason.
+    pub fn run(experiment: &Experiment, timeout: Duration, control: &Control) -> Result<Option<Self>, String> {
+        let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
+        let rows = ready.edges() / ready.stride();
+        if rows > MOST_ROWS {
+            return Err(format!(
+                "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
+            ));
+        }
+        let mut trace = ready.trace(&[]);
+        let own = Control::default();
+        let late = AtomicBool::new(false);
+        let (alive, ended) = mpsc::channel::<()>();
+        let summary = thread::scope(|scope| {
+            let (own, late) = (&own, &late);
+            scope.spawn(move || {
+                let start = Instant::now();
+                while ended.recv_timeout(Duration::from_millis(20)) == Err(RecvTimeoutError::Timeout) {
+                    late.store(start.elapsed() >= timeout, Ordering::Relaxed);
+                    if late.load(Ordering::Relaxed) || control.stop.load(Ordering::Relaxed) {
+                        own.stop.store(true, Ordering::Relaxed);
+                        return;
+                    }
+                }
+            });
+            // Dropped when the run ends, even by a panic.
+            let _alive = alive;
+            ready.run(Driver::Events, &mut trace, &mut (), own)
+        });
+        if !summary.complete {
+            return if late.into_inner() {
+                Err(format!("timed out after {} s", timeout.as_secs_f64()))
+            } else {
+                Ok(None)
+            };
+        }
+        let verdict = summary.verdict.ok_or("a recording has no verdict")?;
+        let (rms, amplitude, frequency_hz) = numbers(verdict);
+        let displayed = match (experiment, verdict) {
+            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace),
+            _ => None,
+        };
+        Ok(Some(Self {
+            outcome: summary.outcome().ok_or("a recording has no verdict")?,
+            rms,
+            amplitude,
+            frequency_hz,
+            hand_j: summary.energy.hand_j,
+            source_j: summary.energy.source_j,
+            dissipated_j: summary.energy.dissipated_j,
+            displayed_stiffness: displayed.map(|(displayed, _)| displayed),
+            displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
+            edges: summary.edges,
+        }))
+    }
+}
+
+/// rms, amplitude and frequency of a verdict.
+fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
+    match verdict {
+        Verdict::Settled { rms_rad } => (Some(rms_rad), None, None),
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
+            (Some(rms_rad), Some(amplitude_rad), Some(frequency_hz))
+        }
+        Verdict::Diverged { amplitude_rad, .. } => (None, Some(amplitude_rad), None),
+        Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => (Some(rms_m), None, None),
+        Verdict::HighlyUnstable { .. } => (None, None, None),
+    }
+}
+
+/// The motor's mean torque over the mean penetration of the wall as it is asked for, in the last three tenths of the run,
+/// and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
+fn displayed_stiffness(scene: &Scene, trace: &Trace) -> Option<(f64, Option<f64>)> {
+    let tail = |values: &[f64]| {
+        let rows = (values.len() * 3 / 10).max(2).min(values.len());
+        values[values.len() - rows..].to_vec()
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let depths: Vec<f64> = tail(trace.angles_rad()).iter().map(|angle| angle - scene.wall.position_rad).collect();
+    if depths.iter().any(|depth| *depth <= 0.0) {
+        return None;
+    }
+    let displayed = -mean(&tail(trace.real(3))) / mean(&depths);
+    let asked = scene.wall.stiffness_nm_per_rad;
+    displayed.is_finite().then_some((displayed, (asked > 0.0).then_some(displayed / asked)))
+}

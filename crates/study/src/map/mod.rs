@@ -1,0 +1,317 @@
+//! Maps of stability: a scene over two of its keys, by any set of methods.
+//!
+//! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, those of the method. It is a
+//! unit of work ([`crate::units`]), so a map is the same whatever the threads, and goes on after an interruption. Unless all
+//! cells are asked for, only those along boundaries are run ([`Refinement`]).
+
+mod axis;
+mod cell;
+mod curves;
+mod method;
+mod refine;
+mod table;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::num::NonZeroUsize;
+use std::time::Duration;
+
+use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
+use hpu_cosim::{Control, Ready, Rig};
+
+use crate::units::{self, Row};
+
+pub use axis::Axis;
+pub use cell::{Cell, OUTCOMES, outcome_name};
+pub use curves::{Curve, Curves};
+pub use method::Method;
+pub use refine::{Refinement, STRIDE};
+pub use table::{COLUMNS, csv, parquet, units_of};
+
+/// A scene's text, with all that it needs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SceneText {
+    /// The file, as errors call it.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// The data files that it names.
+    pub files: BTreeMap<String, Vec<u8>>,
+}
+
+/// A scene over two of its keys.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Map {
+    /// The scene.
+    pub scene: SceneText,
+    /// What is changed in all cells.
+    pub set: Vec<(String, String)>,
+    /// The key that changes from column to column.
+    pub x: Axis,
+    /// The key that changes from row to row.
+    pub y: Axis,
+    /// Layers, of which each is a whole grid.
+    pub methods: Vec<Method>,
+}
+
+/// A cell's place.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Point {
+    /// Index of the method.
+    pub method: usize,
+    /// Column.
+    pub ix: usize,
+    /// Row.
+    pub iy: usize,
+}
+
+/// What is known of a cell.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Found {
+    /// It was run; or why it could not be.
+    Run(Result<Cell, String>),
+    /// It is of the class of this cell, which was run.
+    As(usize),
+}
+
+/// How a map is filled.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Plan {
+    /// Whether every cell is run.
+    pub full: bool,
+    /// How long a cell may take.
+    pub timeout: Duration,
+    /// Threads.
+    pub jobs: NonZeroUsize,
+}
+
+/// Why there is no such map.
+#[derive(Clone, PartialEq, Debug)]
+pub enum MapError {
+    /// Both axes are this key.
+    SameKey(String),
+    /// Two methods have this label.
+    SameLabel(String),
+    /// This method sets the key of an axis.
+    AxisSet(String, String),
+    /// The scene is a recording.
+    Recording,
+    /// No cell that was tried of this method can run; the last said this.
+    Method(String, String),
+}
+
+impl fmt::Display for MapError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::SameKey(key) => write!(f, "both axes are {key}"),
+            Self::SameLabel(label) => write!(f, "two methods are labelled {label}"),
+            Self::AxisSet(label, key) => write!(f, "method {label} sets {key}, which is an axis"),
+            Self::Recording => write!(f, "a recording has no device whose motion could be judged"),
+            Self::Method(label, why) => {
+                write!(f, "method {label}: neither the corners nor the middle of the map can run: {why}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for MapError {}
+
+impl Map {
+    /// A map, of which every method can run somewhere: the corners and the middle are tried.
+    ///
+    /// `load` reads the data files that the scene names; the map keeps them.
+    ///
+    /// # Errors
+    ///
+    /// [`MapError`].
+    pub fn new(
+        (name, text): (&str, &str),
+        set: &[(String, String)],
+        (x, y): (Axis, Axis),
+        methods: Vec<Method>,
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, MapError> {
+        if x.key() == y.key() {
+            return Err(MapError::SameKey(x.key().into()));
+        }
+        for (index, Method { label, set }) in methods.iter().enumerate() {
+            if methods[..index].iter().any(|other| other.label == *label) {
+                return Err(MapError::SameLabel(label.clone()));
+            }
+            if let Some((key, _)) = set.iter().find(|(key, _)| [x.key(), y.key()].contains(&key.as_str())) {
+                return Err(MapError::AxisSet(label.clone(), key.clone()));
+            }
+        }
+        let scene = SceneText { name: name.into(), text: text.into(), files: BTreeMap::new() };
+        let mut map = Self { scene, set: set.to_vec(), x, y, methods };
+        for method in 0..map.methods.len() {
+            let (columns, rows) = (map.x.cells(), map.y.cells());
+            let corners = [(columns / 2, rows / 2), (0, 0), (columns - 1, 0), (0, rows - 1), (columns - 1, rows - 1)];
+            let mut refused = None;
+            let mut runs = false;
+            for (ix, iy) in corners {
+                let overrides = map.overrides(Point { method, ix, iy });
+                let mut keep = |file: &str| {
+                    let bytes = load(file)?;
+                    map.scene.files.insert(file.to_string(), bytes.clone());
+                    Ok(bytes)
+                };
+                let parsed = Experiment::parse(&map.scene.name, &map.scene.text, &overrides, &mut keep);
+                let made = parsed.map_err(|error| error.to_string()).and_then(|experiment| {
+                    if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
+                        return Err("model.datapath = \"linear\" is for hpu limits; write \"words\"".into());
+                    }
+                    let ready = Ready::new(&experiment).map_err(|error| error.to_string());
+                    ready.map(|ready| ready.has_device())
+                });
+                match made {
+                    Ok(true) => runs = true,
+                    Ok(false) => return Err(MapError::Recording),
+                    Err(error) => {
+                        refused.get_or_insert(error);
+                    }
+                }
+            }
+            if let (false, Some(why)) = (runs, refused) {
+                return Err(MapError::Method(map.methods[method].label.clone(), why));
+            }
+        }
+        Ok(map)
+    }
+
+    /// Cells of all methods.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.methods.len() * self.layer()
+    }
+
+    /// Whether there is no method.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.methods.is_empty()
+    }
+
+    /// Cells of a method.
+    #[must_use]
+    pub fn layer(&self) -> usize {
+        self.x.cells() * self.y.cells()
+    }
+
+    /// The place of cell number `index`: column by column, row by row, method by method.
+    #[must_use]
+    pub fn point(&self, index: usize) -> Point {
+        let (method, cell) = (index / self.layer(), index % self.layer());
+        Point { method, ix: cell % self.x.cells(), iy: cell / self.x.cells() }
+    }
+
+    /// The number of the cell at a place.
+    #[must_use]
+    pub fn index(&self, Point { method, ix, iy }: Point) -> usize {
+        method * self.layer() + iy * self.x.cells() + ix
+    }
+
+    /// What makes the scene a cell's: with these, `hpu run` runs the cell.
+    #[must_use]
+    pub fn overrides(&self, Point { method, ix, iy }: Point) -> Vec<(String, String)> {
+        let axes = [(self.x.key().to_string(), self.x.text(ix)), (self.y.key().to_string(), self.y.text(iy))];
+        self.set.iter().cloned().chain(axes).chain(self.methods[method].set.iter().cloned()).collect()
+    }
+
+    /// The scene of a cell.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when the cell's values make none.
+    pub fn experiment(&self, point: Point) -> Result<Experiment, SceneError> {
+        let mut load =
+            |file: &str| self.scene.files.get(file).cloned().ok_or_else(|| io::Error::from(io::ErrorKind::NotFound));
+        Experiment::parse(&self.scene.name, &self.scene.text, &self.overrides(point), &mut load)
+    }
+
+    /// Runs one cell, as a unit of work; `None` when it was stopped.
+    pub fn run_cell(&self, index: usize, timeout: Duration, control: &Control) -> Option<Row> {
+        let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
+        match made.and_then(|experiment| Cell::run(&experiment, timeout, control)) {
+            Ok(cell) => cell.map(|cell| Ok(cell.line())),
+            Err(reason) => Some(Err(reason)),
+        }
+    }
+
+    /// Fills the map; `None` when `control` stopped it. Rows that are `done` are not run again, and every new one goes
+    /// through `keep`.
+    ///
+    /// # Errors
+    ///
+    /// What `keep` says.
+    pub fn run<E>(
+        &self,
+        plan: Plan,
+        mut done: BTreeMap<usize, Row>,
+        control: &Control,
+        mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    ) -> Result<Option<Vec<Found>>, E> {
+        let unit = |index: usize, control: &Control| self.run_cell(index, plan.timeout, control);
+        let mut do_all = |wanted: Vec<usize>, done: &mut BTreeMap<usize, Row>| {
+            units::run_some(wanted.iter().copied(), plan.jobs, done, control, unit, &mut keep)?;
+            Ok(wanted.iter().all(|index| done.contains_key(index)))
+        };
+        let mut found: Vec<Option<Found>> = vec![None; self.len()];
+        if plan.full {
+            if !do_all((0..self.len()).collect(), &mut done)? {
+                return Ok(None);
+            }
+            found = done.iter().map(|(_, row)| Some(Found::Run(read(row)))).collect();
+        } else {
+            let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
+            let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
+            loop {
+                let wanted = layers.iter().zip(&firsts);
+                let wanted = wanted.flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell));
+                if !do_all(wanted.collect(), &mut done)? {
+                    return Ok(None);
+                }
+                let class = |index: usize| read(&done[&index]).ok().map(|cell| cell.outcome);
+                let cut = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.cut(|cell| class(first + cell)));
+                // Every layer takes its step: no short cut at the first.
+                if !cut.fold(false, |any, cut| any | cut) {
+                    break;
+                }
+            }
+            for (layer, first) in layers.iter().zip(&firsts) {
+                for cell in layer.wanted() {
+                    found[first + cell] = Some(Found::Run(read(&done[&(first + cell)])));
+                }
+                for (cell, like) in layer.inferred() {
+                    found[first + cell] = Some(Found::As(first + like));
+                }
+            }
+        }
+        Ok(found.into_iter().collect())
+    }
+}
+
+/// A row as the cell that it was.
+fn read(row: &Row) -> Result<Cell, String> {
+    row.as_ref()
+        .map_err(Clone::clone)
+        .and_then(|line| Cell::read(line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
+}
+
+/// What became of a cell, run or inferred; `None` for one that could not be run.
+#[must_use]
+pub fn outcome(found: &[Found], index: usize) -> Option<OutcomeKind> {
+    nearest(found, index).map(|cell| cell.outcome)
+}
+
+/// The cell, or the one that it is inferred from.
+#[must_use]
+pub fn nearest(found: &[Found], index: usize) -> Option<&Cell> {
+    match &found[index] {
+        Found::Run(cell) => cell.as_ref().ok(),
+        Found::As(other) => match &found[*other] {
+            Found::Run(cell) => cell.as_ref().ok(),
+            Found::As(_) => None,
+        },
+    }
+}

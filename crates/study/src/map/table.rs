@@ -1,0 +1,219 @@
+//! A map as rows: CSV, and Parquet.
+
+use std::sync::Arc;
+
+use hpu_cosim::scene::Experiment;
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::parser::parse_message_type;
+
+use super::{Found, Map, outcome, outcome_name};
+
+/// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
+pub const COLUMNS: [&str; 17] = [
+    "method",
+    "ix",
+    "iy",
+    "x",
+    "y",
+    "outcome",
+    "run",
+    "rms",
+    "amplitude",
+    "frequency_hz",
+    "hand_j",
+    "source_j",
+    "dissipated_j",
+    "displayed_stiffness",
+    "displayed_ratio",
+    "edges",
+    "reason",
+];
+
+/// Names of the columns that measurements are in.
+const MEASURED: [&str; 8] = [
+    "rms",
+    "amplitude",
+    "frequency_hz",
+    "hand_j",
+    "source_j",
+    "dissipated_j",
+    "displayed_stiffness",
+    "displayed_ratio",
+];
+
+/// Units and meanings: keys and values of the files' heads.
+#[must_use]
+pub fn units_of(map: &Map) -> Vec<(String, String)> {
+    let middle = map.point(map.layer() / 2);
+    let position = match map.experiment(middle) {
+        Ok(Experiment::Phantom(_)) => "m",
+        _ => "rad",
+    };
+    let axis = |axis: &super::Axis| {
+        let unit = if axis.unit().is_empty() { "as a scene takes plain numbers" } else { axis.unit() };
+        format!("{} in {unit}", axis.key())
+    };
+    let pairs = [
+        ("x", axis(&map.x)),
+        ("y", axis(&map.y)),
+        ("run", "1 for a cell that was run, 0 for one whose outcome is inferred from the cells around it".into()),
+        ("rms", format!("{position}, about the mean of the last three tenths")),
+        ("amplitude", format!("{position}, half of the range")),
+        ("frequency_hz", "Hz".into()),
+        ("hand_j", "J that the hand gave".into()),
+        ("source_j", "J that the supply gave".into()),
+        ("dissipated_j", "J that became heat".into()),
+        ("displayed_stiffness", "N.m/rad, mean torque of the motor over mean penetration in a settled contact".into()),
+        ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
+        ("edges", "clock edges".into()),
+        ("replay", "the command that runs the cell again".into()),
+    ];
+    pairs.map(|(key, value)| (key.to_string(), value)).into()
+}
+
+/// A row of the table, but for the command.
+struct Fields<'a> {
+    method: &'a str,
+    place: [usize; 2],
+    at: [f64; 2],
+    outcome: &'static str,
+    run: bool,
+    measured: [Option<f64>; 8],
+    edges: Option<u64>,
+    reason: &'a str,
+}
+
+fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
+    let point = map.point(index);
+    let cell = match &found[index] {
+        Found::Run(Ok(cell)) => Some(cell),
+        _ => None,
+    };
+    Fields {
+        method: &map.methods[point.method].label,
+        place: [point.ix, point.iy],
+        at: [map.x.values()[point.ix], map.y.values()[point.iy]],
+        outcome: outcome_name(outcome(found, index)),
+        run: matches!(found[index], Found::Run(_)),
+        measured: cell.map_or([None; 8], |cell| {
+            [
+                cell.rms,
+                cell.amplitude,
+                cell.frequency_hz,
+                Some(cell.hand_j),
+                Some(cell.source_j),
+                Some(cell.dissipated_j),
+                cell.displayed_stiffness,
+                cell.displayed_ratio,
+            ]
+        }),
+        edges: cell.map(|cell| cell.edges),
+        reason: match &found[index] {
+            Found::Run(Err(reason)) => reason,
+            _ => "",
+        },
+    }
+}
+
+/// A field as CSV has it.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
+}
+
+/// The map as CSV. Lines that begin with `#` say by which command it was made, and the units; `replay` tells the command of
+/// each cell.
+#[must_use]
+pub fn csv(map: &Map, found: &[Found], command: &str, replay: impl Fn(usize) -> String) -> String {
+    let mut text = format!("# {command}\n");
+    text.extend(units_of(map).iter().map(|(key, value)| format!("# {key}: {value}\n")));
+    text += &format!("{},replay\n", COLUMNS.join(","));
+    for index in 0..found.len() {
+        let Fields { method, place: [ix, iy], at: [x, y], outcome, run, measured, edges, reason } =
+            fields(map, found, index);
+        text += &format!("{},{ix},{iy},{x},{y},{outcome},{},", quoted(method), u8::from(run));
+        text.extend(measured.map(|value| value.map_or(",".to_string(), |value| format!("{value:e},"))));
+        text += &edges.map_or(String::new(), |edges| edges.to_string());
+        text += &format!(",{},{}\n", quoted(reason), quoted(&replay(index)));
+    }
+    text
+}
+
+/// The map as Parquet, with the same columns; units and command are in the file's metadata.
+///
+/// # Errors
+///
+/// What the writer says; into memory it has no reason to.
+pub fn parquet(
+    map: &Map,
+    found: &[Found],
+    command: &str,
+    replay: impl Fn(usize) -> String,
+) -> Result<Vec<u8>, ParquetError> {
+    let measured: String = MEASURED.map(|name| format!("optional double {name};")).concat();
+    let schema = format!(
+        "message map {{ required binary method (utf8); required int32 ix; required int32 iy; required double x; \
+         required double y; required binary outcome (utf8); required int32 run; {measured} optional int64 edges; \
+         required binary reason (utf8); required binary replay (utf8); }}"
+    );
+    let metadata = [("command".to_string(), command.to_string())].into_iter().chain(units_of(map));
+    let metadata = metadata.map(|(key, value)| KeyValue::new(key, value)).collect();
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
+        .set_key_value_metadata(Some(metadata))
+        .build();
+    let schema = Arc::new(parse_message_type(&schema)?);
+    let mut file = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    let rows: Vec<Fields> = (0..found.len()).map(|index| fields(map, found, index)).collect();
+    texts(&mut group, rows.iter().map(|row| row.method))?;
+    for axis in 0..2 {
+        let places: Vec<i32> = rows.iter().map(|row| row.place[axis] as i32).collect();
+        column::<Int32Type>(&mut group, &places, None)?;
+    }
+    for axis in 0..2 {
+        let values: Vec<f64> = rows.iter().map(|row| row.at[axis]).collect();
+        column::<DoubleType>(&mut group, &values, None)?;
+    }
+    texts(&mut group, rows.iter().map(|row| row.outcome))?;
+    let run: Vec<i32> = rows.iter().map(|row| i32::from(row.run)).collect();
+    column::<Int32Type>(&mut group, &run, None)?;
+    for index in 0..MEASURED.len() {
+        let (values, levels) = known(rows.iter().map(|row| row.measured[index]));
+        column::<DoubleType>(&mut group, &values, Some(&levels))?;
+    }
+    let (edges, levels) = known(rows.iter().map(|row| row.edges.map(|edges| edges as i64)));
+    column::<Int64Type>(&mut group, &edges, Some(&levels))?;
+    texts(&mut group, rows.iter().map(|row| row.reason))?;
+    let commands: Vec<String> = (0..found.len()).map(replay).collect();
+    texts(&mut group, commands.iter().map(String::as_str))?;
+    group.close()?;
+    file.into_inner()
+}
+
+type Group<'a> = SerializedRowGroupWriter<'a, Vec<u8>>;
+
+/// The values that are there, and for each row whether there is one.
+fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
+    let values: Vec<Option<T>> = values.collect();
+    let levels = values.iter().map(|value| i16::from(value.is_some())).collect();
+    (values.into_iter().flatten().collect(), levels)
+}
+
+fn column<T: parquet::data_type::DataType>(
+    group: &mut Group,
+    values: &[T::T],
+    levels: Option<&[i16]>,
+) -> Result<(), ParquetError> {
+    let mut column = group.next_column()?.ok_or_else(|| ParquetError::General("no more columns".into()))?;
+    column.typed::<T>().write_batch(values, levels, None)?;
+    column.close()
+}
+
+fn texts<'a>(group: &mut Group, values: impl Iterator<Item = &'a str>) -> Result<(), ParquetError> {
+    let values: Vec<ByteArray> = values.map(ByteArray::from).collect();
+    column::<ByteArrayType>(group, &values, None)
+}

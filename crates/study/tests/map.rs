@@ -1,0 +1,334 @@
+//! Maps: axes, methods, cells, and the same map whatever the threads and the interruptions.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::fs::{self, File};
+use std::num::NonZeroUsize;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
+use hpu_study::limits::limits;
+use hpu_study::map::{self, Axis, Cell, Curves, Found, Map, MapError, Method, Plan, Point};
+use hpu_study::units::Row;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+
+fn axis(text: &str) -> Axis {
+    text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+fn map_of(scene: &str, set: &[(&str, &str)], x: &str, y: &str, methods: &[&str]) -> Result<Map, MapError> {
+    let scene = shipped().iter().find(|shipped| shipped.name == scene).expect("a shipped scene");
+    let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_string(), (*value).to_string())).collect();
+    let methods = methods.iter().map(|text| text.parse().expect("a method")).collect();
+    Map::new((scene.name, scene.text), &set, (axis(x), axis(y)), methods, &mut shipped_file)
+}
+
+/// A hand that leans on walls soft and stiff for 150 ms, of which the last 45 are judged.
+fn pressed(x: &str, y: &str, methods: &[&str]) -> Map {
+    let path = "[[\"0 s\", 1.4], [\"20 ms\", 1.8]]";
+    let set = [("run.duration", "150 ms"), ("device.initial_angle", "1.4 rad"), ("hand.path", path)];
+    map_of("hybrid-wall", &set, x, y, methods).expect("a map")
+}
+
+fn plan(full: bool, jobs: usize) -> Plan {
+    Plan { full, timeout: Duration::from_secs(60), jobs: NonZeroUsize::new(jobs).unwrap() }
+}
+
+fn run(map: &Map, plan: Plan) -> Vec<Found> {
+    let found = map.run(plan, BTreeMap::new(), &Control::default(), |_, _| Ok::<_, Infallible>(())).unwrap();
+    found.expect("nobody stops it")
+}
+
+fn outcomes(found: &[Found]) -> Vec<Option<OutcomeKind>> {
+    (0..found.len()).map(|index| map::outcome(found, index)).collect()
+}
+
+#[test]
+fn an_axis_has_both_ends_and_equal_steps_or_equal_ratios() {
+    let linear = axis("wall.stiffness=1..3 N.m/rad:5");
+    assert_eq!(linear.values(), [1.0, 1.5, 2.0, 2.5, 3.0]);
+    assert_eq!(linear.text(1), "1.5 N.m/rad");
+    let log = axis("method.sample_rate=1 Hz..1000 Hz:4:log");
+    assert_eq!((log.values(), log.text(2)), (&[1.0, 10.0, 100.0, 1000.0][..], "100 Hz".to_string()));
+    let plain = axis("method.position_bits=8..16:9");
+    assert_eq!(plain.text(3), "11", "a whole number stays one");
+    assert_eq!(axis("wall.position=-1..1:3").values(), [-1.0, 0.0, 1.0]);
+    assert_eq!(axis("wall.damping=1e-3..2e-3 N.m.s/rad").cells(), 41);
+    assert_eq!(axis(&log.to_string()), log, "it is written as it is read");
+    assert_eq!(log.position(31.622_776_601_683_793), 1.5);
+    assert_eq!(linear.position(2.25), 2.5);
+}
+
+#[test]
+fn an_axis_that_is_none_is_refused_with_what_is_wrong() {
+    for (text, word) in [
+        ("wall.stiffness", "KEY=FROM..TO"),
+        ("wall.stiffness=1", "KEY=FROM..TO"),
+        ("=1..2", "no key"),
+        ("a=2..2", "empty"),
+        ("a=3..2", "reversed"),
+        ("a=1..2:1", "1 cells"),
+        ("a=1..2:1001", "1001 cells"),
+        ("a=1..2:many", "`many`"),
+        ("a=0..2:5:log", "above zero"),
+        ("a=-1..2:5:log", "above zero"),
+        ("a=one..2", "`one`"),
+        ("a=nan..2", "`nan`"),
+        ("a=1..inf", "`inf`"),
+        ("a=1 mm..2 cm", "same unit"),
+        ("a=1..1.0001:41", "told apart"),
+    ] {
+        let error = text.parse::<Axis>().expect_err(text);
+        assert!(error.contains(word), "{text}: {error}");
+    }
+}
+
+#[test]
+fn commas_within_brackets_and_quotes_do_not_part_a_methods_changes() {
+    let method: Method = "coarse:method.damping_format=(0,8,4),hand.path=[[\"0 s\", 0]],a=\"b,c\"".parse().unwrap();
+    let pairs = [("method.damping_format", "(0,8,4)"), ("hand.path", "[[\"0 s\", 0]]"), ("a", "\"b,c\"")];
+    assert_eq!(method.set, pairs.map(|(key, value)| (key.to_string(), value.to_string())));
+    assert_eq!("plain".parse::<Method>().unwrap(), Method { label: "plain".into(), set: Vec::new() });
+    for bad in ["", ":a=b", "a=b", "label:a"] {
+        assert!(bad.parse::<Method>().is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn maps_that_cannot_be_are_refused_before_a_cell_is_run() {
+    let stiffness = "wall.stiffness=0.1..3 N.m/rad:5";
+    let refused = |set: &[(&str, &str)], x: &str, y: &str, methods: &[&str]| {
+        map_of("hybrid-wall", set, x, y, methods).expect_err("refused").to_string()
+    };
+    let holds = |said: String, words: &[&str]| assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    let damping = "wall.damping=0..0.2 mN.m.s/rad:5";
+    holds(refused(&[], stiffness, stiffness, &["a"]), &["both axes", "wall.stiffness"]);
+    holds(refused(&[], stiffness, damping, &["a", "a:wall.position=1"]), &["two methods", "labelled a"]);
+    holds(refused(&[], stiffness, damping, &["a:wall.damping=1"]), &["method a", "wall.damping", "axis"]);
+    holds(refused(&[], "wall.stifness=0.1..3:5", damping, &["a"]), &["wall.stifness", "unknown key", "stiffness"]);
+    holds(refused(&[], "wall.stiffness=0.1..3 mm:5", damping, &["a"]), &["wall.stiffness", "N.m/rad"]);
+    holds(refused(&[], stiffness, damping, &["ok", "law:model.datapath=linear"]), &["method law", "linear"]);
+    let mass = [
+        ("device", "{ kind = \"mass\", mass = 1, damping = 1 }"),
+        ("hand", "{ kind = \"none\" }"),
+        ("wall.damping", "0"),
+    ];
+    let position = "wall.position=0..1:5";
+    holds(refused(&mass, "wall.stiffness=1..2 N/m:5", position, &["a"]), &["mass", "method a"]);
+    let recording = map_of("replay-capture", &[], stiffness, damping, &["a"]).expect_err("refused");
+    assert_eq!(recording, MapError::Recording);
+    let phantom = map_of(
+        "phantom-drop",
+        &[],
+        "room.stiffness=100..1000 N/m:3",
+        "drop.weight=0.1..0.2 N:3",
+        &["hybrid:method.kind=hybrid"],
+    );
+    holds(phantom.expect_err("refused").to_string(), &["method hybrid", "method"]);
+}
+
+#[test]
+fn a_cell_comes_back_from_its_line_as_it_was() {
+    let cell = Cell {
+        outcome: OutcomeKind::LimitCycle,
+        rms: Some(0.1 + 0.2),
+        amplitude: Some(1e-300),
+        frequency_hz: Some(0.0),
+        hand_j: -1.5,
+        source_j: 2.0 / 3.0,
+        dissipated_j: 0.0,
+        displayed_stiffness: None,
+        displayed_ratio: None,
+        edges: u64::MAX,
+    };
+    assert_eq!(Cell::read(&cell.line()), Some(cell));
+    for bad in ["", "settled", "flying,,,,0,0,0,,,1", "settled,x,,,0,0,0,,,1", "settled,,,,,0,0,,,1"] {
+        assert_eq!(Cell::read(bad), None, "{bad}");
+    }
+}
+
+#[test]
+fn a_map_of_a_real_scene_has_the_boundary_of_its_full_grid_from_a_quarter_of_the_runs() {
+    let map = pressed("wall.stiffness=0.5..6 N.m/rad:33", "wall.damping=0..0.4 mN.m.s/rad:33", &["a"]);
+    let (refined, full) = (run(&map, plan(false, 2)), run(&map, plan(true, 2)));
+    let (refined_outcomes, full_outcomes) = (outcomes(&refined), outcomes(&full));
+    let kinds = |kind| full_outcomes.iter().filter(|outcome| **outcome == Some(kind)).count();
+    assert!(kinds(OutcomeKind::Settled) > 100 && kinds(OutcomeKind::LimitCycle) > 100, "there is a boundary");
+    assert_eq!(refined_outcomes, full_outcomes);
+    let runs = refined.iter().filter(|found| matches!(found, Found::Run(_))).count();
+    assert!(4 * runs <= full.len(), "{runs} of {}", full.len());
+    // Cells that both ran are the same to the last digit.
+    for (one, other) in refined.iter().zip(&full).filter(|(one, _)| matches!(one, Found::Run(_))) {
+        assert_eq!(one, other);
+    }
+}
+
+#[test]
+fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
+    let map = pressed(
+        "wall.stiffness=0.5..6.5 N.m/rad:17",
+        "wall.damping=0..0.4 mN.m.s/rad:9",
+        &["a", "b:method.pwm.bits=11"],
+    );
+    let expected = run(&map, plan(false, 1));
+    assert_eq!(run(&map, plan(false, 3)), expected);
+    for stop_after in [1, 7, 20] {
+        let control = Control::default();
+        let mut done: BTreeMap<usize, Row> = BTreeMap::new();
+        let stopped = map.run(plan(false, 2), BTreeMap::new(), &control, |index, row| {
+            done.insert(index, row.clone());
+            control.stop.store(done.len() >= stop_after, Ordering::Relaxed);
+            Ok::<_, Infallible>(())
+        });
+        assert_eq!(stopped, Ok(None));
+        let before = done.clone();
+        let went_on = map.run(plan(false, 2), done, &Control::default(), |index, _| {
+            assert!(!before.contains_key(&index), "{index} is run twice");
+            Ok::<_, Infallible>(())
+        });
+        assert_eq!(went_on, Ok(Some(expected.clone())));
+    }
+}
+
+#[test]
+fn a_refined_map_does_not_depend_on_what_else_is_known() {
+    let map = pressed("wall.stiffness=0.5..6.5 N.m/rad:13", "wall.damping=0..0.4 mN.m.s/rad:5", &["a"]);
+    let mut all: BTreeMap<usize, Row> = BTreeMap::new();
+    let keep = |index: usize, row: &Row| {
+        all.insert(index, row.clone());
+        Ok::<_, Infallible>(())
+    };
+    map.run(plan(true, 2), BTreeMap::new(), &Control::default(), keep).unwrap();
+    let again = map.run(plan(false, 2), all, &Control::default(), |_, _| Err("nothing is left to run"));
+    assert_eq!(again, Ok(Some(run(&map, plan(false, 2)))));
+}
+
+#[test]
+fn a_cell_that_takes_too_long_and_one_that_cannot_be_are_rows_with_their_reasons_and_sink_nothing() {
+    // 20 ms, and eleven days; a stiffness that fits its word, and one that does not.
+    let set = [("record.plant_rate", "10 Hz")];
+    let map =
+        map_of("hybrid-wall", &set, "run.duration=0.02..1000000 s:2", "wall.stiffness=1..1000000 N.m/rad:2", &["a"])
+            .expect("a map");
+    let timeout = Duration::from_millis(500);
+    let found = run(&map, Plan { timeout, ..plan(true, 2) });
+    let reason = |index: usize| match &found[index] {
+        Found::Run(Err(reason)) => reason.as_str(),
+        other => panic!("{other:?}"),
+    };
+    assert!(matches!(&found[0], Found::Run(Ok(_))), "{:?}", found[0]);
+    assert_eq!(reason(1), "timed out after 0.5 s");
+    for index in [2, 3] {
+        assert!(reason(index).contains("does not fit"), "{}", reason(index));
+    }
+    // More than fits any memory is not begun.
+    let map = map_of("hybrid-wall", &[], "run.duration=0.02..1000000 s:2", "wall.stiffness=1..2 N.m/rad:2", &["a"]);
+    let found = run(&map.expect("a map"), plan(true, 2));
+    assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.contains("record.plant_rate")), "{:?}", found[1]);
+}
+
+#[test]
+fn the_displayed_stiffness_of_a_quiet_contact_is_that_of_the_word_within_the_encoders_and_the_modulators_steps() {
+    let map = map_of(
+        "hybrid-wall",
+        &[("run.duration", "1 s")],
+        "wall.stiffness=0.5..1.5 N.m/rad:2",
+        "wall.damping=0.1..0.2 mN.m.s/rad:2",
+        &["a"],
+    )
+    .expect("a map");
+    for (index, found) in run(&map, plan(true, 2)).into_iter().enumerate() {
+        let Found::Run(Ok(cell)) = found else { panic!("{found:?}") };
+        assert_eq!(cell.outcome, OutcomeKind::Settled);
+        let experiment = map.experiment(map.point(index)).unwrap().axis().unwrap();
+        let realised = experiment.words().unwrap().realised;
+        let displayed = cell.displayed_stiffness.expect("the hand leans on it");
+        // The hand's spring balances where 0.3 (1.8 - x) = k (x - wall). The wall's place is rounded to a count and the
+        // shaft's floored to one, so the torque is off by a count and a half of stiffness, and so is the place itself;
+        // mean torques are told to a step of the modulator.
+        let stiffness = realised.stiffness_nm_per_rad;
+        let off = 1.5 * realised.count_rad;
+        let depth = 0.3 * (1.8 - 1.5) / (0.3 + stiffness) - off;
+        let bound = (off * stiffness + realised.torque_quantum_nm) / depth;
+        assert!((displayed - stiffness).abs() < bound, "{displayed} for {stiffness} within {bound}");
+        let asked = map.x.values()[map.point(index).ix];
+        assert_eq!(cell.displayed_ratio, Some(displayed / asked));
+    }
+}
+
+#[test]
+fn curves_are_the_limits_that_hpu_limits_tells_in_the_axiss_unit_and_over_either_axis() {
+    let (stiffness, damping) = ("wall.stiffness=100..5000 mN.m/rad:5", "wall.damping=0..0.4 mN.m.s/rad:3");
+    for (x, y) in [(stiffness, damping), (damping, stiffness)] {
+        let map = map_of("hybrid-wall", &[], x, y, &["a"]).expect("a map");
+        let curves = Curves::new(&map, 0).expect("curves");
+        assert_eq!(curves.over_x, x == stiffness);
+        let names: Vec<_> = curves.curves.iter().map(|curve| curve.name).collect();
+        assert_eq!(names, ["spectral_radius", "routh"]);
+        for at in 0..3 {
+            let (ix, iy) = if curves.over_x { (2, at) } else { (at, 2) };
+            let scene = map.experiment(Point { method: 0, ix, iy }).unwrap().axis().unwrap();
+            let limits = limits(&scene).unwrap();
+            for (curve, criterion) in curves.curves.iter().zip(&limits.criteria) {
+                let (found, told) = (curve.limits[at].expect("a limit") / 1000.0, criterion.limit);
+                assert!((found / told - 1.0).abs() < 1e-9, "{}: {found} {told}", curve.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn where_no_criterion_speaks_it_is_said_why() {
+    let map = map_of("hybrid-wall", &[], "wall.position=1..1.5:3", "wall.damping=0..0.1 mN.m.s/rad:3", &["a"]);
+    assert!(Curves::new(&map.expect("a map"), 0).expect_err("none").contains("wall.stiffness"));
+    let map = map_of("phantom-drop", &[], "room.stiffness=100..1000 N/m:3", "drop.weight=0.1..0.2 N:3", &["a"]);
+    assert!(Curves::new(&map.expect("a map"), 0).expect_err("none").contains("no axis"));
+}
+
+#[test]
+fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
+    let map = pressed(
+        "wall.stiffness=0.5..6.5 N.m/rad:9",
+        "wall.position=1.495..1.505 rad:5",
+        &["a", "b:method.pwm.bits=11"],
+    );
+    let found = run(&map, plan(false, 2));
+    let replay = |index: usize| format!("run {index}, \"again\"");
+    let csv = map::csv(&map, &found, "hpu map x", replay);
+    let mut lines = csv.lines().skip_while(|line| line.starts_with('#'));
+    assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
+    assert_eq!(lines.next(), Some(format!("{},replay", map::COLUMNS.join(",")).as_str()));
+    let lines: Vec<&str> = lines.collect();
+    assert_eq!(lines.len(), 90);
+
+    let bytes = map::parquet(&map, &found, "hpu map x", replay).unwrap();
+    let path = concat!(env!("CARGO_TARGET_TMPDIR"), "/map.parquet");
+    fs::write(path, bytes).unwrap();
+    let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
+    let metadata = reader.metadata().file_metadata();
+    let pairs = metadata.key_value_metadata().expect("metadata");
+    let value = |key: &str| pairs.iter().find(|pair| pair.key == key).and_then(|pair| pair.value.as_deref());
+    assert_eq!((value("command"), value("x")), (Some("hpu map x"), Some("wall.stiffness in N.m/rad")));
+    for (index, row) in reader.get_row_iter(None).unwrap().enumerate() {
+        let fields: Vec<String> = row
+            .unwrap()
+            .get_column_iter()
+            .map(|(_, field)| match field {
+                Field::Null => String::new(),
+                Field::Str(text) => text.clone(),
+                // As CSV writes places and as it writes measurements.
+                Field::Double(value) => format!("{value:e}"),
+                field => field.to_string(),
+            })
+            .collect();
+        let mut expected: Vec<String> = lines[index].splitn(18, ',').map(str::to_string).collect();
+        for place in [3, 4] {
+            expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
+        }
+        expected[17] = replay(index);
+        assert_eq!(fields, expected, "row {index}");
+    }
+}
