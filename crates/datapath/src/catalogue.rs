@@ -1,8 +1,9 @@
 //! Every block there is.
 
 use crate::{
-    AnyBlock, ConventionalLoop, Displacement, HybridLoop, PositionCounter, Pwm, QuadratureDecoder, Saturator,
-    Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold, phantom,
+    AnyBlock, Biquad, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop, PositionCounter,
+    Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
+    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, phantom,
 };
 
 /// Every block and wiring in its default configuration.
@@ -20,6 +21,13 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(TorqueSum::default()),
         Box::new(Saturator::default()),
         Box::new(Pwm::default()),
+        Box::new(SequentialDivider::default()),
+        Box::new(SquareRoot::default()),
+        Box::new(Biquad::default()),
+        Box::new(FilteredDifference::default()),
+        Box::new(WindowDifference::default()),
+        Box::new(Foaw::default()),
+        Box::new(EdgeTimer::default()),
         Box::new(HybridLoop::default()),
         Box::new(ConventionalLoop::default()),
     ];

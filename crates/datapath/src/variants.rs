@@ -3,9 +3,10 @@
 use hpu_signal::{Format, Overflow};
 
 use crate::{
-    AnyBlock, ConfigError, ConventionalLoop, Displacement, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
-    QuadratureDecoder, Saturator, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig, VelocityRegister,
-    ZeroOrderHold, phantom, registry,
+    AnyBlock, Biquad, BiquadConfig, ConfigError, ConventionalLoop, Displacement, DividerConfig, EdgeTimer,
+    FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
+    QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, TorqueSum, TruncatingMultiplier, Unilateral,
+    VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, phantom, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -48,6 +49,8 @@ fn others() -> Result<Variants, ConfigError> {
     ] {
         all.push((label, Box::new(VelocityRegister::new(config)?)));
     }
+    all.extend(arithmetic()?);
+    all.extend(estimators()?);
     for (label, pwm) in modulators() {
         all.push((label, Box::new(Pwm::new(pwm)?)));
     }
@@ -78,6 +81,59 @@ fn multipliers() -> Result<Variants, ConfigError> {
         ("extend", Box::new(TruncatingMultiplier::new(byte, Format::signed(8), Format::signed(24), Overflow::Wrap)?)),
         ("uneven", Box::new(TruncatingMultiplier::drop_lower(Format::signed(18), byte, 20)?)),
         ("wide", Box::new(TruncatingMultiplier::drop_lower(format(true, 35, 12), format(true, 27, 12), 64)?)),
+    ])
+}
+
+fn arithmetic() -> Result<Variants, ConfigError> {
+    let divider = |[num_width, den_width, frac, out_width]: [u32; 4]| {
+        SequentialDivider::new(DividerConfig { num_width, den_width, frac, out_width })
+    };
+    let words = |input: (i32, i32), output: (i32, i32), coefficient: (i32, i32)| {
+        [input, output, coefficient].map(|(int, frac)| format(true, int, frac))
+    };
+    let section = |[input, output, coefficient]: [Format; 3], b, a, period_width| {
+        Biquad::new(BiquadConfig { input, output, coefficient, b, a, period_width })
+    };
+    // A Butterworth high-pass at 1/4000 of the sampling rate: 2.5 Hz at 10 kHz.
+    let high_pass = ([1_072_549_859, -2_145_099_718, 1_072_549_859], [-2_145_098_394, 1_071_359_217]);
+    let most = i32::MAX;
+    Ok(vec![
+        ("narrow", Box::new(divider([4, 3, 2, 5])?)),
+        ("integer", Box::new(divider([16, 16, 0, 16])?)),
+        ("fraction_only", Box::new(divider([5, 11, 16, 9])?)),
+        ("wide", Box::new(divider([46, 32, 16, 62])?)),
+        ("4_bit", Box::new(SquareRoot::new(4)?)),
+        ("10_bit", Box::new(SquareRoot::new(10)?)),
+        ("62_bit", Box::new(SquareRoot::new(62)?)),
+        ("high_pass", Box::new(section(words((12, 4), (13, 26), (1, 30)), high_pass.0, high_pass.1, 24)?)),
+        ("narrow", Box::new(section(words((3, 2), (2, 1), (1, 3)), [5, -7, 3], [-13, 6], 4)?)),
+        ("integer", Box::new(section(words((9, 0), (11, 3), (2, 0)), [1, -2, 1], [-1, 1], 6)?)),
+        ("extreme", Box::new(section(words((19, 20), (20, 19), (1, 30)), [most, -most, most], [-most, -most], 8)?)),
+    ])
+}
+
+fn estimators() -> Result<Variants, ConfigError> {
+    let filtered = |[width, period_width, shift, out_frac]: [u32; 4]| {
+        FilteredDifference::new(FilteredConfig { width, period_width, shift, out_frac })
+    };
+    let adaptive = |[width, period_width, window, noise, out_frac]: [u32; 5]| {
+        Foaw::new(FoawConfig { width, period_width, window, noise, out_frac })
+    };
+    Ok(vec![
+        ("unfiltered", Box::new(filtered([8, 6, 0, 0])?)),
+        ("5_bit", Box::new(filtered([5, 4, 2, 3])?)),
+        ("slow", Box::new(filtered([10, 6, 16, 16])?)),
+        ("wide", Box::new(filtered([40, 24, 5, 22])?)),
+        ("one_sample", Box::new(WindowDifference::new(8, 6, 1)?)),
+        ("5_bit", Box::new(WindowDifference::new(5, 4, 7)?)),
+        ("wide", Box::new(WindowDifference::new(62, 24, 64)?)),
+        ("4_bit", Box::new(adaptive([4, 4, 5, 2, 3])?)),
+        ("noiseless", Box::new(adaptive([6, 6, 3, 0, 0])?)),
+        ("loose", Box::new(adaptive([8, 6, 16, 15, 6])?)),
+        ("wide", Box::new(adaptive([42, 24, 7, 1, 20])?)),
+        ("2_bit", Box::new(EdgeTimer::new(2, 2)?)),
+        ("short", Box::new(EdgeTimer::new(8, 3)?)),
+        ("wide", Box::new(EdgeTimer::new(48, 30)?)),
     ])
 }
 

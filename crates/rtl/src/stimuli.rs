@@ -60,6 +60,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
             [strolls(&inputs), retreat(&inputs, period)].concat()
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
+        _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
         _ => samples(&inputs),
     }
 }
@@ -181,6 +182,16 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
+/// Sequential computations: every corner of each operand against those of the others, each with time for a bit an edge.
+fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
+    let lists: Vec<_> = inputs[1..].iter().map(|signal| corners(signal.format)).collect();
+    let edges = i64::from(inputs[1].format.width()) + frac + 2;
+    let row = |start: bool, operands: &[i64]| [&[i64::from(start)], operands].concat();
+    let run = |operands: Vec<i64>| (0..edges).map(move |passed| edge(row(passed == 0, &operands)));
+    let runs = product(&lists).into_iter().flat_map(run);
+    [reset(vec![1; inputs.len()])].into_iter().chain(runs).collect()
+}
+
 /// Whole loops: from reset, into the wall and back out, for the corners of the constant words.
 fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
@@ -234,6 +245,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
                 _ if !block.clocked() => 1,
                 _ if is_loop => 500,
                 "command" | "period" => 40,
+                "start" => 1,
                 _ if block.name() == "phantom_engine" => 200,
                 _ => 3,
             };
@@ -265,6 +277,8 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     match (signal.name, random.below(4)) {
         // A long period holds a sampling block still; one in eight is plenty.
         ("period", _) if !random.one_in(8) => format.from_bits(random.below(12)),
+        // Seldom enough for a computation to end.
+        ("start", _) => i64::from(random.one_in(40)),
         // Close enough to the counter's start for the walk to touch the wall.
         ("reference", 0 | 1) => near(random, 0),
         // Soft enough for the damping to turn the torque round.
