@@ -162,9 +162,10 @@ fn the_threshold_is_the_published_one_at_the_published_mass() {
 
 #[test]
 fn a_wall_a_rung_below_the_threshold_comes_to_rest_and_one_above_it_does_not() {
-    // What an event-exact simulation of a mass of 0.09 kg still passed, and the first rung of that ladder above
-    // the threshold; both scaled by our mass, as the threshold is. (That simulation failed at 1000 N/m after one sample, 8 % below
-    // its threshold, by chatter that 10 s do not outlast; on the arc of a lever the wall is softer by 2 %, and it passes.)
+    // What an event-exact simulation of a mass of 0.09 kg still passed, and the first rung of that ladder above the threshold;
+    // both scaled by our mass, as the threshold is. Between the two lies what 10 s do not settle: that simulation already failed
+    // at 1000 N/m after one sample and at 1500 N/m of RTOS-5, both below the threshold, where this arm passes. Why they differ
+    // there is not known, so nothing is asserted of it.
     for (platform, period_s, delay, latency, delay_s, below, above) in [
         ("RTOS-1", 1e-3, "0", "0", 0.0, 8000.0, 10_000.0),
         ("RTOS-1", 1e-3, "1", "0", 1e-3, 750.0, 1250.0),
