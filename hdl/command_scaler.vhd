@@ -64,7 +64,7 @@ architecture rtl of command_scaler is
   begin
     if std_logic_vector(BACK) = std_logic_vector(value) then
       return WORD;
-    elsif WORD(WORD'high) = '1' then
+    elsif value(value'high) = '1' then
       return not HIGHEST;
     end if;
     return HIGHEST;

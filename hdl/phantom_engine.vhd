@@ -232,7 +232,7 @@ architecture rtl of phantom_engine is
   begin
     if std_logic_vector(resize(WORD, WIDTH)) = std_logic_vector(ROUNDED) then
       limited := WORD;
-    elsif WORD(WORD'high) = '1' then
+    elsif ROUNDED(ROUNDED'high) = '1' then
       limited := not HIGHEST;
     else
       limited := HIGHEST;

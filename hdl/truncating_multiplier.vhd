@@ -64,16 +64,17 @@ architecture rtl of truncating_multiplier is
     return signed('0' & word);
   end function;
 
-  -- A value fits when it survives the way to the result's bits and back; the
-  -- narrowing keeps the sign bit. Compared as plain vectors, so that an unknown
-  -- value stays unknown.
+  -- A value fits when it survives the way to the result's bits and back. Compared
+  -- as plain vectors, so that an unknown value stays unknown. The sign is read
+  -- from the value: numeric_std's narrowing keeps it, GHDL 2.0's synthesis of
+  -- that narrowing does not.
   function clamp(value : signed) return signed is
     constant WORD : signed(HIGHEST'range) := resize(value, HIGHEST'length);
     constant BACK : signed(value'length - 1 downto 0) := resize(WORD, value'length);
   begin
     if std_logic_vector(BACK) = std_logic_vector(value) then
       return value;
-    elsif WORD(WORD'high) = '1' then
+    elsif value(value'high) = '1' then
       return resize(not HIGHEST, value'length);
     end if;
     return resize(HIGHEST, value'length);

@@ -64,7 +64,7 @@ architecture rtl of velocity_register is
   begin
     if std_logic_vector(BACK) = std_logic_vector(value) then
       return std_logic_vector(WORD);
-    elsif WORD(WORD'high) = '1' then
+    elsif value(value'high) = '1' then
       return std_logic_vector(not HIGHEST);
     end if;
     return std_logic_vector(HIGHEST);

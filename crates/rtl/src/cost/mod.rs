@@ -83,7 +83,7 @@ impl Cost {
 /// [`CostError`]: a tool is missing, refuses, or does not come to an end.
 pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
     let name = block.name();
-    let library = Library::analyse(&[], &sources(name, hdl)?, &[])?;
+    let library = library(name, hdl)?;
     library.write("block.v", &verilog::verilog(block, &library)?)?;
     library.write("bench.v", &bench::bench(block))?;
 
@@ -147,6 +147,19 @@ pub fn tool_versions() -> Result<[String; 3], CostError> {
 pub fn vhdl(name: &str, hdl: &Path) -> Result<String, CostError> {
     let read = |file: PathBuf| fs::read_to_string(&file).map_err(|error| GhdlError::Io(file, error).into());
     sources(name, hdl)?.into_iter().map(read).collect()
+}
+
+/// The Verilog that a block is synthesised from: GHDL's, with its errors put right.
+///
+/// # Errors
+///
+/// [`CostError`] when GHDL is missing or refuses the VHDL.
+pub fn verilog(block: &dyn AnyBlock, hdl: &Path) -> Result<String, CostError> {
+    verilog::verilog(block, &library(block.name(), hdl)?)
+}
+
+fn library(name: &str, hdl: &Path) -> Result<Library, CostError> {
+    Ok(Library::analyse(&[], &sources(name, hdl)?, &[])?)
 }
 
 /// The files of an entity and of all that it instantiates, in the order of analysis.

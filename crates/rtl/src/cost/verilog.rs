@@ -9,8 +9,11 @@ use crate::vector::literal;
 /// The block and what it instantiates.
 pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {
     let text = synth(block, library, "verilog")?;
-    // A concatenation with a word of no bits is written as `{0'b, x}`, which is no Verilog.
-    let text = text.replace("{0'b, ", "{").replace(", 0'b}", "}");
+    let text = with_slices(&with_literals(&text))
+        // A concatenation with a word of no bits, which is no Verilog.
+        .replace("{0'b, ", "{")
+        .replace(", 0'b}", "}");
+    let text: String = text.lines().map(|line| with_sign(line) + "\n").collect();
     with_defaults(&text, &synth(block, library, "vhdl")?).ok_or_else(|| CostError::Failed {
         tool: Tool::Ghdl.name(),
         block: block.name().to_string(),
@@ -24,6 +27,46 @@ fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<Stri
     arguments.extend(block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))));
     arguments.push(block.name().to_string());
     run(library.dir(), Tool::Ghdl, block.name(), arguments)
+}
+
+/// Words of more than 64 bits are written as VHDL's `"0101"`, which Verilog reads as text.
+fn with_literals(verilog: &str) -> String {
+    let parts = verilog.split('"').enumerate();
+    parts.map(|(i, part)| if i % 2 == 0 { part.to_string() } else { format!("{}'b{part}", part.len()) }).collect()
+}
+
+/// Bits taken out of a literal, `4'b0101[2]` or `4'b0101[2:1]`, are no Verilog: the literal of those bits.
+fn with_slices(verilog: &str) -> String {
+    let mut parts = verilog.split("'b");
+    let mut text = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let end = part.find(|c| !matches!(c, '0' | '1' | 'X' | 'Z')).unwrap_or(part.len());
+        let (bits, rest) = part.split_at(end);
+        if let Some((low, high, rest)) = slice(rest)
+            && let Some(bits) = bits.len().checked_sub(high + 1).and_then(|first| bits.get(first..bits.len() - low))
+        {
+            text.truncate(text.trim_end_matches(|c: char| c.is_ascii_digit()).len());
+            text += &format!("{}'b{bits}{rest}", bits.len());
+        } else {
+            text += &format!("'b{part}");
+        }
+    }
+    text
+}
+
+/// The lower and the upper bit of `[2]` or `[2:1]` at the beginning, and what follows.
+fn slice(text: &str) -> Option<(usize, usize, &str)> {
+    let (range, rest) = text.strip_prefix('[')?.split_once(']')?;
+    let (high, low) = range.split_once(':').unwrap_or((range, range));
+    Some((low.parse().ok()?, high.parse().ok()?, rest))
+}
+
+/// An arithmetic shift to the right is written as a logical one of a signed word, `$signed(n1_o) >> 2'b10`.
+fn with_sign(line: &str) -> String {
+    match line.split_once(" = $signed(") {
+        Some((_, shift)) if shift.contains(") >> ") => line.replacen(") >> ", ") >>> ", 1),
+        _ => line.to_string(),
+    }
 }
 
 /// Gives every `case` its default (ghdl/ghdl#2041: GHDL 2.0 leaves it out, which makes latches of logic).
@@ -77,7 +120,24 @@ fn value(vhdl: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::with_defaults;
+    use super::{with_defaults, with_literals, with_sign, with_slices};
+
+    #[test]
+    fn long_words_are_bits_and_not_text() {
+        assert_eq!(with_literals("a = n1 + \"0110\"; b = \"1\";"), "a = n1 + 4'b0110; b = 1'b1;");
+    }
+
+    #[test]
+    fn a_bit_of_a_literal_is_that_bit() {
+        assert_eq!(with_slices("{{3{4'b0100[2]}}, 4'b0100}"), "{{3{1'b1}}, 4'b0100}");
+        assert_eq!(with_slices("a = 4'b0100[2:1] + n1[2:1];"), "a = 2'b10 + n1[2:1];");
+    }
+
+    #[test]
+    fn a_shift_of_a_signed_word_keeps_the_sign_and_another_does_not() {
+        assert_eq!(with_sign("  assign b = $signed(a) >> 2'b10;"), "  assign b = $signed(a) >>> 2'b10;");
+        assert_eq!(with_sign("  assign b = a >> 2'b10;"), "  assign b = a >> 2'b10;");
+    }
 
     const CASES: &str = "  always @*\n    case (s)\n      2'b10: n1 <= n5;\n      2'b01: n1 <= a;\n    endcase\n  \
                          always @*\n    case (s)\n      1'b1: n2 <= 2'b00;\n    endcase\n";
