@@ -1,0 +1,112 @@
+//! The Verilog whose cost is counted does what the emulator does: Yosys simulates it on golden vectors.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use hpu_datapath::{AnyBlock, Generic, registry, variants};
+use hpu_rtl::{Column, Header, Vectors, stimuli, verilog};
+
+/// Rows of directed stimuli, and as many random ones.
+const ROWS: usize = 60;
+
+/// A module that feeds the rows of `rows.hex` to the block, one a clock, and counts the rows that differ.
+fn bench(header: &Header, rows: usize) -> String {
+    let width = |columns: &[Column]| -> u32 { columns.iter().map(|column| column.format.width()).sum() };
+    let (ins, outs) = (width(&header.inputs), width(&header.outputs));
+    let mut connections = if header.clocked { ".clk(clk)".to_string() } else { String::new() };
+    for (wire, columns, mut top) in [("stimulus", &header.inputs, ins), ("answer", &header.outputs, outs)] {
+        for Column { name, format } in columns {
+            let gap = if connections.is_empty() { "" } else { ", " };
+            let low = top - format.width();
+            write!(connections, "{gap}.{name}({wire}[{}:{low}])", top - 1).expect("a string grows");
+            top = low;
+        }
+    }
+    // The outputs of a clocked block answer a row after its edge; those of a combinational one wait for it here.
+    let seen = if header.clocked { "assign seen = answer;" } else { "always @(posedge clk) seen <= answer;" };
+    format!(
+        "module bench(input clk, output reg [15:0] row, output reg [15:0] different);
+           reg [{all}:0] rows [0:{last}];
+           initial begin $readmemh(\"rows.hex\", rows); row = 0; different = 0; end
+           wire [{all}:0] now = rows[row];
+           wire [{ins}-1:0] stimulus = now[{all}:{outs}];
+           wire [{outs}-1:0] answer;
+           reg [{outs}-1:0] expected;
+           {kind} [{outs}-1:0] seen;
+           {name} dut({connections});
+           {seen}
+           always @(posedge clk) begin
+             row <= row + 1;
+             expected <= now[{outs}-1:0];
+             if (row != 0 && row <= {rows} && seen !== expected) different <= different + 1;
+           end
+         endmodule\n",
+        all = ins + outs - 1,
+        last = rows - 1,
+        kind = if header.clocked { "wire" } else { "reg" },
+        name = header.block,
+    )
+}
+
+/// The last value of a variable in a VCD of Yosys.
+fn last_value(vcd: &str, name: &str) -> u64 {
+    let declared = vcd.lines().find(|line| line.starts_with("$var") && line.contains(&format!(" {name} ")));
+    let id = declared.and_then(|line| line.split_whitespace().nth(3)).unwrap_or_else(|| panic!("no {name}"));
+    let value = vcd.lines().rev().find_map(|line| line.strip_prefix('b')?.strip_suffix(&format!(" {id}")));
+    u64::from_str_radix(value.expect("a value"), 2).expect("a known value")
+}
+
+fn differing_rows(block: &mut dyn AnyBlock, dir: &Path) -> u64 {
+    let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
+    let text = verilog(block, &hdl).unwrap_or_else(|error| panic!("{}: {error}", block.name()));
+    let mut rows = stimuli::directed(block);
+    rows.truncate(ROWS);
+    rows.extend(stimuli::random(block, 1, ROWS));
+    // Words before the first reset are unknown.
+    rows[0].rst = block.clocked();
+    let vectors = Vectors::record(block, rows);
+    let count = vectors.rows.len();
+    std::fs::write(dir.join("block.v"), text).expect("written");
+    std::fs::write(dir.join("bench.v"), bench(&vectors.header, count)).expect("written");
+    std::fs::write(dir.join("rows.hex"), vectors.to_readmemh()).expect("written");
+    let script = format!(
+        "read_verilog block.v; read_verilog bench.v; hierarchy -check -top bench; proc; flatten; opt; \
+         sim -q -clock clk -n {} -vcd out.vcd bench",
+        count + 2
+    );
+    let output = Command::new("yosys").args(["-q", "-p", &script]).current_dir(dir).output().expect("install yosys");
+    assert!(output.status.success(), "{}: {}", block.name(), String::from_utf8_lossy(&output.stderr));
+    let vcd = std::fs::read_to_string(dir.join("out.vcd")).expect("a VCD");
+    assert!(last_value(&vcd, "row") > count as u64, "{}: all rows ran", block.name());
+    last_value(&vcd, "different")
+}
+
+/// Whether Yosys simulates the block within seconds: tables of thousands of words take it minutes. Such blocks are held
+/// in their variants of shorter tables.
+fn has_short_tables(block: &dyn AnyBlock) -> bool {
+    let long = |(name, value): (&str, Generic)| matches!((name, value), ("DEPTH_WIDTH" | "QUARTER_WIDTH", Generic::Integer(bits)) if bits > 9);
+    !block.generics().into_iter().any(long)
+}
+
+#[test]
+fn the_verilog_of_every_variant_answers_as_the_emulator_does() {
+    let dir = std::env::temp_dir().join(format!("hpu-cost-verilog-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).expect("a folder for the test");
+    let mut wrong = Vec::new();
+    let mut held = BTreeSet::new();
+    for (label, mut block) in variants() {
+        if has_short_tables(&*block) {
+            let different = differing_rows(&mut *block, &dir);
+            if different > 0 {
+                wrong.push(format!("{} {label}: {different} rows", block.name()));
+            }
+            held.insert(block.name());
+        }
+    }
+    std::fs::remove_dir_all(dir).expect("the folder goes");
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let missing: Vec<_> = registry().iter().map(|block| block.name()).filter(|name| !held.contains(name)).collect();
+    assert!(missing.is_empty(), "no variant of short tables: {missing:?}");
+}
