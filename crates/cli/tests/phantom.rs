@@ -32,7 +32,7 @@ fn a_run_tells_platform_motion_words_energy_and_whether_it_was_as_expected() {
     for line in [
         "scene      phantom-thrown-rtos, phantom_io at 50 MHz",
         "outcome    non-passive: rms ",
-        "platform   RTOS-20: every 2500 clocks (20 kHz), floating point, commands 1 samples late",
+        "platform   RTOS-20: every 2500 clocks (20 kHz), floating point, commands late by 1 sample",
         "motion     tip ends at x = ",
         "words      stiffness 20000 of (0,16,2) is 5 kN/m, asked 5 kN/m",
         "words      walls at 16777 of (1,0,24): ",

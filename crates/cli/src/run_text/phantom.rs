@@ -12,7 +12,10 @@ pub fn platform(scene: &PhantomScene) -> String {
     let how = if scene.model.ideal {
         "the law in floats on the true position".to_string()
     } else if scene.platform.is_host() {
-        format!("floating point, commands {} samples late", scene.model.delay_samples)
+        let (samples, latency_s) = (scene.model.delay_samples, scene.model.latency_s);
+        let late = if latency_s > 0.0 { format!(" and {}", si(latency_s, "s")) } else { String::new() };
+        let unit = if samples == 1.0 { "sample" } else { "samples" };
+        format!("floating point, commands late by {samples} {unit}{late}")
     } else {
         let kind = if scene.method.shared { "one multiplier" } else { "all in parallel" };
         format!("the datapath, {kind}")

@@ -258,6 +258,14 @@ impl PhantomScene {
                 format!("{} m does not fit {}; write at most {most} m", self.room.distance_m, formats.position);
             return Err(self.places.error("room.distance", reason));
         }
+        if wall == 0.0 {
+            let least_m = formats.position.lsb();
+            let reason = format!(
+                "{} m rounds to zero in {}; write at least {least_m} m",
+                self.room.distance_m, formats.position
+            );
+            return Err(self.places.error("room.distance", reason));
+        }
         let asked = self.room.stiffness_n_per_m;
         let stiffness = (asked / formats.stiffness.lsb()).round();
         if stiffness > formats.stiffness.max() as f64 {
