@@ -1,9 +1,12 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
+mod sequences;
+
 use hpu_cosim::SplitMix64;
 use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
+use self::sequences::{computations, is_estimator, motions};
 use crate::Stimulus;
 use crate::postures::{is_posed, pose};
 
@@ -61,6 +64,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
         _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
+        _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
     }
 }
@@ -180,16 +184,6 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
         }
     }
     rows
-}
-
-/// Sequential computations: every corner of each operand against those of the others, each with time for a bit an edge.
-fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
-    let lists: Vec<_> = inputs[1..].iter().map(|signal| corners(signal.format)).collect();
-    let edges = i64::from(inputs[1].format.width()) + frac + 2;
-    let row = |start: bool, operands: &[i64]| [&[i64::from(start)], operands].concat();
-    let run = |operands: Vec<i64>| (0..edges).map(move |passed| edge(row(passed == 0, &operands)));
-    let runs = product(&lists).into_iter().flat_map(run);
-    [reset(vec![1; inputs.len()])].into_iter().chain(runs).collect()
 }
 
 /// Whole loops: from reset, into the wall and back out, for the corners of the constant words.

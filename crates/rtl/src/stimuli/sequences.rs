@@ -1,0 +1,42 @@
+//! Directed stimuli that need many edges in a row: computations from a start to their end, motions of an encoder.
+
+use hpu_signal::Signal;
+
+use super::{corners, edge, product, reset};
+use crate::Stimulus;
+
+/// Sequential computations: every corner of each operand against those of the others, each with time for a bit an edge.
+pub(super) fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
+    let lists: Vec<_> = inputs[1..].iter().map(|signal| corners(signal.format)).collect();
+    let edges = i64::from(inputs[1].format.width()) + frac + 2;
+    let row = |start: bool, operands: &[i64]| [&[i64::from(start)], operands].concat();
+    let run = |operands: Vec<i64>| (0..edges).map(move |passed| edge(row(passed == 0, &operands)));
+    let runs = product(&lists).into_iter().flat_map(run);
+    [reset(vec![1; inputs.len()])].into_iter().chain(runs).collect()
+}
+
+/// Whether the block sees a position and nothing else but the sample period: it estimates a velocity.
+pub(super) fn is_estimator(inputs: &[Signal]) -> bool {
+    inputs[0].name == "position" && inputs[1..].iter().all(|signal| signal.name == "period")
+}
+
+/// Eighths of a count a sample, each for a while: slow and fast, bends, reversals, standstill.
+const SPEEDS: [i128; 14] = [8, 1, 3, -2, 17, 0, 5, -11, -11, 24, 40, -40, 7, 0];
+
+/// Motions across the counter's turn, at short sample periods.
+pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for period in [1, 3] {
+        rows.push(reset(vec![0; inputs.len()]));
+        let mut eighths = -60;
+        for speed in SPEEDS {
+            for _ in 0..40 {
+                eighths += speed;
+                let position = inputs[0].format.wrap(i128::div_euclid(eighths, 8));
+                let row: Vec<_> = [position].into_iter().chain(inputs[1..].iter().map(|_| period)).collect();
+                rows.extend(vec![edge(row); period as usize]);
+            }
+        }
+    }
+    rows
+}
