@@ -115,6 +115,7 @@ fn maps_that_cannot_be_are_refused_before_a_cell_is_run() {
         ("device", "{ kind = \"mass\", mass = 1, damping = 1 }"),
         ("hand", "{ kind = \"none\" }"),
         ("wall.damping", "0"),
+        ("expect", "{}"),
     ];
     let position = "wall.position=0..1:5";
     holds(refused(&mass, "wall.stiffness=1..2 N/m:5", position, &["a"]), &["mass", "method a"]);

@@ -9,6 +9,7 @@ mod formats;
 mod ladder;
 mod log_panel;
 mod map;
+mod map_frame;
 mod motion;
 mod panel;
 mod side_by_side;

@@ -7,6 +7,7 @@
 mod axis;
 mod cell;
 mod curves;
+mod fill;
 mod method;
 mod refine;
 mod table;
@@ -14,17 +15,14 @@ mod table;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
-use std::num::NonZeroUsize;
-use std::time::Duration;
 
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
-use hpu_cosim::{Control, Ready, Rig};
-
-use crate::units::{self, Row};
+use hpu_cosim::{Ready, Rig};
 
 pub use axis::Axis;
 pub use cell::{Cell, OUTCOMES, outcome_name};
 pub use curves::{Curve, Curves};
+pub use fill::Plan;
 pub use method::Method;
 pub use refine::{Refinement, STRIDE};
 pub use table::{COLUMNS, csv, parquet, units_of};
@@ -73,17 +71,6 @@ pub enum Found {
     Run(Result<Cell, String>),
     /// It is of the class of this cell, which was run.
     As(usize),
-}
-
-/// How a map is filled.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Plan {
-    /// Whether every cell is run.
-    pub full: bool,
-    /// How long a cell may take.
-    pub timeout: Duration,
-    /// Threads.
-    pub jobs: NonZeroUsize,
 }
 
 /// Why there is no such map.
@@ -228,74 +215,6 @@ impl Map {
             |file: &str| self.scene.files.get(file).cloned().ok_or_else(|| io::Error::from(io::ErrorKind::NotFound));
         Experiment::parse(&self.scene.name, &self.scene.text, &self.overrides(point), &mut load)
     }
-
-    /// Runs one cell, as a unit of work; `None` when it was stopped.
-    pub fn run_cell(&self, index: usize, timeout: Duration, control: &Control) -> Option<Row> {
-        let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
-        match made.and_then(|experiment| Cell::run(&experiment, timeout, control)) {
-            Ok(cell) => cell.map(|cell| Ok(cell.line())),
-            Err(reason) => Some(Err(reason)),
-        }
-    }
-
-    /// Fills the map; `None` when `control` stopped it. Rows that are `done` are not run again, and every new one goes
-    /// through `keep`.
-    ///
-    /// # Errors
-    ///
-    /// What `keep` says.
-    pub fn run<E>(
-        &self,
-        plan: Plan,
-        mut done: BTreeMap<usize, Row>,
-        control: &Control,
-        mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
-    ) -> Result<Option<Vec<Found>>, E> {
-        let unit = |index: usize, control: &Control| self.run_cell(index, plan.timeout, control);
-        let mut do_all = |wanted: Vec<usize>, done: &mut BTreeMap<usize, Row>| {
-            units::run_some(wanted.iter().copied(), plan.jobs, done, control, unit, &mut keep)?;
-            Ok(wanted.iter().all(|index| done.contains_key(index)))
-        };
-        let mut found: Vec<Option<Found>> = vec![None; self.len()];
-        if plan.full {
-            if !do_all((0..self.len()).collect(), &mut done)? {
-                return Ok(None);
-            }
-            found = done.iter().map(|(_, row)| Some(Found::Run(read(row)))).collect();
-        } else {
-            let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
-            let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
-            loop {
-                let wanted = layers.iter().zip(&firsts);
-                let wanted = wanted.flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell));
-                if !do_all(wanted.collect(), &mut done)? {
-                    return Ok(None);
-                }
-                let class = |index: usize| read(&done[&index]).ok().map(|cell| cell.outcome);
-                let cut = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.cut(|cell| class(first + cell)));
-                // Every layer takes its step: no short cut at the first.
-                if !cut.fold(false, |any, cut| any | cut) {
-                    break;
-                }
-            }
-            for (layer, first) in layers.iter().zip(&firsts) {
-                for cell in layer.wanted() {
-                    found[first + cell] = Some(Found::Run(read(&done[&(first + cell)])));
-                }
-                for (cell, like) in layer.inferred() {
-                    found[first + cell] = Some(Found::As(first + like));
-                }
-            }
-        }
-        Ok(found.into_iter().collect())
-    }
-}
-
-/// A row as the cell that it was.
-fn read(row: &Row) -> Result<Cell, String> {
-    row.as_ref()
-        .map_err(Clone::clone)
-        .and_then(|line| Cell::read(line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
 }
 
 /// What became of a cell, run or inferred; `None` for one that could not be run.
