@@ -53,7 +53,7 @@ impl Map {
             if !do_all((0..self.len()).collect(), &mut done)? {
                 return Ok(None);
             }
-            found = done.iter().map(|(_, row)| Some(Found::Run(read(row)))).collect();
+            found = done.values().map(|row| Some(Found::Run(read(row)))).collect();
         } else {
             let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
             let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
