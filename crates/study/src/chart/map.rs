@@ -5,7 +5,7 @@ use plotters::style::RGBColor;
 
 use crate::map::{Cell, Curves, Found, Map, nearest, outcome, outcome_name};
 
-use super::canvas::{Anchor, BLUE, Canvas, GREEN, INK, ORANGE, QUIET, RED, WALL, text_width};
+use super::canvas::{Anchor, BLUE, Canvas, GREEN, INK, ORANGE, QUIET, RED, WALL, WIDTH, text_width};
 use super::map_frame::frames;
 use super::{Picture, page};
 
@@ -57,6 +57,7 @@ const QUANTITIES: [Quantity; 4] = [
 /// `curves` are those of each method, or why it has none.
 #[must_use]
 pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Vec<Picture> {
+    let command = &shortened(command);
     let mut pictures = vec![outcomes(map, found, curves, command)];
     for quantity in &QUANTITIES {
         let values: Vec<Option<f64>> =
@@ -69,6 +70,17 @@ pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>
         }
     }
     pictures
+}
+
+/// A command as the foot of a page has room for it; whole, it is in the tables.
+fn shortened(command: &str) -> String {
+    const ROOM: i32 = WIDTH - 260;
+    if text_width(command, 24) <= ROOM {
+        return command.to_string();
+    }
+    let mut ends = command.char_indices().map(|(end, _)| end).rev();
+    let end = ends.find(|end| text_width(&command[..*end], 24) <= ROOM - 30).unwrap_or(0);
+    format!("{} \u{2026}", &command[..end])
 }
 
 fn outcome_color(outcome: Option<OutcomeKind>) -> RGBColor {

@@ -7,8 +7,6 @@ use crate::map::{Axis, Map};
 use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::ticks;
 
-/// Panels stand side by side up to this many.
-const ABREAST: usize = 3;
 const SMALL: i32 = 26;
 
 /// A method's panel.
@@ -23,7 +21,9 @@ pub(super) struct Frame {
 /// The panels of the methods, row by row.
 pub(super) fn frames(map: &Map) -> Vec<Frame> {
     let methods = map.methods.len();
-    let (columns, rows) = (methods.min(ABREAST), methods.div_ceil(ABREAST));
+    // Up to three abreast in one row, then as square as may be.
+    let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
+    let rows = methods.div_ceil(columns);
     let (width, height) = ((WIDTH - 60) / columns as i32, (HEIGHT - 70 - 200) / rows as i32);
     let frame = |method: usize| {
         let (left, top) = (width * (method % columns) as i32, 200 + height * (method / columns) as i32);
@@ -63,7 +63,7 @@ impl Frame {
     pub fn axes(&self, canvas: &mut Canvas, map: &Map) {
         let Self { left, top, right, bottom, .. } = *self;
         canvas.line(vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], INK, 2);
-        for (value, label) in marks(&map.x, ((right - left) / 150) as usize) {
+        for (value, label) in marks(&map.x, ((right - left) / 100) as usize) {
             let x = self.x(map, map.x.position(value));
             canvas.line(vec![(x, bottom), (x, bottom + 10)], INK, 2);
             canvas.text((x, bottom + 30), label, SMALL, QUIET, Anchor::Centre);
