@@ -232,11 +232,17 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let mut words: Vec<_> = inputs.iter().map(|signal| draw(random, signal, 0)).collect();
     let mut walks = vec![(0, 1); encoders];
     // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
-    let resets = if is_loop { 6000 } else { 700 };
+    let resets = match (is_loop, posed) {
+        (true, false) => 6000,
+        // Often enough for a short table to be walked again.
+        (true, true) => 1200,
+        _ => 700,
+    };
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {
                 _ if !block.clocked() => 1,
+                _ if is_loop && posed => 100,
                 _ if is_loop => 500,
                 "command" | "period" => 40,
                 "start" => 1,
@@ -246,8 +252,11 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
             if random.one_in(odds) {
                 // Long enough for a computation, short enough for many.
                 let period = posed && signal.name == "period";
-                words[index] =
-                    if period { signal.format.from_bits(random.below(80)) } else { draw(random, signal, words[index]) };
+                words[index] = if period {
+                    signal.format.from_bits(if random.one_in(4) { random.below(80) } else { 34 + random.below(30) })
+                } else {
+                    draw(random, signal, words[index])
+                };
             }
         }
         if posed && (!block.clocked() || random.one_in(100)) {

@@ -77,6 +77,11 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
             }
         }
     }
+    // Words with more fraction bits than there are to fill.
+    let widened = |entry: &str| entry.contains(" widening ") || entry == "biquad default y f";
+    // The cosines of angles below a right one are positive, and at most 1.
+    let positive = |entry: &str| entry.starts_with("trig_table ") && entry.ends_with(" cosine ff800000");
+    idle.retain(|entry| !widened(entry) && !positive(entry));
     let by_design = [
         "saturator limit_0 limited 1ff",
         // Even the greatest command is off once a period, and then again in dead time until the period ends.
