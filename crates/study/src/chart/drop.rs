@@ -52,7 +52,10 @@ fn ending(summary: &Summary) -> Range<f64> {
 fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
     if height > panel.y.start {
         canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], WALL, 0.16);
-        canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], WALL, 3);
+        // A wall that begins above the panel has no face to show in it.
+        if panel.y.contains(&height) {
+            canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], WALL, 3);
+        }
     }
 }
 
