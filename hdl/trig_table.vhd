@@ -140,8 +140,14 @@ begin
         cosine <= (others => 'X');
       else
         index  := to_integer(unsigned(count(DEPTH_WIDTH - 1 downto 0)));
-        sine   <= SINES(index) and inside;
-        cosine <= COSINES(index) and inside;
+        sine   <= SINES(index);
+        cosine <= COSINES(index);
+        -- An override and no gate, so that synthesis finds a memory with a
+        -- registered and cleared output: block RAM.
+        if inside = '0' then
+          sine   <= (others => '0');
+          cosine <= (others => '0');
+        end if;
       end if;
 
       if rst = '1' then
