@@ -1,5 +1,6 @@
 //! Joins datapath and plant: scenes, worlds, the engine, the energy audit and the verdict.
 
+pub mod law;
 pub mod replay;
 pub mod scene;
 
@@ -8,6 +9,7 @@ mod axis_world;
 mod encoder;
 mod engine;
 mod host;
+mod law_loop;
 mod linear;
 mod phantom_session;
 mod plant;
@@ -23,6 +25,7 @@ mod world;
 pub use arm_world::{ARM_REALS, FpgaWorld, HostWorld};
 pub use axis_world::AxisWorld;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
+pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};

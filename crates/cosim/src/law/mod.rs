@@ -1,0 +1,37 @@
+//! The methods' reference laws, in floats and SI units: what their datapaths approximate in words.
+//!
+//! A law reads the position beyond the wall's surface `x`, once every `T`, and makes the force `F` against the penetration that
+//! is held until the next sample. Metres and newtons stand for radians and newton metres as well. The hybrid and the
+//! conventional loop are [`Wall`] with the spring read at once or once a sample.
+//!
+//! | Law | Datapath | Page |
+//! |---|---|---|
+//! | [`Wall`] | `sampled_wall` | any velocity estimate, at its own rate; negative damping |
+//! | [`VirtualCoupling`] | `virtual_coupling` | a massless tool between device and wall |
+//! | [`PassivityController`] | `passivity_controller` | time-domain passivity observer and controller |
+//! | [`EnergyBounding`] | `energy_bounding` | both published forms |
+//! | [`PassiveSpring`] | `passive_spring` | energy-level spring, power scaling |
+//! | [`MidpointSpring`] | none: it needs the next position | lossless, for simulation |
+//! | [`InputShaper`] | `input_shaper` | the digital twin of the analog shaper |
+
+mod any;
+mod bounding;
+mod coupling;
+mod passivity;
+mod shaper;
+mod spring;
+mod wall;
+
+pub use any::AnyLaw;
+pub use bounding::{BoundingForm, EnergyBounding};
+pub use coupling::VirtualCoupling;
+pub use passivity::{Observer, PassivityController};
+pub use shaper::{InputShaper, high_pass};
+pub use spring::{MidpointSpring, PassiveSpring};
+pub use wall::Wall;
+
+/// A law that is sampled and held.
+pub trait SampledLaw {
+    /// The force from this sample to the next, for the position beyond the surface at it.
+    fn sample(&mut self, x_m: f64) -> f64;
+}

@@ -1,0 +1,183 @@
+//! A loop whose law is computed in floats: what the datapaths in words are held against.
+//!
+//! It reads the encoder's lines as every loop does, counts at once, and makes the law's force a command of 40 bits, beside
+//! which no other word of a loop is fine. What is left is the encoder's count and the sampling. It drives an averaged bridge or an
+//! amplifier; it has no PWM, and no VHDL.
+
+use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
+use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
+
+use crate::law::{AnyLaw, SampledLaw};
+
+/// Bits of the command's magnitude.
+pub const COMMAND_BITS: u32 = 40;
+
+/// What a law's loop is made of.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LawConfig {
+    /// The law, its device at the start.
+    pub law: AnyLaw,
+    /// The spring of a [`Wall`](crate::law::Wall) follows every count instead of the sample before.
+    pub live: bool,
+    /// The wall's surface, in counts from the start.
+    pub surface: i64,
+    /// Position of a count.
+    pub count_m: f64,
+    /// Force of a full command.
+    pub full_scale_n: f64,
+    /// Formats of stiffness, damping and scale, which tell how far a ramp has come.
+    pub formats: [Format; 3],
+    /// The words of stiffness and scale at the start.
+    pub start: [i64; 2],
+    /// Width of the sample period.
+    pub period_width: u32,
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Debug)]
+pub struct LawLoop {
+    config: LawConfig,
+    law: AnyLaw,
+    /// Edges before the next sample.
+    left: u64,
+    phase: Option<i64>,
+    force_n: f64,
+    words: [i64; NETS],
+    meter: Meter<NETS>,
+}
+
+const POSITION: usize = 11;
+const COMMAND: usize = 12;
+const NETS: usize = 13;
+
+impl LawLoop {
+    /// A loop as it stands after reset.
+    #[must_use]
+    pub fn new(config: LawConfig) -> Self {
+        let law = config.law.clone();
+        Self { config, law, left: 0, phase: None, force_n: 0.0, words: [0; NETS], meter: Meter::default() }
+    }
+
+    /// Counts the lines' phase, from the first one seen on.
+    fn count(&mut self, input: &LoopIn<i64>) -> bool {
+        let phase = if input.b_pin == 1 { 1 + input.a_pin } else { 3 * input.a_pin };
+        let before = self.phase.replace(phase).unwrap_or(phase);
+        let step = match (phase - before).rem_euclid(4) {
+            1 => 1,
+            3 => -1,
+            _ => 0,
+        };
+        self.words[POSITION] += step;
+        step != 0
+    }
+
+    fn position_m(&self) -> f64 {
+        (self.words[POSITION] - self.config.surface) as f64 * self.config.count_m
+    }
+
+    fn period(input: &LoopIn<i64>) -> u64 {
+        input.period.max(1).unsigned_abs()
+    }
+
+    fn command(&self, force_n: f64) -> i64 {
+        let full = Format::unsigned(COMMAND_BITS).max() as f64;
+        (force_n / self.config.full_scale_n * full).round().clamp(-full, full) as i64
+    }
+}
+
+impl Block for LawLoop {
+    const NAME: &'static str = "law_loop";
+    const CLOCKED: bool = true;
+    type In<T> = LoopIn<T>;
+    type Out<T> = LoopOut<T>;
+
+    fn inputs(&self) -> LoopIn<Signal> {
+        let [stiffness, damping, scale] = self.config.formats;
+        let period = Format::unsigned(self.config.period_width);
+        LoopIn {
+            a_pin: Signal::bit("a_pin", "Encoder line A"),
+            b_pin: Signal::bit("b_pin", "Encoder line B"),
+            reference: Signal::new("reference", Format::signed(32), "count", "The wall's surface; fixed by the law"),
+            stiffness: Signal::new("stiffness", stiffness, "PWM count/count", "Stiffness, as a share of the law's own"),
+            damping: Signal::new("damping", damping, "PWM count/(count/sample)", "Ignored: the law has its own"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+            scale: Signal::new("scale", scale, "1", "Scale of the force, as a share of the law's own"),
+        }
+    }
+
+    fn outputs(&self) -> LoopOut<Signal> {
+        let gate = |name| Signal::bit(name, "Never on");
+        LoopOut { a_high: gate("a_high"), a_low: gate("a_low"), b_high: gate("b_high"), b_low: gate("b_low") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        Vec::new()
+    }
+
+    fn reset(&mut self) -> LoopOut<i64> {
+        *self = Self::new(self.config.clone());
+        LoopOut::build(|| 0)
+    }
+
+    fn tick(&mut self, input: LoopIn<i64>) -> LoopOut<i64> {
+        let moved = self.count(&input);
+        let sampled = self.left == 0;
+        self.left = if sampled { Self::period(&input) } else { self.left } - 1;
+        let [stiffness, scale] = [(input.stiffness, 0), (input.scale, 1)].map(|(word, index)| {
+            let start = self.config.start[index];
+            if start == 0 { 1.0 } else { word as f64 / start as f64 }
+        });
+        if sampled {
+            self.law.vary(&self.config.law, stiffness, scale);
+            self.force_n = self.law.sample(self.position_m());
+        }
+        if let (true, AnyLaw::Wall(wall)) = (self.config.live && (moved || sampled), &self.law) {
+            self.force_n = wall.force_n(self.position_m());
+        }
+        let mut port = self.words.iter_mut();
+        input.each(|&word| *port.next().expect("inputs come first") = word);
+        self.words[COMMAND] = self.command(self.force_n);
+        if moved || sampled {
+            self.meter.range(&self.words);
+        }
+        LoopOut::build(|| 0)
+    }
+
+    fn quiet(&self, input: &LoopIn<i64>) -> u64 {
+        let unseen = self.words[..2] != [input.a_pin, input.b_pin];
+        if unseen { 0 } else { self.left }
+    }
+
+    fn skip(&mut self, edges: u64, input: &LoopIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.left -= edges;
+    }
+}
+
+impl Wiring for LawLoop {
+    fn nets(&self) -> Vec<Signal> {
+        let mut all = flatten(&self.inputs());
+        all.extend(flatten(&self.outputs()));
+        all.push(Signal::new("position", Format::signed(32), "count", "Counts from the start"));
+        let command = Format::signed(COMMAND_BITS + 1);
+        all.push(Signal::new("command", command, "full scale/2^40", "Force against the penetration"));
+        all
+    }
+
+    fn instances(&self) -> Vec<Instance> {
+        Vec::new()
+    }
+
+    fn settle(&mut self, input: &LoopIn<i64>) {
+        let mut port = self.words.iter_mut();
+        input.each(|&word| *port.next().expect("inputs come first") = word);
+    }
+
+    fn words(&self) -> &[i64] {
+        &self.words
+    }
+
+    fn uses(&self) -> Vec<SignalUse> {
+        self.meter.uses().to_vec()
+    }
+}
