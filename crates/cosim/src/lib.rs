@@ -11,6 +11,7 @@ mod engine;
 mod host;
 mod law_loop;
 mod linear;
+mod method;
 mod phantom_session;
 mod plant;
 mod random;

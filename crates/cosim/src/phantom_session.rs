@@ -224,7 +224,7 @@ impl Rig for PhantomSession<'_> {
             TheLoop::Phantom(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
             TheLoop::PhantomShared(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
             TheLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
-            TheLoop::Hybrid(_) | TheLoop::Conventional(_) => unreachable!("not a PHANToM's"),
+            _ => unreachable!("not a PHANToM's"),
         }
     }
 

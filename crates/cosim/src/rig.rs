@@ -3,10 +3,14 @@
 use std::time::Instant;
 
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
-use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop, Wiring};
+use hpu_datapath::{
+    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, MethodLoop, PassiveSpring, PassivityController,
+    SampledWall, VirtualCoupling, Wiring,
+};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
+use crate::law_loop::LawLoop;
 use crate::scene::Record;
 use crate::summary::{Abort, NetUse, Summary};
 use crate::trace::Trace;
@@ -21,6 +25,18 @@ pub enum TheLoop {
     Hybrid(HybridLoop),
     /// Both sampled and held.
     Conventional(ConventionalLoop),
+    /// Spring, and damping by any estimator.
+    SampledWall(MethodLoop<SampledWall>),
+    /// A tool between device and wall.
+    VirtualCoupling(MethodLoop<VirtualCoupling>),
+    /// Passivity observer and controller.
+    PassivityController(MethodLoop<PassivityController>),
+    /// Energy bounding.
+    EnergyBounding(MethodLoop<EnergyBounding>),
+    /// The energy-level spring.
+    PassiveSpring(MethodLoop<PassiveSpring>),
+    /// An axis's law in floats.
+    Law(LawLoop),
     /// A PHANToM's, every block its own logic.
     Phantom(PhantomLoop),
     /// A PHANToM's, one multiplier for all.
@@ -29,13 +45,37 @@ pub enum TheLoop {
     PhantomIo(PhantomIo),
 }
 
+/// What an expression makes of the wiring, whichever it is.
+macro_rules! with_wiring {
+    ($the_loop:expr, $wiring:ident => $call:expr) => {
+        match $the_loop {
+            TheLoop::Hybrid($wiring) => $call,
+            TheLoop::Conventional($wiring) => $call,
+            TheLoop::SampledWall($wiring) => $call,
+            TheLoop::VirtualCoupling($wiring) => $call,
+            TheLoop::PassivityController($wiring) => $call,
+            TheLoop::EnergyBounding($wiring) => $call,
+            TheLoop::PassiveSpring($wiring) => $call,
+            TheLoop::Law($wiring) => $call,
+            TheLoop::Phantom($wiring) => $call,
+            TheLoop::PhantomShared($wiring) => $call,
+            TheLoop::PhantomIo($wiring) => $call,
+        }
+    };
+}
+
 impl TheLoop {
-    /// Every wiring in its default configuration.
+    /// Every wiring that is hardware, in its default configuration.
     #[must_use]
     pub fn all() -> Vec<Self> {
         vec![
             Self::Hybrid(HybridLoop::default()),
             Self::Conventional(ConventionalLoop::default()),
+            Self::SampledWall(MethodLoop::default()),
+            Self::VirtualCoupling(MethodLoop::default()),
+            Self::PassivityController(MethodLoop::default()),
+            Self::EnergyBounding(MethodLoop::default()),
+            Self::PassiveSpring(MethodLoop::default()),
             Self::Phantom(PhantomLoop::default()),
             Self::PhantomShared(PhantomSharedLoop::default()),
             Self::PhantomIo(PhantomIo::default()),
@@ -45,13 +85,7 @@ impl TheLoop {
     /// The wiring as a block.
     #[must_use]
     pub fn block(&self) -> &dyn AnyBlock {
-        match self {
-            Self::Hybrid(wiring) => wiring,
-            Self::Conventional(wiring) => wiring,
-            Self::Phantom(wiring) => wiring,
-            Self::PhantomShared(wiring) => wiring,
-            Self::PhantomIo(wiring) => wiring,
-        }
+        with_wiring!(self, wiring => wiring)
     }
 
     /// The wiring's name.
@@ -63,13 +97,13 @@ impl TheLoop {
     /// The nets.
     #[must_use]
     pub fn nets(&self) -> Vec<Signal> {
-        match self {
-            Self::Hybrid(wiring) => wiring.nets(),
-            Self::Conventional(wiring) => wiring.nets(),
-            Self::Phantom(wiring) => wiring.nets(),
-            Self::PhantomShared(wiring) => wiring.nets(),
-            Self::PhantomIo(wiring) => wiring.nets(),
-        }
+        with_wiring!(self, wiring => wiring.nets())
+    }
+
+    /// Whether there is VHDL of it.
+    #[must_use]
+    pub fn is_hardware(&self) -> bool {
+        !matches!(self, Self::Law(_))
     }
 }
 

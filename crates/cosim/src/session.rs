@@ -2,13 +2,14 @@
 
 use std::fmt;
 
-use hpu_datapath::{ConventionalLoop, HybridLoop, LoopIn};
+use hpu_datapath::LoopIn;
 use hpu_signal::{Clock, Real};
 
 use crate::axis_world::AxisWorld;
+use crate::method;
 use crate::plant::{Plant, PlantError};
 use crate::rig::{Rig, TheLoop, Visit};
-use crate::scene::{Loop, LoopWords, Record, Scene, SceneError};
+use crate::scene::{LoopWords, Record, Scene, SceneError};
 use crate::summary::Abort;
 use crate::trace::Trace;
 use crate::verdict::{Verdict, judge};
@@ -57,11 +58,7 @@ impl<'s> Session<'s> {
     pub fn new(scene: &'s Scene) -> Result<Self, SessionError> {
         let words = scene.words().map_err(SessionError::Scene)?;
         let plant = Plant::new(scene).map_err(SessionError::Plant)?;
-        let wiring = match scene.method.kind {
-            Loop::Hybrid => HybridLoop::new(words.config).map(TheLoop::Hybrid),
-            Loop::Conventional => ConventionalLoop::new(words.config).map(TheLoop::Conventional),
-        }
-        .map_err(SessionError::Config)?;
+        let wiring = method::wiring(scene, &words)?;
         Ok(Self { scene, plant, words, wiring })
     }
 
@@ -133,6 +130,12 @@ impl Rig for Session<'_> {
         match &self.wiring {
             TheLoop::Hybrid(wiring) => visit.visit(wiring, world, self.input()),
             TheLoop::Conventional(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::SampledWall(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::VirtualCoupling(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::PassivityController(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::EnergyBounding(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::PassiveSpring(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::Law(wiring) => visit.visit(wiring, world, self.input()),
             _ => unreachable!("not an axis's"),
         }
     }

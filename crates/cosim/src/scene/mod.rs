@@ -30,6 +30,7 @@
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`).
 
 mod expect;
+mod law;
 mod parts;
 pub mod phantom;
 mod quantity;
@@ -44,6 +45,7 @@ mod source;
 mod words;
 
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
+pub use law::{LawMethod, SampledWallMethod};
 pub use parts::{
     Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor, PathPoint, Pwm, Record,
     Run, Wall,
@@ -55,6 +57,7 @@ pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{LoopWords, Realised};
 
+use hpu_datapath::Estimator;
 use hpu_signal::Clock;
 
 use source::{Places, Source};
@@ -228,6 +231,23 @@ impl Scene {
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
+    }
+
+    /// The time over which a sampled velocity counts.
+    pub(crate) fn velocity_span_s(&self) -> f64 {
+        let samples = match self.method.kind {
+            Loop::Law(LawMethod::SampledWall(wall)) => {
+                let window = if wall.estimator == Estimator::Window { wall.window } else { 1 };
+                f64::from(wall.ratio) * f64::from(window)
+            }
+            _ => 1.0,
+        };
+        samples * self.sample_period_s()
+    }
+
+    /// An error at one of the scene's keys.
+    pub(crate) fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.places.error(key, reason)
     }
 
     /// The sample period in seconds, as the clock realises it.

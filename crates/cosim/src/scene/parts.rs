@@ -2,6 +2,7 @@
 
 use hpu_signal::Format;
 
+use super::law::LawMethod;
 use crate::replay::PinEdge;
 
 /// What the hand holds.
@@ -90,12 +91,36 @@ pub struct Bridge {
 }
 
 /// The wiring that closes the loop.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Loop {
     /// Spring path combinational, damping sampled.
     Hybrid,
     /// Both sampled and held.
     Conventional,
+    /// A law of its own, sampled and held.
+    Law(LawMethod),
+}
+
+impl Loop {
+    /// `method.kind`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Hybrid => "hybrid",
+            Self::Conventional => "conventional",
+            Self::Law(law) => law.name(),
+        }
+    }
+
+    /// Whether the spring reads the position at once.
+    #[must_use]
+    pub fn is_live(&self) -> bool {
+        match self {
+            Self::Hybrid => true,
+            Self::Law(LawMethod::SampledWall(wall)) => wall.live,
+            Self::Conventional | Self::Law(_) => false,
+        }
+    }
 }
 
 /// What closes the loop, and its words.
@@ -119,8 +144,10 @@ pub struct Method {
     pub saturate: bool,
     /// The rate whose period velocities are rescaled to, when they are.
     pub reference_rate_hz: Option<f64>,
-    /// Format of the velocity's scale.
+    /// Format of the velocity's scale, or of a law's.
     pub scale_format: Format,
+    /// Cutoff of the digital input shaper behind the law, if there is one.
+    pub shaper_hz: Option<f64>,
     /// The modulator.
     pub pwm: Pwm,
 }
@@ -198,6 +225,8 @@ pub enum Datapath {
     Words,
     /// In floats: unquantised, unsaturated, pulling as well as pushing. The law that limits are computed of.
     Linear,
+    /// In floats, but on counts, unilateral and within what the actuator gives: what the words approximate.
+    Law,
 }
 
 /// How the bridge is modelled.

@@ -61,6 +61,7 @@ dimensions! {
     STIFFNESS = "a stiffness", "N/m", [si("N/m"), unit("N/mm", 1.0, 3)];
     DAMPING = "a damping", "N.s/m", [si("N.s/m")];
     MASS = "a mass", "kg", [unit("kg", 1.0, 0), si("g").thousandth()];
+    ENERGY = "an energy", "J", [si("J"), si("N.m")];
     RATIO = "a plain number", "1", [unit("%", 1.0, -2)];
 }
 

@@ -3,7 +3,7 @@
 use hpu_signal::Clock;
 
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::parts::{BridgeModel, Datapath, Device, Hand, Model, Record, Run, Wall};
+use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Model, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, bridge, device, encoder};
 use super::read_hand::{Load, hand};
@@ -12,6 +12,7 @@ use super::section::Section;
 use super::section::Sign::{Any, NotNegative, Positive};
 use super::source::{SceneError, Source};
 use super::{MOST_EDGES, Scene};
+use crate::session::SessionError;
 
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
@@ -30,7 +31,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         encoder: encoder(&root.section("encoder")?)?,
         bridge: bridge(&root.section("bridge")?)?,
         clock,
-        method: method(&root.section("method")?)?,
+        method: method(&root.section("method")?, axis)?,
         wall: wall(&root.section("wall")?, axis)?,
         hand,
         model: model(&root.section("model")?)?,
@@ -62,6 +63,19 @@ fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
 /// What the parts ask of each other.
 fn agree(scene: &Scene) -> Result<(), SceneError> {
     let linear = scene.model.datapath == Datapath::Linear;
+    if let (Loop::Law(law), true) = (scene.method.kind, linear) {
+        let reason = format!(
+            "\"linear\" is the law of the hybrid and the conventional loop; {} runs with \"words\" or \"law\"",
+            law.name()
+        );
+        return Err(scene.places.error("model.datapath", reason));
+    }
+    if let (Device::Motor(_), Datapath::Law, BridgeModel::Switching) =
+        (&scene.device, scene.model.datapath, scene.model.bridge)
+    {
+        let reason = "\"law\" has no gates to switch a bridge with; write bridge = \"averaged\" beside it";
+        return Err(scene.places.error("model.datapath", reason));
+    }
     if let (Device::Mass(_), false) = (&scene.device, linear) {
         let reason = "\"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"";
         return Err(scene.places.error("device.kind", reason));
@@ -77,7 +91,15 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
             .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
     }
     scene.check_period()?;
-    if linear { Ok(()) } else { scene.words().map(|_| ()) }
+    if linear {
+        return Ok(());
+    }
+    let words = scene.words()?;
+    match crate::method::wiring(scene, &words) {
+        Err(SessionError::Scene(error)) => Err(error),
+        Err(error) => Err(scene.places.error("method.kind", error.to_string())),
+        Ok(_) => Ok(()),
+    }
 }
 
 pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
@@ -99,7 +121,7 @@ fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
 
 fn model(s: &Section) -> Result<Model, SceneError> {
     s.accept(&["datapath", "bridge", "delay"])?;
-    let datapaths = [("words", Datapath::Words), ("linear", Datapath::Linear)];
+    let datapaths = [("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear)];
     let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
     Ok(Model {
         datapath: s.choice("datapath", &datapaths, Some(Datapath::Words))?,

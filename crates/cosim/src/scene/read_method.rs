@@ -1,44 +1,75 @@
 //! Reading `[method]`: the loop and its words.
 
+use super::law;
 use super::parts::{Loop, Method, Pwm};
 use super::quantity as q;
+use super::read_device::Axis;
 use super::section::Section;
 use super::section::Sign::{NotNegative, Positive};
 use super::source::SceneError;
 
-pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
-    s.accept(&[
+pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
+    const COMMON: [&str; 9] = [
         "kind",
         "sample_rate",
         "position_bits",
         "stiffness_format",
         "damping_format",
-        "velocity_bits",
         "period_bits",
-        "product",
-        "rescaled",
-        "reference_rate",
-        "scale_format",
         "pwm",
-    ])?;
-    let rescaled = s.flag("rescaled", false)?;
+        "shaper",
+        "velocity_bits",
+    ];
+    const PLAIN: [&str; 4] = ["product", "rescaled", "reference_rate", "scale_format"];
+    let kinds = [
+        ("hybrid", "hybrid"),
+        ("conventional", "conventional"),
+        ("sampled_wall", "sampled_wall"),
+        ("virtual_coupling", "virtual_coupling"),
+        ("passivity_controller", "passivity_controller"),
+        ("energy_bounding", "energy_bounding"),
+        ("passive_spring", "passive_spring"),
+    ];
+    let kind = s.choice("kind", &kinds, None)?;
+    match law::keys(kind) {
+        // A law's velocity is as wide as its position, and the shaper stands behind a law.
+        Some(own) => s.accept(&[&COMMON[..8], own].concat())?,
+        None => {
+            if s.has("shaper") {
+                let reason = format!("\"{kind}\" has no place for a shaper; write kind = \"sampled_wall\"");
+                return Err(s.error("shaper", reason));
+            }
+            s.accept(&[&COMMON[..7], &COMMON[8..], &PLAIN].concat())?;
+        }
+    }
+    let law = law::law(s, kind, axis)?;
+    let rescaled = law.is_none() && s.flag("rescaled", false)?;
     for key in ["reference_rate", "scale_format"] {
-        if s.has(key) && !rescaled {
+        if s.has(key) && !rescaled && law.is_none() {
             return Err(s.error(key, "only a rescaled velocity has one; write rescaled = true beside it"));
         }
     }
     let reference_rate = || s.quantity("reference_rate", &q::FREQUENCY, Positive, None);
+    let position_bits = s.bits("position_bits", 32, 12)?;
+    let shaper = s.section("shaper")?;
+    shaper.accept(&["cutoff"])?;
+    let cutoff = || shaper.quantity("cutoff", &q::FREQUENCY, Positive, None);
     Ok(Method {
-        kind: s.choice("kind", &[("hybrid", Loop::Hybrid), ("conventional", Loop::Conventional)], None)?,
+        kind: match (law, kind) {
+            (Some(law), _) => Loop::Law(law),
+            (None, "hybrid") => Loop::Hybrid,
+            (None, _) => Loop::Conventional,
+        },
         sample_rate_hz: s.quantity("sample_rate", &q::FREQUENCY, Positive, None)?,
-        position_bits: s.bits("position_bits", 32, 12)?,
+        position_bits,
         stiffness_format: s.gain_format("stiffness_format", (12, 0))?,
         damping_format: s.gain_format("damping_format", (12, 0))?,
-        velocity_bits: s.bits("velocity_bits", 32, 12)?,
+        velocity_bits: if law.is_some() { position_bits } else { s.bits("velocity_bits", 32, 12)? },
         period_bits: s.bits("period_bits", 30, 24)?,
-        saturate: s.choice("product", &[("saturate", true), ("drop_upper", false)], Some(true))?,
+        saturate: law.is_some() || s.choice("product", &[("saturate", true), ("drop_upper", false)], Some(true))?,
         reference_rate_hz: if rescaled { Some(reference_rate()?) } else { None },
         scale_format: s.gain_format("scale_format", (8, 8))?,
+        shaper_hz: if s.has("shaper") { Some(cutoff()?) } else { None },
         pwm: pwm(&s.section("pwm")?)?,
     })
 }

@@ -4,7 +4,7 @@ use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use super::source::SceneError;
-use super::{Device, Scene};
+use super::{Device, LawMethod, Loop, Scene};
 
 /// The words of a loop, and what they stand for.
 #[derive(Clone, Debug)]
@@ -70,26 +70,24 @@ impl Scene {
         let period_s = self.sample_period_s();
 
         let stiffness_unit = torque_quantum_nm / count_rad;
-        let stiffness = self.gain(
-            "wall.stiffness",
-            self.wall.stiffness_nm_per_rad,
-            stiffness_unit,
-            "N.m/rad",
-            method.stiffness_format,
-        )?;
+        // Behind a coupling the device never feels more than the coupling.
+        let [spring, damper] = match method.kind {
+            Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
+                [("method.coupling_stiffness", coupling_nm_per_rad), ("method.coupling_damping", coupling_nm_s_per_rad)]
+            }
+            _ => [("wall.stiffness", self.wall.stiffness_nm_per_rad), ("wall.damping", self.wall.damping_nm_s_per_rad)],
+        };
+        let stiffness = self.gain(spring.0, spring.1, stiffness_unit, "N.m/rad", method.stiffness_format)?;
 
-        let reference_period_s = method.reference_rate_hz.map_or(period_s, f64::recip);
+        let reference_period_s = method.reference_rate_hz.map_or(self.velocity_span_s(), f64::recip);
         let damping_unit = stiffness_unit * reference_period_s;
-        let damping = self.gain(
-            "wall.damping",
-            self.wall.damping_nm_s_per_rad,
-            damping_unit,
-            "N.m.s/rad",
-            method.damping_format,
-        )?;
-        let scale = match method.reference_rate_hz {
-            None => 0,
-            Some(_) => self.gain(
+        let damping = self.gain(damper.0, damper.1, damping_unit, "N.m.s/rad", method.damping_format)?;
+        let scale = match (method.reference_rate_hz, method.kind) {
+            (None, Loop::Law(LawMethod::PassiveSpring { beta, .. })) => {
+                self.gain("method.beta", beta, 1.0, "", method.scale_format)?
+            }
+            (None, _) => 0,
+            (Some(_), _) => self.gain(
                 "method.reference_rate",
                 reference_period_s / period_s,
                 1.0,
@@ -120,9 +118,9 @@ impl Scene {
                 count_rad,
                 wall_position_rad: wall_counts * count_rad,
                 stiffness_nm_per_rad,
-                stiffness_error: relative_error(stiffness_nm_per_rad, self.wall.stiffness_nm_per_rad),
+                stiffness_error: relative_error(stiffness_nm_per_rad, spring.1),
                 damping_nm_s_per_rad,
-                damping_error: relative_error(damping_nm_s_per_rad, self.wall.damping_nm_s_per_rad),
+                damping_error: relative_error(damping_nm_s_per_rad, damper.1),
                 sample_rate_hz: 1.0 / period_s,
             },
         })
@@ -174,7 +172,7 @@ impl Scene {
     }
 
     /// The word nearest to `value / unit`; the value is in `si`.
-    fn gain(&self, key: &str, value: f64, unit: f64, si: &str, format: Format) -> Result<i64, SceneError> {
+    pub(crate) fn gain(&self, key: &str, value: f64, unit: f64, si: &str, format: Format) -> Result<i64, SceneError> {
         let exact = value / unit / format.lsb();
         let nearest = exact.round();
         let (least, most) = (format.lsb() * unit, format.max() as f64 * format.lsb() * unit);

@@ -112,6 +112,7 @@ fn conditions(run: &Run) -> String {
     let kind = match run.scene.method.kind {
         Loop::Hybrid => format!("hybrid loop at {clock}, damping sampled at {sampled}"),
         Loop::Conventional => format!("conventional loop at {clock}, sampled at {sampled}"),
+        Loop::Law(law) => format!("{} at {clock}, sampled at {sampled}", law.name().replace('_', " ")),
     };
     let product = if run.scene.method.saturate { "saturate" } else { "drop their upper bits" };
     format!("{kind}; wall of {:.3} N\u{b7}m/rad; products {product}", realised.stiffness_nm_per_rad)
