@@ -1,0 +1,303 @@
+-- passivity_controller : a wall with a passivity observer and controller in series
+--
+-- The observer adds up what flows into the wall, torque times displacement; once
+-- that is negative, the wall has given back more than it took, and the controller
+-- changes the torque by what takes the deficit back in one more step like the
+-- last. At a sample edge:
+--   d      := (position - previous) mod 2^WIDTH, read as two's complement
+--   wanted := clamp(spring + drag), the wall's torque, as in sampled_wall
+--   energy := saturate(energy + wanted*d + correction*d(last))   not EXACT
+--             saturate(energy + torque*d)                        EXACT
+--   energy := min(energy, CREDIT)                                CREDIT > 0
+-- and LATENCY edges later, with d and wanted of that sample edge:
+--   need       := floor(|energy| / |d|) with the sign of d    energy < 0, d /= 0
+--                 0                                           otherwise
+--   torque     := clamp(wanted + need)
+--   correction := torque - wanted
+-- Sample edges while this is under way are passed over: d then spans two samples.
+-- Not EXACT is the published observer, one sample behind the torque; EXACT counts
+-- the torque that was held while the device moved.
+--
+-- generics WIDTH                            bits of the position
+--          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
+--          DAMPING_WIDTH, DAMPING_FRAC      bits of the damping, its fraction
+--          PERIOD_WIDTH                     bits of the sample period, at most 31
+--          SCALE_WIDTH, SCALE_FRAC          bits of the scale, its fraction
+--          TORQUE_WIDTH                     bits of the torque's magnitude, at most 30
+--          EXACT                            which observer
+--          ENERGY_WIDTH                     bits of the energy, TORQUE_WIDTH to 48
+--          CREDIT                           the most energy to hold, 0 for no limit
+-- in       position    (0,WIDTH,0)
+--          delta       (1,WIDTH-1,0)  ignored
+--          contact     (0,1,0)        inside the wall
+--          penetration (0,WIDTH,0)
+--          stiffness   (0,STIFFNESS_WIDTH-STIFFNESS_FRAC,STIFFNESS_FRAC)
+--                                     PWM counts per count
+--          damping     (0,DAMPING_WIDTH-DAMPING_FRAC,DAMPING_FRAC)
+--                                     PWM counts per count/sample
+--          period      (0,PERIOD_WIDTH,0)  sample period in clocks, 0 acts as 1
+--          scale       (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC)  ignored
+-- out      torque      (1,TORQUE_WIDTH+1,0)  positive = against the penetration
+--          memory      (1,ENERGY_WIDTH-1,0)  the energy, PWM counts times counts,
+--                                     written on the sample edge
+-- latency  LATENCY = ENERGY_WIDTH+2 edges after a sample edge; a new period takes
+--          effect at the next sample edge, passed over or not
+-- reset    torque 0, energy 0, correction 0, previous 0; the first edge after it
+--          is a sample edge
+-- overflow d wraps with the counter; the energy saturates; spring, drag, quotient
+--          and torque clamp, all torques to +-(2^TORQUE_WIDTH - 1)
+-- source   Hannaford, Ryu 2002, time-domain passivity control
+-- differs from the hardware: the products take one edge, so no limit on the clock.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity passivity_controller is
+  generic (
+    WIDTH           : positive := 12;
+    STIFFNESS_WIDTH : positive := 12;
+    STIFFNESS_FRAC  : natural  := 0;
+    DAMPING_WIDTH   : positive := 12;
+    DAMPING_FRAC    : natural  := 0;
+    PERIOD_WIDTH    : positive := 24;
+    SCALE_WIDTH     : positive := 16;
+    SCALE_FRAC      : natural  := 8;
+    TORQUE_WIDTH    : positive := 12;
+    EXACT           : boolean  := false;
+    ENERGY_WIDTH    : positive := 32;
+    CREDIT          : natural  := 0
+  );
+  port (
+    clk         : in  std_logic;
+    rst         : in  std_logic;
+    position    : in  std_logic_vector(WIDTH - 1 downto 0);
+    delta       : in  std_logic_vector(WIDTH - 1 downto 0);
+    contact     : in  std_logic;
+    penetration : in  std_logic_vector(WIDTH - 1 downto 0);
+    stiffness   : in  std_logic_vector(STIFFNESS_WIDTH - 1 downto 0);
+    damping     : in  std_logic_vector(DAMPING_WIDTH - 1 downto 0);
+    period      : in  std_logic_vector(PERIOD_WIDTH - 1 downto 0);
+    scale       : in  std_logic_vector(SCALE_WIDTH - 1 downto 0);
+    torque      : out std_logic_vector(TORQUE_WIDTH + 1 downto 0);
+    memory      : out std_logic_vector(ENERGY_WIDTH - 1 downto 0)
+  );
+end entity;
+
+architecture rtl of passivity_controller is
+
+  -- Room for the energy, both products and a natural.
+  constant WIDE_WIDTH : positive
+    := maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH + 2), 32) + 3;
+
+  subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
+  subtype energy_word is signed(ENERGY_WIDTH - 1 downto 0);
+
+  constant TOP : wide_word := to_signed(2**TORQUE_WIDTH - 1, WIDE_WIDTH);
+
+  signal previous : std_logic_vector(WIDTH - 1 downto 0);
+  signal d        : std_logic_vector(WIDTH - 1 downto 0);
+  signal spring   : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
+  signal drag     : std_logic_vector(TORQUE_WIDTH downto 0);
+  signal sum      : std_logic_vector(TORQUE_WIDTH + 1 downto 0);
+  signal wanted   : std_logic_vector(TORQUE_WIDTH downto 0);
+  signal start    : std_logic;
+  signal deficit  : std_logic_vector(ENERGY_WIDTH - 1 downto 0);
+  signal distance : std_logic_vector(WIDTH - 1 downto 0);
+  signal need     : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
+  signal dividing : std_logic;
+  signal ready    : std_logic;
+  signal busy     : std_logic;
+
+  -- Gated instead of chosen, so that an unknown value stays unknown.
+  function choose(first : std_logic; a, b : wide_word) return wide_word is
+  begin
+    return signed((std_logic_vector(a) and first) or (std_logic_vector(b) and not first));
+  end function;
+
+  function smaller(a, b : wide_word) return wide_word is
+    constant DIFFERENCE : wide_word := a - b;
+  begin
+    return choose(DIFFERENCE(DIFFERENCE'high), a, b);
+  end function;
+
+  function larger(a, b : wide_word) return wide_word is
+    constant DIFFERENCE : wide_word := a - b;
+  begin
+    return choose(DIFFERENCE(DIFFERENCE'high), b, a);
+  end function;
+
+  -- The energy's largest word, or less.
+  function ceiling return wide_word is
+    constant HIGHEST : wide_word := not shift_left(to_signed(-1, WIDE_WIDTH), ENERGY_WIDTH - 1);
+  begin
+    if CREDIT = 0 then
+      return HIGHEST;
+    end if;
+    return smaller(to_signed(CREDIT, WIDE_WIDTH), HIGHEST);
+  end function;
+
+  function wide(value : signed) return wide_word is
+  begin
+    return resize(value, WIDE_WIDTH);
+  end function;
+
+  function clamp(value, low, high : wide_word) return wide_word is
+  begin
+    return larger(smaller(value, high), low);
+  end function;
+
+  constant MOST  : wide_word := ceiling;
+  constant LEAST : wide_word := shift_left(to_signed(-1, WIDE_WIDTH), ENERGY_WIDTH - 1);
+
+begin
+
+  busy <= start or dividing or ready;
+
+  displaced : entity work.displacement
+    generic map (
+      WIDTH => WIDTH
+    )
+    port map (
+      position  => position,
+      reference => previous,
+      delta     => d
+    );
+
+  spring_mult : entity work.truncating_multiplier
+    generic map (
+      A_WIDTH    => WIDTH,
+      B_WIDTH    => STIFFNESS_WIDTH,
+      DROP_LOWER => STIFFNESS_FRAC,
+      OUT_WIDTH  => TORQUE_WIDTH
+    )
+    port map (
+      a       => penetration,
+      b       => stiffness,
+      product => spring
+    );
+
+  damping_mult : entity work.truncating_multiplier
+    generic map (
+      A_WIDTH    => WIDTH,
+      B_WIDTH    => DAMPING_WIDTH,
+      A_SIGNED   => true,
+      DROP_LOWER => DAMPING_FRAC,
+      OUT_WIDTH  => TORQUE_WIDTH + 1
+    )
+    port map (
+      a       => d,
+      b       => damping,
+      product => drag
+    );
+
+  wall : entity work.torque_sum
+    generic map (
+      SPRING_WIDTH  => TORQUE_WIDTH,
+      DAMPING_WIDTH => TORQUE_WIDTH + 1,
+      OUT_WIDTH     => TORQUE_WIDTH + 2
+    )
+    port map (
+      spring  => spring,
+      damping => drag,
+      contact => contact,
+      torque  => sum
+    );
+
+  limiter : entity work.saturator
+    generic map (
+      IN_WIDTH  => TORQUE_WIDTH + 2,
+      OUT_WIDTH => TORQUE_WIDTH + 1,
+      LIMIT     => 2**TORQUE_WIDTH - 1
+    )
+    port map (
+      value   => sum,
+      limited => wanted
+    );
+
+  divider : entity work.sequential_divider
+    generic map (
+      NUM_WIDTH => ENERGY_WIDTH,
+      DEN_WIDTH => WIDTH,
+      FRAC      => 0,
+      OUT_WIDTH => TORQUE_WIDTH
+    )
+    port map (
+      clk      => clk,
+      rst      => rst,
+      start    => start,
+      num      => deficit,
+      den      => distance,
+      quotient => need,
+      busy     => dividing,
+      ready    => ready
+    );
+
+  process (clk)
+    -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
+    variable countdown  : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
+    variable energy     : energy_word;
+    variable moved      : signed(WIDTH - 1 downto 0);  -- d of the last sample edge
+    variable demand     : wide_word;                   -- wanted of the last sample edge
+    variable shown      : signed(TORQUE_WIDTH + 1 downto 0);
+    variable correction : signed(TORQUE_WIDTH + 1 downto 0);
+    variable total      : wide_word;
+  begin
+    if rising_edge(clk) then
+      start <= '0';
+
+      if countdown = 0 then
+        if busy = '0' then
+          if EXACT then
+            total := wide(energy) + wide(shown * signed(d));
+          else
+            total := wide(energy) + wide(signed(wanted) * signed(d)) + wide(correction * moved);
+          end if;
+          total    := clamp(total, LEAST, MOST);
+          energy   := total(energy'range);
+          moved    := signed(d);
+          demand   := wide(signed(wanted));
+          previous <= position;
+          memory   <= std_logic_vector(energy);
+          deficit  <= std_logic_vector(abs energy);
+          distance <= std_logic_vector(abs moved);
+          start    <= '1';
+        end if;
+        countdown := maximum(to_integer(unsigned(period)), 1) - 1;
+      else
+        countdown := countdown - 1;
+      end if;
+
+      if ready = '1' then
+        total := demand;
+        if energy(energy'high) = '1' and moved /= 0 then
+          if moved(moved'high) = '1' then
+            total := clamp(demand - wide(signed('0' & need)), -TOP, TOP);
+          else
+            total := clamp(demand + wide(signed('0' & need)), -TOP, TOP);
+          end if;
+        end if;
+        shown      := total(shown'range);
+        total      := total - demand;
+        correction := total(correction'range);
+        torque     <= std_logic_vector(shown);
+      end if;
+
+      if rst = '1' then
+        countdown  := 0;
+        energy     := (others => '0');
+        moved      := (others => '0');
+        demand     := (others => '0');
+        shown      := (others => '0');
+        correction := (others => '0');
+        previous   <= (others => '0');
+        start      <= '0';
+        deficit    <= (others => '0');
+        distance   <= (others => '0');
+        torque     <= (others => '0');
+        memory     <= (others => '0');
+      end if;
+    end if;
+  end process;
+
+end architecture;
