@@ -182,10 +182,13 @@ architecture rtl of energy_bounding is
     return unsigned((WORD(energy_word'range) or more) and not WORD(WORD'high));
   end function;
 
-  -- bound * energy * 2^places
+  -- bound * energy * 2^places. A product of signed words, here too: GHDL 2.0 writes
+  -- one of unsigned words wrongly into a netlist.
   function under_root(bound : natural; energy : energy_word; places : natural) return unsigned is
+    constant PRODUCT : signed(BOUND_WIDTH + ENERGY_WIDTH + 1 downto 0)
+      := to_signed(bound, BOUND_WIDTH + 1) * signed('0' & energy);
   begin
-    return shift_left(resize(to_unsigned(bound, BOUND_WIDTH) * energy, ROOT_WIDTH), places);
+    return shift_left(resize(unsigned(PRODUCT), ROOT_WIDTH), places);
   end function;
 
 begin

@@ -88,14 +88,16 @@ architecture rtl of passive_spring is
   constant ALPHA_WIDTH     : positive := 32;
 
   -- Room for x^2 + 2 * x * ALPHA * d with 2*EXTENSION_FRAC fraction bits, and for
-  -- stiffness * x * scale.
+  -- stiffness * x * scale. All products are of signed words: GHDL 2.0 writes those
+  -- of unsigned words wrongly into a netlist.
   constant SQUARE_WIDTH    : positive := ROOT_WIDTH + ALPHA_WIDTH + 2;
   constant FORCE_FRAC      : natural  := STIFFNESS_FRAC + EXTENSION_FRAC + SCALE_FRAC;
   constant FORCE_WIDTH     : positive
-    := maximum(STIFFNESS_WIDTH + EXTENSION_WIDTH + SCALE_WIDTH, FORCE_FRAC + TORQUE_WIDTH);
+    := maximum(STIFFNESS_WIDTH + EXTENSION_WIDTH + SCALE_WIDTH, FORCE_FRAC + TORQUE_WIDTH) + 3;
 
-  subtype extension_word is unsigned(EXTENSION_WIDTH - 1 downto 0);
-  subtype square_word    is signed(SQUARE_WIDTH - 1 downto 0);
+  -- A length never is negative: its sign bit is 0.
+  subtype length_word is signed(EXTENSION_WIDTH downto 0);
+  subtype square_word is signed(SQUARE_WIDTH - 1 downto 0);
 
   signal start    : std_logic;
   signal square   : std_logic_vector(ROOT_WIDTH - 1 downto 0);
@@ -105,11 +107,10 @@ architecture rtl of passive_spring is
   signal busy     : std_logic;
 
   -- x^2 + 2 * x * moved, in which moved has 8 fraction bits.
-  function worked(x : extension_word; moved : signed) return square_word is
-    constant LENGTH : signed(EXTENSION_WIDTH downto 0) := signed('0' & x);
-    constant ADDED  : square_word := resize(LENGTH * moved, SQUARE_WIDTH);
+  function worked(x : length_word; moved : signed) return square_word is
+    constant ADDED : square_word := resize(x * moved, SQUARE_WIDTH);
   begin
-    return resize(LENGTH * LENGTH, SQUARE_WIDTH) + shift_left(ADDED, EXTENSION_FRAC - 7);
+    return resize(x * x, SQUARE_WIDTH) + shift_left(ADDED, EXTENSION_FRAC - 7);
   end function;
 
   -- Between 0 and the largest word of `bits` bits. Gated instead of chosen, so
@@ -147,10 +148,10 @@ begin
     variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
     variable previous  : unsigned(WIDTH - 1 downto 0);
     variable d         : signed(WIDTH - 1 downto 0);
-    variable x         : extension_word;
+    variable x         : length_word;
     variable touched   : std_logic;  -- contact at the last sample edge not passed over
-    variable depth     : extension_word;
-    variable push      : unsigned(FORCE_WIDTH - 1 downto 0);
+    variable depth     : length_word;
+    variable push      : signed(FORCE_WIDTH - 1 downto 0);
   begin
     if rising_edge(clk) then
       start <= '0';
@@ -159,11 +160,11 @@ begin
         if busy = '0' then
           d        := signed(unsigned(position) - previous);
           previous := unsigned(position);
-          depth    := shift_left(resize(unsigned(penetration), EXTENSION_WIDTH), EXTENSION_FRAC);
+          depth    := shift_left(resize(signed('0' & penetration), depth'length), EXTENSION_FRAC);
 
           if std_logic_vector(x) = (x'range => '0') and contact = '1'
              and (touched = '0' or REVIVE) then
-            square <= std_logic_vector(resize(depth * depth, ROOT_WIDTH));
+            square <= std_logic_vector(depth * depth);
           else
             square <= clamp(worked(x, d * to_signed(ALPHA, ALPHA_WIDTH)), ROOT_WIDTH);
           end if;
@@ -176,10 +177,10 @@ begin
       end if;
 
       if ready = '1' then
-        x      := unsigned(clamp(signed('0' & root), EXTENSION_WIDTH));
-        push   := resize(unsigned(stiffness) * x * unsigned(scale), FORCE_WIDTH);
-        torque <= "00" & clamp(signed('0' & shift_right(push, FORCE_FRAC)), TORQUE_WIDTH);
-        memory <= std_logic_vector(x);
+        x      := signed('0' & clamp(signed('0' & root), EXTENSION_WIDTH));
+        push   := resize(signed('0' & stiffness) * x * signed('0' & scale), FORCE_WIDTH);
+        torque <= "00" & clamp(shift_right(push, FORCE_FRAC), TORQUE_WIDTH);
+        memory <= std_logic_vector(x(EXTENSION_WIDTH - 1 downto 0));
       end if;
 
       if rst = '1' then

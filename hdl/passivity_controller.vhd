@@ -131,10 +131,10 @@ architecture rtl of passivity_controller is
   function ceiling return wide_word is
     constant HIGHEST : wide_word := not shift_left(to_signed(-1, WIDE_WIDTH), ENERGY_WIDTH - 1);
   begin
-    if CREDIT = 0 then
+    if CREDIT = 0 or to_signed(CREDIT, WIDE_WIDTH) > HIGHEST then
       return HIGHEST;
     end if;
-    return smaller(to_signed(CREDIT, WIDE_WIDTH), HIGHEST);
+    return to_signed(CREDIT, WIDE_WIDTH);
   end function;
 
   function wide(value : signed) return wide_word is
