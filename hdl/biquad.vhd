@@ -58,6 +58,10 @@ architecture rtl of biquad is
   constant COEF_WIDTH   : positive := COEF_INT + COEF_FRAC + 1;
   constant OUT_WIDTH    : positive := OUT_INT + OUT_FRAC + 1;
 
+  -- Room for the magnitude, but never 33 bits: GHDL 2.0 cannot synthesize a
+  -- constant factor of just that width.
+  constant FACTOR_WIDTH : positive := COEF_WIDTH + 1 + boolean'pos(COEF_WIDTH = 32);
+
   -- Room for five products and half an LSB of the output.
   constant TOTAL_WIDTH  : positive := SAMPLE_WIDTH + COEF_WIDTH + 2;
 
@@ -75,7 +79,7 @@ architecture rtl of biquad is
   -- By the magnitude: GHDL 2.0 writes a negative constant factor wrongly into a
   -- netlist when the product has more than 32 bits.
   function product(coefficient : integer; sample : sample_word) return total_word is
-    constant WORD : signed(COEF_WIDTH downto 0) := to_signed(coefficient, COEF_WIDTH + 1);
+    constant WORD : signed(FACTOR_WIDTH - 1 downto 0) := to_signed(coefficient, FACTOR_WIDTH);
   begin
     if coefficient < 0 then
       return -resize((-WORD) * sample, TOTAL_WIDTH);
