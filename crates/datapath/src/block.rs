@@ -31,7 +31,7 @@ pub trait Block {
     fn outputs(&self) -> Self::Out<Signal>;
     /// The VHDL generics of this configuration, by name, in the order of the entity.
     fn generics(&self) -> Vec<(&'static str, Generic)>;
-    /// One edge with `rst = '1'`.
+    /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
     fn reset(&mut self) -> Self::Out<i64>;
     /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
     fn tick(&mut self, input: Self::In<i64>) -> Self::Out<i64>;

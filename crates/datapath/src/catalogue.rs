@@ -3,7 +3,7 @@
 use crate::{
     AnyBlock, Biquad, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop, PositionCounter,
     Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
-    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, phantom,
+    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
 };
 
 /// Every block and wiring in its default configuration.
@@ -31,6 +31,7 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(HybridLoop::default()),
         Box::new(ConventionalLoop::default()),
     ];
+    all.extend(method_variants::registry());
     all.extend(phantom::registry());
     all
 }

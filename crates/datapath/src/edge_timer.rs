@@ -64,6 +64,31 @@ impl EdgeTimer {
         self.time.wrap(self.time.max())
     }
 
+    /// The outputs as they stand.
+    #[inline]
+    pub(crate) fn shown(&self) -> Out<i64> {
+        self.out
+    }
+
+    /// Whether the position has come to rest so long ago that nothing changes any more while it stays.
+    #[inline]
+    pub(crate) fn at_rest(&self, position: i64) -> bool {
+        position == self.previous && self.out.stopped == 1
+    }
+
+    /// That many edges at which the position does not change, whatever the outputs do meanwhile.
+    #[inline]
+    pub(crate) fn rest(&mut self, edges: u64) {
+        let left = (self.longest() - self.timer).unsigned_abs();
+        if edges < left {
+            self.timer += edges.cast_signed();
+            self.out.interval = self.out.interval.max(self.timer);
+        } else if edges > 0 {
+            self.timer = self.longest();
+            self.stop();
+        }
+    }
+
     /// The timer has run out.
     #[inline]
     fn stop(&mut self) {
@@ -151,12 +176,6 @@ impl Block for EdgeTimer {
     #[inline]
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        let left = (self.longest() - self.timer).unsigned_abs();
-        if edges < left {
-            self.timer += edges.cast_signed();
-        } else if edges > 0 {
-            self.timer = self.longest();
-            self.stop();
-        }
+        self.rest(edges);
     }
 }

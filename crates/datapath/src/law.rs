@@ -36,7 +36,15 @@ pub trait Law:
     fn own_generics(&self) -> Vec<(&'static str, Generic)>;
     /// Edges from a sample edge to the torque it makes; 0 when the torque follows its registers at once.
     fn latency(&self) -> u32;
-    /// Whether torque and memory, as they stand, were rounded, and whether they overflowed.
+    /// Lets the outputs settle with these inputs and the registers as they stand, from what they have shown. For a law whose
+    /// outputs are registers, there is nothing to do.
+    #[inline]
+    fn settle(&mut self, input: &LawIn<i64>, shown: LawOut<i64>) -> LawOut<i64> {
+        let _ = input;
+        shown
+    }
+    /// Whether torque and memory, as they stand, were rounded, and whether they overflowed. To
+    /// [`quiet`](Block::quiet), a change of these counts as one of the outputs.
     fn lost(&self) -> [(bool, bool); 2];
 }
 

@@ -89,20 +89,23 @@ impl SequentialDivider {
         self.computation.result()
     }
 
-    /// The quotient of a division that starts with these inputs, if one does.
+    /// The quotient of these operands.
     #[inline]
-    fn started(&self, input: &In<i64>) -> Option<Narrowed> {
-        if input.start == 0 {
-            return None;
-        }
-        let dividend = input.num * (1 << self.config.frac);
-        Some(match dividend.checked_div(input.den) {
+    pub(crate) fn divide(&self, num: i64, den: i64) -> Narrowed {
+        let dividend = num * (1 << self.config.frac);
+        match dividend.checked_div(den) {
             None => Narrowed { rounded: false, ..self.narrowing.apply(self.narrowing.to.max() + 1) },
             Some(quotient) => {
                 let narrowed = self.narrowing.apply(quotient.into());
-                Narrowed { rounded: quotient * input.den != dividend, ..narrowed }
+                Narrowed { rounded: quotient * den != dividend, ..narrowed }
             }
-        })
+        }
+    }
+
+    /// The quotient of a division that starts with these inputs, if one does.
+    #[inline]
+    fn started(&self, input: &In<i64>) -> Option<Narrowed> {
+        (input.start != 0).then(|| self.divide(input.num, input.den))
     }
 
     #[inline]

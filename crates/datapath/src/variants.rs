@@ -6,7 +6,7 @@ use crate::{
     AnyBlock, Biquad, BiquadConfig, ConfigError, ConventionalLoop, Displacement, DividerConfig, EdgeTimer,
     FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
     QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, TorqueSum, TruncatingMultiplier, Unilateral,
-    VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, phantom, registry,
+    VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -58,6 +58,7 @@ fn others() -> Result<Variants, ConfigError> {
         all.push((label, Box::new(HybridLoop::new(config)?)));
         all.push((label, Box::new(ConventionalLoop::new(config)?)));
     }
+    all.extend(method_variants::others()?);
     all.extend(phantom::others()?);
     Ok(all)
 }

@@ -2,22 +2,9 @@
 
 use hpu_signal::Signal;
 
+use crate::axis::Axis;
 use crate::loop_nets::instance;
-use crate::{
-    Block, ConfigError, Instance, PositionCounter, QuadratureDecoder, Synchronizer, flatten, position_counter,
-    quadrature_decoder, synchronizer,
-};
-
-/// One joint's encoder and the nets that its blocks drive.
-#[derive(Clone, PartialEq, Eq, Debug)]
-struct Axis {
-    sync: Synchronizer,
-    decoder: QuadratureDecoder,
-    counter: PositionCounter,
-    lines: synchronizer::Out<i64>,
-    motion: quadrature_decoder::Out<i64>,
-    position: i64,
-}
+use crate::{Block, ConfigError, Instance, flatten, quadrature_decoder, synchronizer};
 
 /// The pins of three encoders.
 pub(crate) type Pins = [synchronizer::In<i64>; 3];
@@ -26,48 +13,6 @@ pub(crate) type Pins = [synchronizer::In<i64>; 3];
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Encoders {
     axes: [Axis; 3],
-}
-
-impl Axis {
-    fn new(width: u32) -> Result<Self, ConfigError> {
-        Ok(Self {
-            sync: Synchronizer::new(),
-            decoder: QuadratureDecoder::default(),
-            counter: PositionCounter::new(width)?,
-            lines: synchronizer::Out { a: 0, b: 0 },
-            motion: quadrature_decoder::Out { step: 0, error: 0 },
-            position: 0,
-        })
-    }
-
-    /// What decoder and counter see at the next edge.
-    #[inline]
-    fn seen(&self) -> (quadrature_decoder::In<i64>, position_counter::In<i64>) {
-        let synchronizer::Out { a, b } = self.lines;
-        (quadrature_decoder::In { a, b }, position_counter::In { step: self.motion.step })
-    }
-
-    #[inline]
-    fn tick(&mut self, pins: synchronizer::In<i64>) {
-        let (lines, motion) = self.seen();
-        self.lines = self.sync.tick(pins);
-        self.motion = self.decoder.tick(lines);
-        self.position = self.counter.tick(motion).position;
-    }
-
-    #[inline]
-    fn quiet(&self, pins: &synchronizer::In<i64>) -> u64 {
-        let (lines, motion) = self.seen();
-        self.sync.quiet(pins).min(self.decoder.quiet(&lines)).min(self.counter.quiet(&motion))
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, pins: &synchronizer::In<i64>) {
-        let (lines, motion) = self.seen();
-        self.sync.skip(edges, pins);
-        self.decoder.skip(edges, &lines);
-        self.counter.skip(edges, &motion);
-    }
 }
 
 impl Encoders {
@@ -79,11 +24,7 @@ impl Encoders {
     }
 
     pub(crate) fn reset(&mut self) {
-        for axis in &mut self.axes {
-            axis.lines = axis.sync.reset();
-            axis.motion = axis.decoder.reset();
-            axis.position = axis.counter.reset().position;
-        }
+        self.axes.iter_mut().for_each(Axis::reset);
     }
 
     #[inline]

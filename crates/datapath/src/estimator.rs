@@ -1,0 +1,156 @@
+//! The velocity estimators as one part of a law: any of them, with the same output format.
+
+use hpu_signal::Narrowed;
+
+use crate::timed_velocity::TimedVelocity;
+use crate::{
+    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, VelocityConfig, VelocityRegister,
+    WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
+};
+
+/// How a law estimates a velocity. The order is that of the generic `ESTIMATOR`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Estimator {
+    /// Backward difference, in counts per sample.
+    Difference,
+    /// Backward difference through a low pass, in counts per sample.
+    Filtered,
+    /// Difference over a window, in counts per window.
+    Window,
+    /// Adaptive window, in counts per sample.
+    Foaw,
+    /// The time between two counts, turned round by a division, in counts per sample.
+    EdgeTimer,
+}
+
+impl Estimator {
+    /// Every estimator, in the order of the generic.
+    pub const ALL: [Self; 5] = [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer];
+
+    /// The value of the generic.
+    pub(crate) fn index(self) -> i64 {
+        Self::ALL.iter().position(|&estimator| estimator == self).expect("all of them") as i64
+    }
+}
+
+/// The words of an estimator; each takes those that its block has.
+#[derive(Clone, Copy)]
+pub(crate) struct EstimatorConfig {
+    pub(crate) width: u32,
+    pub(crate) period_width: u32,
+    pub(crate) frac: u32,
+    pub(crate) shift: u32,
+    pub(crate) window: u32,
+    pub(crate) noise: u32,
+}
+
+/// The block that estimates.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum Velocity {
+    Difference(VelocityRegister, Whole),
+    Filtered(FilteredDifference),
+    Window(WindowDifference, Whole),
+    Foaw(Foaw),
+    EdgeTimer(TimedVelocity),
+}
+
+/// A velocity of whole counts as a word with fraction bits.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Whole {
+    count: i64,
+    latest: i64,
+}
+
+impl Whole {
+    fn new(frac: u32) -> Self {
+        Self { count: 1 << frac, latest: 0 }
+    }
+
+    #[inline]
+    fn take(&mut self, counts: i64) {
+        self.latest = counts * self.count;
+    }
+
+    #[inline]
+    fn latest(&self) -> Narrowed {
+        Narrowed { word: self.latest, rounded: false, overflowed: false }
+    }
+}
+
+impl Velocity {
+    pub(crate) fn new(estimator: Estimator, config: EstimatorConfig) -> Result<Self, ConfigError> {
+        let EstimatorConfig { width, period_width, frac: out_frac, shift, window, noise } = config;
+        Ok(match estimator {
+            Estimator::Difference => {
+                let config = VelocityConfig { width, period_width, out_width: width, ..VelocityConfig::default() };
+                Self::Difference(VelocityRegister::new(config)?, Whole::new(out_frac))
+            }
+            Estimator::Filtered => {
+                Self::Filtered(FilteredDifference::new(FilteredConfig { width, period_width, shift, out_frac })?)
+            }
+            Estimator::Window => {
+                Self::Window(WindowDifference::new(width, period_width, window)?, Whole::new(out_frac))
+            }
+            Estimator::Foaw => Self::Foaw(Foaw::new(FoawConfig { width, period_width, window, noise, out_frac })?),
+            Estimator::EdgeTimer => Self::EdgeTimer(TimedVelocity::new(width, period_width, out_frac)?),
+        })
+    }
+
+    /// The velocity, and what was lost to make it.
+    #[inline]
+    pub(crate) fn latest(&self) -> Narrowed {
+        match self {
+            Self::Difference(_, whole) | Self::Window(_, whole) => whole.latest(),
+            Self::Filtered(block) => block.latest(),
+            Self::Foaw(block) => block.latest(),
+            Self::EdgeTimer(block) => block.latest(),
+        }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        match self {
+            Self::Difference(block, whole) => whole.take(block.reset().velocity),
+            Self::Filtered(block) => _ = block.reset(),
+            Self::Window(block, whole) => whole.take(block.reset().velocity),
+            Self::Foaw(block) => _ = block.reset(),
+            Self::EdgeTimer(block) => block.reset(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn tick(&mut self, position: i64, period: i64) {
+        match self {
+            Self::Difference(block, whole) => {
+                whole.take(block.tick(velocity_register::In { position, period, scale: 0 }).velocity);
+            }
+            Self::Filtered(block) => _ = block.tick(filtered_difference::In { position, period }),
+            Self::Window(block, whole) => {
+                whole.take(block.tick(window_difference::In { position, period }).velocity);
+            }
+            Self::Foaw(block) => _ = block.tick(foaw::In { position, period }),
+            Self::EdgeTimer(block) => block.tick(position, period),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn quiet(&self, position: i64, period: i64) -> u64 {
+        match self {
+            Self::Difference(block, _) => block.quiet(&velocity_register::In { position, period, scale: 0 }),
+            Self::Filtered(block) => block.quiet(&filtered_difference::In { position, period }),
+            Self::Window(block, _) => block.quiet(&window_difference::In { position, period }),
+            Self::Foaw(block) => block.quiet(&foaw::In { position, period }),
+            Self::EdgeTimer(block) => block.quiet(position),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn skip(&mut self, edges: u64, position: i64, period: i64) {
+        match self {
+            Self::Difference(block, _) => block.skip(edges, &velocity_register::In { position, period, scale: 0 }),
+            Self::Filtered(block) => block.skip(edges, &filtered_difference::In { position, period }),
+            Self::Window(block, _) => block.skip(edges, &window_difference::In { position, period }),
+            Self::Foaw(block) => block.skip(edges, &foaw::In { position, period }),
+            Self::EdgeTimer(block) => block.skip(edges, position, period),
+        }
+    }
+}

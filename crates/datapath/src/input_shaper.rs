@@ -1,0 +1,264 @@
+//! The input shaper: takes out of a torque what a high-pass passes, and never pulls. The digital twin of the analog one.
+//!
+//! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded towards minus
+//!   infinity; `shaped = torque` unless `ENABLED`.
+//! - **Ports**: `torque` (1,TORQUE_WIDTH+1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `shaped`
+//!   (1,TORQUE_WIDTH+1,0) out. `h` is a (1,TORQUE_WIDTH+2,16); the coefficients are words of (1,1,30).
+//! - **Latency**: 1 edge after a sample edge, up to `period`; none unless `ENABLED`.
+//! - **Edge**: the first `PHASE` edges after reset do nothing. From then on a `biquad` and a `zero_order_hold` sample the
+//!   torque on the same edges, the first one at once; what they show makes `shaped`, combinational.
+//! - **Reset**: filter and hold as their blocks say, and `PHASE` edges to wait. Unless `ENABLED`, there is no register.
+//! - **Overflow**: `h` saturates; `shaped` holds every value. A negative torque gives 0.
+//! - **VHDL twin**: `hdl/input_shaper.vhd`.
+//! - **Source**: the analog input shaper's Figure 1: two rectifiers, one behind the high-pass, one at the output; a Butterworth
+//!   high-pass of 2.5 Hz, bilinear.
+//! - **Differs from the hardware**: the analog filter neither samples nor rounds.
+//!
+//! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that made it.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{COUNTER, within};
+use crate::{Biquad, BiquadConfig, Block, ConfigError, Generic, ZeroOrderHold, biquad, zero_order_hold};
+
+hpu_signal::ports! {
+    /// Inputs of the shaper.
+    pub struct In { torque, period }
+}
+
+hpu_signal::ports! {
+    /// Outputs of the shaper.
+    pub struct Out { shaped }
+}
+
+/// What an enabled shaper does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shaping {
+    /// Edges after reset before the first sample edge.
+    pub phase: u32,
+    /// Words of `B0`, `B1`, `B2`, with 30 fraction bits.
+    pub b: [i32; 3],
+    /// Words of `A1`, `A2`.
+    pub a: [i32; 2],
+}
+
+/// The widths of a shaper, and what it does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct InputShaperConfig {
+    /// Bits of a torque's magnitude.
+    pub torque_width: u32,
+    /// Width of the period.
+    pub period_width: u32,
+    /// What it does; none passes the torque on.
+    pub shaping: Option<Shaping>,
+}
+
+impl Default for InputShaperConfig {
+    fn default() -> Self {
+        Self { torque_width: 12, period_width: 24, shaping: None }
+    }
+}
+
+/// The registers of an enabled shaper.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Sampled {
+    /// Edges left before the first sample edge.
+    waiting: u64,
+    filter: Biquad,
+    hold: ZeroOrderHold,
+    /// Words that the two show.
+    h: i64,
+    u: i64,
+    narrowing: Narrowing,
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct InputShaper {
+    config: InputShaperConfig,
+    torque: Format,
+    sampled: Option<Sampled>,
+    shown: Narrowed,
+}
+
+/// Fraction bits of the filter's output.
+const FRAC: i32 = 16;
+
+impl Sampled {
+    fn new(torque: Format, period_width: u32, Shaping { b, a, .. }: Shaping) -> Result<Self, ConfigError> {
+        let format = |int, frac| Format::new(true, int, frac).expect("at most 49 bits");
+        let output = format(torque.int() + 1, FRAC);
+        let config = BiquadConfig { input: torque, output, coefficient: format(1, 30), b, a, period_width };
+        Ok(Self {
+            waiting: 0,
+            filter: Biquad::new(config)?,
+            hold: ZeroOrderHold::new(torque.width(), period_width)?,
+            h: 0,
+            u: 0,
+            narrowing: Narrowing {
+                from_frac: FRAC,
+                to: torque,
+                rounding: Rounding::Truncate,
+                overflow: Overflow::Saturate,
+            },
+        })
+    }
+
+    /// The torque without what the filter passes, and whether bits were lost to make it.
+    #[inline]
+    fn shaped(&self) -> Narrowed {
+        let fine = self.u * (1 << FRAC) - self.h.max(0);
+        let overflowed = self.filter.latest().overflowed;
+        Narrowed { overflowed, ..self.narrowing.apply(fine.max(0).into()) }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) {
+        if self.waiting > 0 {
+            self.waiting -= 1;
+            return;
+        }
+        let In { torque, period } = input;
+        self.h = self.filter.tick(biquad::In { x: torque, period }).y;
+        self.u = self.hold.tick(zero_order_hold::In { d: torque, period }).q;
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let In { torque, period } = *input;
+        let filter = self.filter.quiet(&biquad::In { x: torque, period });
+        let hold = self.hold.quiet(&zero_order_hold::In { d: torque, period });
+        self.waiting.saturating_add(filter.min(hold))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        let In { torque, period } = *input;
+        let sampling = edges.saturating_sub(self.waiting);
+        self.waiting = self.waiting.saturating_sub(edges);
+        self.filter.skip(sampling, &biquad::In { x: torque, period });
+        self.hold.skip(sampling, &zero_order_hold::In { d: torque, period });
+    }
+}
+
+impl InputShaper {
+    /// A shaper of these words.
+    ///
+    /// # Errors
+    ///
+    /// Unless torque and period have 2 to 30 bits, and of an enabled shaper the torque at most 21, every coefficient fits a
+    /// (1,1,30), and the phase is at most 4095.
+    pub fn new(config: InputShaperConfig) -> Result<Self, ConfigError> {
+        within(Self::NAME, "TORQUE_WIDTH", config.torque_width, COUNTER)?;
+        within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
+        let torque = Format::signed(config.torque_width + 2);
+        let sampled = match config.shaping {
+            None => None,
+            Some(shaping) => {
+                within(Self::NAME, "PHASE", shaping.phase, 0..=4095)?;
+                within(Self::NAME, "TORQUE_WIDTH", config.torque_width, 2..=21)?;
+                Some(Sampled::new(torque, config.period_width, shaping)?)
+            }
+        };
+        let mut block =
+            Self { config, torque, sampled, shown: Narrowed { word: 0, rounded: false, overflowed: false } };
+        block.reset();
+        Ok(block)
+    }
+
+    /// Lets the output settle with this torque and the registers as they stand.
+    #[inline]
+    pub(crate) fn settle(&mut self, torque: i64) -> Out<i64> {
+        self.shown = match &self.sampled {
+            Some(sampled) => sampled.shaped(),
+            None => Narrowed { word: torque, rounded: false, overflowed: false },
+        };
+        Out { shaped: self.shown.word }
+    }
+
+    /// The output, whether it was rounded, and whether the filter overflowed.
+    #[inline]
+    #[must_use]
+    pub fn latest(&self) -> Narrowed {
+        self.shown
+    }
+}
+
+impl Default for InputShaper {
+    fn default() -> Self {
+        Self::new(InputShaperConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Shaping {
+    /// The generics of a shaping under these names: phase, `B0` to `B2`, `A1`, `A2`; all 0 if there is none.
+    pub(crate) fn generics(shaping: Option<Self>, names: [&'static str; 6]) -> Vec<(&'static str, Generic)> {
+        let Self { phase, b, a } = shaping.unwrap_or(Self { phase: 0, b: [0; 3], a: [0; 2] });
+        let words = [phase.into(), b[0].into(), b[1].into(), b[2].into(), a[0].into(), a[1].into()];
+        names.into_iter().zip(words.map(Generic::Integer)).collect()
+    }
+}
+
+impl Block for InputShaper {
+    const NAME: &'static str = "input_shaper";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        let period = Format::unsigned(self.config.period_width);
+        In {
+            torque: Signal::new("torque", self.torque, "PWM count", "Torque against the penetration"),
+            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
+        }
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out { shaped: Signal::new("shaped", self.torque, "PWM count", "Torque without its transients") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let InputShaperConfig { torque_width, period_width, shaping } = self.config;
+        let mut all = vec![
+            ("ENABLED", Generic::Boolean(shaping.is_some())),
+            ("TORQUE_WIDTH", Generic::Integer(torque_width.into())),
+            ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
+        ];
+        all.extend(Shaping::generics(shaping, ["PHASE", "B0", "B1", "B2", "A1", "A2"]));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        if let (Some(sampled), Some(shaping)) = (&mut self.sampled, self.config.shaping) {
+            sampled.waiting = shaping.phase.into();
+            sampled.h = sampled.filter.reset().y;
+            sampled.u = sampled.hold.reset().q;
+        }
+        self.settle(0)
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if let Some(sampled) = &mut self.sampled {
+            sampled.tick(input);
+        }
+        self.settle(input.torque)
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        match &self.sampled {
+            Some(sampled) => sampled.quiet(input),
+            None if input.torque == self.shown.word => u64::MAX,
+            None => 0,
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if let Some(sampled) = &mut self.sampled {
+            sampled.skip(edges, input);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! The plain wall: a spring, and a damper with any velocity estimator at a rate of its own.
+//!
+//! - **Equation**: `torque = spring + drag - relief`; `spring = min(floor(penetration * stiffness), top)` and
+//!   `drag = floor(damping * v)` in contact only, `relief = floor(RELIEF * v)` always, drag and relief clamped to
+//!   `-2^TORQUE_WIDTH .. 2^TORQUE_WIDTH - 1`, the sum to its format. `top = 2^TORQUE_WIDTH - 1`.
+//! - **Ports**: those of every law, of which `delta` and `scale` are ignored, in; `torque` (1,TORQUE_WIDTH+1,0) and `memory`,
+//!   the velocity `v` (1,WIDTH-1,VELOCITY_FRAC), out.
+//! - **Latency**: 1 edge after a sample edge to `v`, with `EDGE_TIMER` that of the division; `torque` is combinational.
+//! - **Edge**: with `SPRING_HELD`, contact and penetration go through a `zero_order_hold`, sampled with `period`; otherwise they
+//!   act at once. The estimator samples with `period * RATIO`, modulo `2^PERIOD_WIDTH`. `ESTIMATOR`:
+//!   - 0 `velocity_register` [count/sample], 1 `filtered_difference` [count/sample], 2 `window_difference` [count/window],
+//!     3 `foaw` [count/sample];
+//!   - 4 an `edge_timer` whose interval a `sequential_divider` divides the velocity's period by [count/sample]: a sample edge
+//!     captures both, the next edge starts the division, and the edge that sees its quotient ready loads `v`, positive if the
+//!     captured motion was forward, 0 if it had stopped. Sample edges until then are passed over.
+//! - **Reset**: every register 0.
+//! - **Overflow**: saturates.
+//! - **VHDL twin**: `hdl/sampled_wall.vhd`.
+//! - **Source**: Colgate and Schenkel 1997 (spring and damper); two rates and negative damping as in Colgate and Brown 1994;
+//!   the estimators as in their blocks.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{NATURAL, WORD, within};
+use crate::estimator::{Estimator, EstimatorConfig, Velocity};
+use crate::law::Wanted;
+use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, ZeroOrderHold, zero_order_hold};
+
+/// The widths and modes of a sampled wall.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SampledWallConfig {
+    /// The widths of every law.
+    pub widths: LawWidths,
+    /// Whether the spring is sampled, too; otherwise it acts at once.
+    pub spring_held: bool,
+    /// What estimates the velocity.
+    pub estimator: Estimator,
+    /// The velocity's period in periods of the spring.
+    pub ratio: u32,
+    /// Exponent of the low pass, for [`Estimator::Filtered`].
+    pub shift: u32,
+    /// Samples of the window, for [`Estimator::Window`] and [`Estimator::Foaw`].
+    pub window: u32,
+    /// Noise of the position in counts, for [`Estimator::Foaw`].
+    pub noise: u32,
+    /// Fraction bits of the velocity.
+    pub velocity_frac: u32,
+    /// Gain of negative damping, in units of the damping's LSB.
+    pub relief: u32,
+}
+
+impl Default for SampledWallConfig {
+    fn default() -> Self {
+        Self {
+            widths: LawWidths::default(),
+            spring_held: true,
+            estimator: Estimator::Difference,
+            ratio: 1,
+            shift: 3,
+            window: 8,
+            noise: 1,
+            velocity_frac: 8,
+            relief: 0,
+        }
+    }
+}
+
+/// What the torque is made of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Made {
+    contact: i64,
+    penetration: i64,
+    stiffness: i64,
+    damping: i64,
+    velocity: i64,
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SampledWall {
+    config: SampledWallConfig,
+    wanted: Wanted,
+    drag: Narrowing,
+    torque: Format,
+    period: Format,
+    hold: ZeroOrderHold,
+    held: i64,
+    velocity: Velocity,
+    /// What the torque shown is made of, and whether it was rounded or overflowed.
+    made: Made,
+    shown: i64,
+    lost: (bool, bool),
+}
+
+impl SampledWall {
+    /// A wall of these widths and modes.
+    ///
+    /// # Errors
+    ///
+    /// When no law can have these widths or the estimator's block refuses its words; unless the velocity has 2 to 62 bits, 0 to
+    /// 30 of them fraction bits (16 from an edge timer), `ratio` is a VHDL `positive`, and the other numbers are `natural`.
+    pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
+        let SampledWallConfig { widths, ratio, shift, window, noise, velocity_frac: frac, relief, .. } = config;
+        widths.check(Self::NAME)?;
+        let LawWidths { width, period_width, .. } = widths;
+        within(Self::NAME, "RATIO", ratio, 1..=NATURAL)?;
+        for (generic, value) in [("SHIFT", shift), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)] {
+            within(Self::NAME, generic, value, 0..=NATURAL)?;
+        }
+        within(Self::NAME, "VELOCITY_FRAC", frac, 0..=30)?;
+        within(Self::NAME, "WIDTH + VELOCITY_FRAC", width + frac, WORD)?;
+        let estimator = EstimatorConfig { width, period_width, frac, shift, window, noise };
+        let mut block = Self {
+            config,
+            wanted: Wanted::new(&widths),
+            drag: Narrowing {
+                from_frac: widths.damping.frac() + frac.cast_signed(),
+                to: Format::signed(widths.torque_width + 1),
+                rounding: Rounding::Truncate,
+                overflow: Overflow::Saturate,
+            },
+            torque: Format::signed(widths.torque_width + 2),
+            period: Format::unsigned(period_width),
+            hold: ZeroOrderHold::new(width + 1, period_width)?,
+            held: 0,
+            velocity: Velocity::new(config.estimator, estimator)?,
+            made: Made { contact: 0, penetration: 0, stiffness: 0, damping: 0, velocity: 0 },
+            shown: 0,
+            lost: (false, false),
+        };
+        block.reset();
+        Ok(block)
+    }
+
+    /// The word that the hold samples: the penetration under the contact bit.
+    #[inline]
+    fn sampled(&self, input: &LawIn<i64>) -> zero_order_hold::In<i64> {
+        zero_order_hold::In { d: input.contact * self.contact() + input.penetration, period: input.period }
+    }
+
+    /// The worth of the contact bit.
+    #[inline]
+    fn contact(&self) -> i64 {
+        1 << self.config.widths.width
+    }
+
+    /// The velocity's period.
+    #[inline]
+    fn period(&self, input: &LawIn<i64>) -> i64 {
+        self.period.wrap(i128::from(input.period) * i128::from(self.config.ratio))
+    }
+
+    /// What the torque is made of with these inputs and the registers as they stand.
+    #[inline]
+    fn made(&self, input: &LawIn<i64>) -> Made {
+        let LawIn { stiffness, damping, .. } = *input;
+        let (contact, penetration) = if self.config.spring_held {
+            (self.held / self.contact(), self.held % self.contact())
+        } else {
+            (input.contact, input.penetration)
+        };
+        Made { contact, penetration, stiffness, damping, velocity: self.velocity.latest().word }
+    }
+
+    /// Makes the torque.
+    fn make(&mut self, made: Made) {
+        let Made { contact, penetration, stiffness, damping, velocity } = made;
+        let spring = self.wanted.spring(contact * penetration, stiffness);
+        let drag = self.drag.apply(i128::from(contact * damping) * i128::from(velocity));
+        let relief = self.drag.apply(i128::from(self.config.relief) * i128::from(velocity));
+        let whole = Narrowing { from_frac: 0, to: self.torque, ..self.drag };
+        let sum = whole.apply(i128::from(spring.word) + i128::from(drag.word) - i128::from(relief.word));
+        self.made = made;
+        self.shown = sum.word;
+        self.lost = (
+            spring.rounded || drag.rounded || relief.rounded,
+            spring.overflowed || drag.overflowed || relief.overflowed || sum.overflowed,
+        );
+    }
+
+    /// The outputs with these inputs and the registers as they stand.
+    #[inline]
+    fn shown(&mut self, input: &LawIn<i64>) -> LawOut<i64> {
+        let made = self.made(input);
+        if made != self.made {
+            self.make(made);
+        }
+        LawOut { torque: self.shown, memory: made.velocity }
+    }
+}
+
+impl Default for SampledWall {
+    fn default() -> Self {
+        Self::new(SampledWallConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Law for SampledWall {
+    const LOOP: &'static str = "sampled_wall_loop";
+
+    fn widths(&self) -> &LawWidths {
+        &self.config.widths
+    }
+
+    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
+        let SampledWallConfig { ratio, shift, window, noise, velocity_frac, relief, .. } = self.config;
+        let natural = |value: u32| Generic::Integer(value.into());
+        vec![
+            ("SPRING_HELD", Generic::Boolean(self.config.spring_held)),
+            ("ESTIMATOR", Generic::Integer(self.config.estimator.index())),
+            ("RATIO", natural(ratio)),
+            ("SHIFT", natural(shift)),
+            ("WINDOW", natural(window)),
+            ("NOISE", natural(noise)),
+            ("VELOCITY_FRAC", natural(velocity_frac)),
+            ("RELIEF", natural(relief)),
+        ]
+    }
+
+    fn latency(&self) -> u32 {
+        0
+    }
+
+    #[inline]
+    fn settle(&mut self, input: &LawIn<i64>, _: LawOut<i64>) -> LawOut<i64> {
+        self.shown(input)
+    }
+
+    #[inline]
+    fn lost(&self) -> [(bool, bool); 2] {
+        let velocity = self.velocity.latest();
+        [self.lost, (velocity.rounded, velocity.overflowed)]
+    }
+}
+
+impl Block for SampledWall {
+    const NAME: &'static str = "sampled_wall";
+    const CLOCKED: bool = true;
+    type In<T> = LawIn<T>;
+    type Out<T> = LawOut<T>;
+
+    fn inputs(&self) -> LawIn<Signal> {
+        self.config.widths.inputs()
+    }
+
+    fn outputs(&self) -> LawOut<Signal> {
+        let SampledWallConfig { widths, estimator, velocity_frac, .. } = self.config;
+        let (int, frac) = (widths.width.cast_signed() - 1, velocity_frac.cast_signed());
+        let format = Format::new(true, int, frac).expect("2 to 62 bits");
+        let unit = if estimator == Estimator::Window { "count/window" } else { "count/sample" };
+        LawOut { torque: widths.torque(), memory: Signal::new("memory", format, unit, "Velocity") }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = self.config.widths.generics();
+        all.extend(self.own_generics());
+        all
+    }
+
+    fn reset(&mut self) -> LawOut<i64> {
+        self.held = self.hold.reset().q;
+        self.velocity.reset();
+        self.make(Made { contact: 0, penetration: 0, stiffness: 0, damping: 0, velocity: 0 });
+        LawOut { torque: self.shown, memory: 0 }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+        if self.config.spring_held {
+            self.held = self.hold.tick(self.sampled(&input)).q;
+        }
+        self.velocity.tick(input.position, self.period(&input));
+        self.shown(&input)
+    }
+
+    #[inline]
+    fn quiet(&self, input: &LawIn<i64>) -> u64 {
+        if self.made(input) != self.made {
+            return 0;
+        }
+        let hold = if self.config.spring_held { self.hold.quiet(&self.sampled(input)) } else { u64::MAX };
+        hold.min(self.velocity.quiet(input.position, self.period(input)))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        if self.config.spring_held {
+            self.hold.skip(edges, &self.sampled(input));
+        }
+        self.velocity.skip(edges, input.position, self.period(input));
+    }
+}

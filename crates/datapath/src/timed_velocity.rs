@@ -1,0 +1,135 @@
+//! The velocity of the fixed-position method: the time of a count, turned round by a division.
+
+use hpu_signal::Narrowed;
+
+use crate::countdown::{Countdown, edges};
+use crate::{Block, ConfigError, DividerConfig, EdgeTimer, SequentialDivider, edge_timer};
+
+/// An `edge_timer` whose interval a `sequential_divider` divides the period by, once a period: counts per period.
+///
+/// A sample edge captures period and interval; the edge after it starts the division, and the edge that sees its quotient
+/// ready loads it with its sign. Until then, sample edges are passed over. The division is made at the capture and held back;
+/// nobody can tell.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct TimedVelocity {
+    timer: EdgeTimer,
+    divider: SequentialDivider,
+    /// Edges from a capture to its velocity.
+    latency: u64,
+    countdown: Countdown,
+    /// Edges until the velocity is loaded; 0 when none is on its way.
+    left: u64,
+    next: Narrowed,
+    latest: Narrowed,
+}
+
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+impl TimedVelocity {
+    pub(crate) fn new(width: u32, period_width: u32, frac: u32) -> Result<Self, ConfigError> {
+        let config =
+            DividerConfig { num_width: period_width + 1, den_width: period_width, frac, out_width: width - 1 + frac };
+        Ok(Self {
+            timer: EdgeTimer::new(width, period_width)?,
+            divider: SequentialDivider::new(config)?,
+            latency: u64::from(config.steps()) + 2,
+            countdown: Countdown::default(),
+            left: 0,
+            next: ZERO,
+            latest: ZERO,
+        })
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.timer.reset();
+        self.countdown = Countdown::default();
+        self.left = 0;
+        (self.next, self.latest) = (ZERO, ZERO);
+    }
+
+    #[inline]
+    pub(crate) fn latest(&self) -> Narrowed {
+        self.latest
+    }
+
+    /// The velocity that a capture leads to now.
+    #[inline]
+    fn capture(&self, period: i64) -> Narrowed {
+        let edge_timer::Out { interval, forward, stopped } = self.timer.shown();
+        if stopped == 1 {
+            return ZERO;
+        }
+        let quotient = self.divider.divide(period, interval);
+        Narrowed { word: if forward == 1 { quotient.word } else { -quotient.word }, ..quotient }
+    }
+
+    #[inline]
+    pub(crate) fn tick(&mut self, position: i64, period: i64) {
+        let sample = self.countdown.tick(period);
+        if self.left > 0 {
+            self.left -= 1;
+            if self.left == 0 {
+                self.latest = self.next;
+            }
+        } else if sample {
+            self.next = self.capture(period);
+            self.left = self.latency;
+        }
+        self.timer.tick(edge_timer::In { position });
+    }
+
+    #[inline]
+    pub(crate) fn quiet(&self, position: i64) -> u64 {
+        let on_its_way = self.left > 0;
+        let stands = !on_its_way || self.next == self.latest;
+        if stands && self.latest == ZERO && self.timer.at_rest(position) {
+            u64::MAX
+        } else if on_its_way {
+            // A capture after that one takes as long again.
+            if stands { self.left + self.latency } else { self.left - 1 }
+        } else {
+            self.countdown.left() + self.latency
+        }
+    }
+
+    /// That many edges with a position that stands, none of which captures.
+    #[inline]
+    fn pass(&mut self, count: u64, period: i64) {
+        self.countdown.skip(count, period);
+        self.timer.rest(count);
+        if self.left > 0 {
+            self.left = self.left.saturating_sub(count);
+            if self.left == 0 {
+                self.latest = self.next;
+            }
+        }
+    }
+
+    /// Edges until the next one that captures, with a period that stays.
+    #[inline]
+    fn until_capture(&self, period: i64) -> u64 {
+        let (first, period) = (self.countdown.left(), edges(period));
+        first + self.left.saturating_sub(first).div_ceil(period) * period
+    }
+
+    #[inline]
+    pub(crate) fn skip(&mut self, count: u64, position: i64, period: i64) {
+        if count == 0 {
+            return;
+        }
+        // From the first edge on, the position stands.
+        self.tick(position, period);
+        let mut count = count - 1;
+        let until_capture = self.until_capture(period);
+        if count > until_capture {
+            self.pass(until_capture, period);
+            self.tick(position, period);
+            count -= until_capture + 1;
+            // Whoever is quiet for longer than that captures standstill, again and again.
+            let round = self.until_capture(period) + 1;
+            self.timer.rest(count - count % round);
+            count %= round;
+        }
+        self.pass(count, period);
+    }
+}
