@@ -147,6 +147,22 @@ impl LawWidths {
     }
 }
 
+/// A word after reset, and one that lost nothing to be 0.
+pub(crate) const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+impl LawOut<Narrowed> {
+    /// The words alone.
+    #[inline]
+    pub(crate) fn words(self) -> LawOut<i64> {
+        self.map(|narrowed| narrowed.word)
+    }
+
+    /// As [`Law::lost`] tells it.
+    pub(crate) fn lost(self) -> [(bool, bool); 2] {
+        [self.torque, self.memory].map(|narrowed| (narrowed.rounded, narrowed.overflowed))
+    }
+}
+
 /// The plain wall, which laws of several edges take as what is wanted: spring and drag, each truncated and clamped, inside
 /// the wall only.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -154,14 +170,6 @@ pub(crate) struct Wanted {
     spring: Narrowing,
     drag: Narrowing,
     top: i64,
-}
-
-/// What a wall wants, and whether making it lost bits.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct WantedTorque {
-    pub(crate) torque: i64,
-    pub(crate) rounded: bool,
-    pub(crate) overflowed: bool,
 }
 
 impl Wanted {
@@ -183,16 +191,16 @@ impl Wanted {
 
     /// Spring and drag inside the wall, within what the bridge can show; 0 outside.
     #[inline]
-    pub(crate) fn torque(&self, input: &LawIn<i64>, motion: i64) -> WantedTorque {
+    pub(crate) fn torque(&self, input: &LawIn<i64>, motion: i64) -> Narrowed {
         if input.contact == 0 {
-            return WantedTorque { torque: 0, rounded: false, overflowed: false };
+            return ZERO;
         }
         let spring = self.spring(input.penetration, input.stiffness);
         let drag = self.drag.apply(i128::from(input.damping) * i128::from(motion));
         let sum = spring.word + drag.word;
         let torque = sum.clamp(-self.top, self.top);
-        WantedTorque {
-            torque,
+        Narrowed {
+            word: torque,
             rounded: spring.rounded || drag.rounded,
             overflowed: spring.overflowed || drag.overflowed || torque != sum,
         }

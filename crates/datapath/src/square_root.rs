@@ -54,13 +54,17 @@ impl SquareRoot {
         self.computation.result()
     }
 
+    /// The root of a radicand.
+    #[inline]
+    pub(crate) fn root(x: i64) -> Narrowed {
+        let root = x.isqrt();
+        Narrowed { word: root, rounded: root * root != x, overflowed: false }
+    }
+
     /// The root of an extraction that starts with these inputs, if one does.
     #[inline]
     fn started(input: &In<i64>) -> Option<Narrowed> {
-        (input.start != 0).then(|| {
-            let root = input.x.isqrt();
-            Narrowed { word: root, rounded: root * root != input.x, overflowed: false }
-        })
+        (input.start != 0).then(|| Self::root(input.x))
     }
 
     #[inline]

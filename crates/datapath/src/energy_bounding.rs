@@ -1,0 +1,298 @@
+//! Energy bounding: a torque within what the device's own damping can pay for, whatever the wall wants.
+//!
+//! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `F` the torque,
+//!   `E` the energy stored, `c1 = C1 / 2^BOUND_FRAC`, `c2` likewise, `floor` and `ceil` to whole PWM counts,
+//!   `top = 2^TORQUE_WIDTH - 1`. The c1/c2 form: with `S = sqrt((c2 d)^2 + 2 c2 E)`, rounded down to BOUND_FRAC bits,
+//!   `hi = floor(c2 d + S)`, `lo = ceil(c2 d - S)`, and
+//!   `F' = max(min(f, F + floor(c1 d), hi), lo)` for `d > 0`, `min(max(f, F + ceil(c1 d), lo), hi)` for `d < 0`, `F` for
+//!   `d = 0`, all clamped to `-top .. top`; `E' = min(E + F' d, max)`. This is `F' = F + beta d` with the published bounds of
+//!   `beta` multiplied by `d`, so that nothing is divided; `F'^2 <= 2 c2 E'` holds exactly.
+//!   `LEAST_CONSERVATIVE`: `E' = clamp((0 if F = 0, else E) + c1 d^2 + F d, 0, max)`, `F' = clamp(f, -b, b)` with
+//!   `b = min(floor(2 sqrt(c1 E')), top)`.
+//!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
+//!   `drag = floor(damping * d)` inside the wall, 0 outside.
+//! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory`: `E`, (0,ENERGY_WIDTH,0), or
+//!   (0,ENERGY_WIDTH-BOUND_FRAC,BOUND_FRAC) when `LEAST_CONSERVATIVE`.
+//! - **Latency**: `ROOT_WIDTH/2 + 2` edges from a capture to torque and memory.
+//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures; the next starts the root; `ROOT_WIDTH/2 + 2`
+//!   edges after the capture torque and memory are loaded. Sample edges up to and including that one are passed over: `d`
+//!   then spans several samples.
+//! - **Reset**: all 0, idle; the first edge samples.
+//! - **Overflow**: energy and torque saturate, both to the safe side as long as `top^2 <= 2 c2 (2^ENERGY_WIDTH - 1)`.
+//! - **VHDL twin**: `hdl/energy_bounding.vhd`, around a `square_root`.
+//! - **Source**: Kim and Ryu 2004 and 2010 (c1/c2 form); Kim et al. (least conservative force bound).
+//! - **Known failures**: the c1/c2 form shows no more than c1, needs `c2 <= c1`, keeps a torque just outside the wall, and
+//!   bounds a step by c1 exactly for whole c2 only: `lo`, rounded up, may exceed `F + floor(c1 d)` by 1 else. The motion while
+//!   the root is computed was done on the torque before.
+//! - **Differs from the hardware**: takes the root at the capture and holds torque and memory back; nobody can tell.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::within;
+use crate::law::{Wanted, ZERO};
+use crate::sequence::Sequence;
+use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, SquareRoot};
+
+/// The widths and bounds of an energy-bounding law.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BoundingConfig {
+    /// What it shares with every law.
+    pub widths: LawWidths,
+    /// Whether the force bound is used instead of c1 and c2.
+    pub least_conservative: bool,
+    /// Damping of the device over the sample period, in PWM counts per count.
+    pub c1: u32,
+    /// Stiffness that the stored energy must be able to pay for, in PWM counts per count.
+    pub c2: u32,
+    /// Fraction bits of both.
+    pub bound_frac: u32,
+    /// Width of both.
+    pub bound_width: u32,
+    /// Width of the energy.
+    pub energy_width: u32,
+    /// Width of the radicand.
+    pub root_width: u32,
+}
+
+impl Default for BoundingConfig {
+    fn default() -> Self {
+        Self {
+            widths: LawWidths::default(),
+            least_conservative: false,
+            c1: 320,
+            c2: 320,
+            bound_frac: 4,
+            bound_width: 14,
+            energy_width: 32,
+            root_width: 54,
+        }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct EnergyBounding {
+    config: BoundingConfig,
+    motion: Format,
+    /// From the fraction of the bounds to whole PWM counts.
+    whole: Narrowing,
+    energy: Narrowing,
+    wanted: Wanted,
+    sequence: Sequence<Registers>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Registers {
+    position: i64,
+    torque: Narrowed,
+    energy: Narrowed,
+}
+
+const RESET: Registers = Registers { position: 0, torque: ZERO, energy: ZERO };
+
+impl Registers {
+    #[inline]
+    fn shown(&self) -> LawOut<Narrowed> {
+        LawOut { torque: self.torque, memory: self.energy }
+    }
+}
+
+impl EnergyBounding {
+    /// A law of these widths and bounds.
+    ///
+    /// # Errors
+    ///
+    /// Unless the widths pass [`LawWidths::check`], c1 and c2 fit their 2 to 30 bits, and the radicand is even, at most 62,
+    /// and holds what it is made of: `2 (BOUND_WIDTH + WIDTH)` and `BOUND_WIDTH + ENERGY_WIDTH + BOUND_FRAC + 2` bits.
+    pub fn new(config: BoundingConfig) -> Result<Self, ConfigError> {
+        let BoundingConfig { widths, c1, c2, bound_frac, bound_width, energy_width, root_width, .. } = config;
+        widths.check(Self::NAME)?;
+        within(Self::NAME, "BOUND_WIDTH", bound_width, 2..=30)?;
+        within(Self::NAME, "C1", c1, 0..=(1 << bound_width) - 1)?;
+        within(Self::NAME, "C2", c2, 0..=(1 << bound_width) - 1)?;
+        within(Self::NAME, "ENERGY_WIDTH", energy_width, 2..=60)?;
+        within(Self::NAME, "BOUND_FRAC", bound_frac, 0..=30)?;
+        let least = (2 * (bound_width + widths.width)).max(bound_width + energy_width + bound_frac + 2);
+        within(Self::NAME, "ROOT_WIDTH", root_width, least..=62)?;
+        SquareRoot::new(root_width)?;
+        let frac = bound_frac.cast_signed();
+        let energy_frac = if config.least_conservative { frac } else { 0 };
+        let energy = Format::new(false, energy_width.cast_signed() - energy_frac, energy_frac).expect("2 to 60 bits");
+        let floor =
+            |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
+        Ok(Self {
+            config,
+            motion: Format::signed(widths.width),
+            whole: floor(frac, Format::signed(62)),
+            energy: floor(energy_frac, energy),
+            wanted: Wanted::new(&widths),
+            // One edge to start the root, one to bound the torque by it.
+            sequence: Sequence::new(root_width / 2 + 2, RESET),
+        })
+    }
+
+    /// The registers that a capture leads to.
+    #[inline]
+    fn capture(&self, last: &Registers, input: &LawIn<i64>) -> Registers {
+        let motion = self.motion.wrap(i128::from(input.position - last.position));
+        let wanted = self.wanted.torque(input, motion);
+        let (torque, energy) = if self.config.least_conservative {
+            self.force_bound(last, wanted, motion.into())
+        } else {
+            self.two_bounds(last, wanted, motion.into())
+        };
+        Registers { position: input.position, torque, energy }
+    }
+
+    /// Torque and energy of the c1/c2 form.
+    #[inline]
+    fn two_bounds(&self, last: &Registers, wanted: Narrowed, motion: i128) -> (Narrowed, Narrowed) {
+        let [c1, c2] = [self.config.c1, self.config.c2].map(i128::from);
+        let energy = i128::from(last.energy.word);
+        let middle = c2 * motion;
+        let root = Self::root(middle * middle + c2 * energy * (2 << self.config.bound_frac));
+        let bound = |bound: Narrowed| Narrowed { rounded: bound.rounded || root.rounded, ..bound };
+        let hi = bound(self.floor(middle + i128::from(root.word)));
+        let lo = bound(self.ceil(middle - i128::from(root.word)));
+        let step = |step: Narrowed| Narrowed { word: last.torque.word + step.word, ..step };
+        let chosen = match motion.signum() {
+            0 => last.torque,
+            1 => greater(lesser(lesser(wanted, step(self.floor(c1 * motion))), hi), lo),
+            _ => lesser(greater(greater(wanted, step(self.ceil(c1 * motion))), lo), hi),
+        };
+        let top = self.config.widths.top();
+        let torque = Narrowed {
+            word: chosen.word.clamp(-top, top),
+            overflowed: chosen.overflowed || chosen.word.abs() > top,
+            ..chosen
+        };
+        (torque, self.energy.apply(energy + i128::from(torque.word) * motion))
+    }
+
+    /// Torque and energy of the force bound.
+    #[inline]
+    fn force_bound(&self, last: &Registers, wanted: Narrowed, motion: i128) -> (Narrowed, Narrowed) {
+        let (c1, torque) = (i128::from(self.config.c1), i128::from(last.torque.word));
+        let stored = if torque == 0 { 0 } else { i128::from(last.energy.word) };
+        let work = torque * motion * (1 << self.config.bound_frac);
+        let energy = self.energy.apply(stored + c1 * motion * motion + work);
+        let root = Self::root(4 * c1 * i128::from(energy.word));
+        let hi = self.floor(root.word.into());
+        let bound = Narrowed { rounded: hi.rounded || root.rounded, ..hi };
+        let negative = Narrowed { word: -bound.word, ..bound };
+        (greater(lesser(wanted, bound), negative), energy)
+    }
+
+    #[inline]
+    fn root(radicand: i128) -> Narrowed {
+        SquareRoot::root(i64::try_from(radicand).expect("within ROOT_WIDTH"))
+    }
+
+    /// Whole PWM counts, rounded down.
+    #[inline]
+    fn floor(&self, value: i128) -> Narrowed {
+        self.whole.apply(value)
+    }
+
+    /// Whole PWM counts, rounded up.
+    #[inline]
+    fn ceil(&self, value: i128) -> Narrowed {
+        let negative = self.whole.apply(-value);
+        Narrowed { word: -negative.word, ..negative }
+    }
+}
+
+/// The lesser word with what it lost; the first of two equal ones.
+#[inline]
+fn lesser(a: Narrowed, b: Narrowed) -> Narrowed {
+    if b.word < a.word { b } else { a }
+}
+
+/// The greater word with what it lost; the first of two equal ones.
+#[inline]
+fn greater(a: Narrowed, b: Narrowed) -> Narrowed {
+    if b.word > a.word { b } else { a }
+}
+
+impl Default for EnergyBounding {
+    fn default() -> Self {
+        Self::new(BoundingConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Law for EnergyBounding {
+    const LOOP: &'static str = "energy_bounding_loop";
+
+    fn widths(&self) -> &LawWidths {
+        &self.config.widths
+    }
+
+    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
+        let BoundingConfig { c1, c2, bound_frac, bound_width, energy_width, root_width, .. } = self.config;
+        let integers = [
+            ("C1", c1),
+            ("C2", c2),
+            ("BOUND_FRAC", bound_frac),
+            ("BOUND_WIDTH", bound_width),
+            ("ENERGY_WIDTH", energy_width),
+            ("ROOT_WIDTH", root_width),
+        ];
+        let mut own = vec![("LEAST_CONSERVATIVE", Generic::Boolean(self.config.least_conservative))];
+        own.extend(integers.map(|(name, value)| (name, Generic::Integer(value.into()))));
+        own
+    }
+
+    fn latency(&self) -> u32 {
+        self.sequence.latency()
+    }
+
+    fn lost(&self) -> [(bool, bool); 2] {
+        self.sequence.loaded().shown().lost()
+    }
+}
+
+impl Block for EnergyBounding {
+    const NAME: &'static str = "energy_bounding";
+    const CLOCKED: bool = true;
+    type In<T> = LawIn<T>;
+    type Out<T> = LawOut<T>;
+
+    fn inputs(&self) -> LawIn<Signal> {
+        self.config.widths.inputs()
+    }
+
+    fn outputs(&self) -> LawOut<Signal> {
+        LawOut {
+            torque: self.config.widths.torque(),
+            memory: Signal::new("memory", self.energy.to, "PWM count*count", "Energy stored"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn reset(&mut self) -> LawOut<i64> {
+        self.sequence.reset(RESET);
+        RESET.shown().words()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+        if self.sequence.tick(input.period) {
+            self.sequence.captures(self.capture(self.sequence.loaded(), &input));
+        }
+        self.sequence.loaded().shown().words()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &LawIn<i64>) -> u64 {
+        self.sequence.quiet(input.period, |last| self.capture(last, input))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.sequence.skip(edges, input.period);
+    }
+}

@@ -1,0 +1,208 @@
+//! Time-domain passivity: an observer of the energy that the wall has taken, and a controller that adds damping when it
+//! has given more.
+//!
+//! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `c` the
+//!   correction in force: `W(n) = W(n-1) + f d + c(n-1) d(n-1)`, or with `EXACT` `W(n) = W(n-1) + torque(n-1) d`, the work
+//!   done on the torque that was shown; at most `CREDIT` unless that is 0.
+//!   `q = floor(|W| / |d|)`; `torque = clamp(f + sign(d) q)` if `W < 0` and `d /= 0`, else `f`; `c = torque - f`.
+//!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
+//!   `drag = floor(damping * d)` inside the wall, 0 outside, `top = 2^TORQUE_WIDTH - 1`.
+//! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory` (1,ENERGY_WIDTH-1,0): `W` of the latest
+//!   capture.
+//! - **Latency**: `ENERGY_WIDTH + 2` edges from a capture to its torque.
+//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures and loads `W`; the next starts the division;
+//!   `ENERGY_WIDTH + 2` edges after the capture the torque is loaded. Sample edges up to and including that one are passed
+//!   over: `d` then spans several samples.
+//! - **Reset**: all 0, idle; the first edge samples.
+//! - **Overflow**: energy and torque saturate; so does the quotient, at `TORQUE_WIDTH` bits.
+//! - **VHDL twin**: `hdl/passivity_controller.vhd`, around a `sequential_divider`.
+//! - **Source**: Hannaford and Ryu 2002 (series controller, impedance causality).
+//! - **Known failures**: no correction without motion, whatever `W`. The classic observer pairs `d` with the torque that
+//!   follows it and misses what the hold generates. Energy once taken delays the correction: bounded by `CREDIT`. `EXACT`
+//!   takes all motion between captures as done on one torque: what moves while it computes was done on the one before.
+//!   The floor of `q` leaves less than `|d|` uncorrected, which `W` carries on.
+//! - **Differs from the hardware**: divides at the capture and holds the torque back; nobody can tell.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{NATURAL, within};
+use crate::law::{Wanted, ZERO};
+use crate::sequence::Sequence;
+use crate::{Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, SequentialDivider};
+
+/// The widths and options of a passivity controller.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PassivityConfig {
+    /// What it shares with every law.
+    pub widths: LawWidths,
+    /// Whether the torque that was shown is observed, instead of the one wanted.
+    pub exact: bool,
+    /// Width of the energy.
+    pub energy_width: u32,
+    /// Most energy that may be saved up; 0 for no limit.
+    pub credit: u32,
+}
+
+impl Default for PassivityConfig {
+    fn default() -> Self {
+        Self { widths: LawWidths::default(), exact: false, energy_width: 32, credit: 0 }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PassivityController {
+    config: PassivityConfig,
+    motion: Format,
+    energy: Narrowing,
+    divider: SequentialDivider,
+    wanted: Wanted,
+    sequence: Sequence<Registers>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Registers {
+    position: i64,
+    motion: i64,
+    correction: i64,
+    energy: Narrowed,
+    torque: Narrowed,
+}
+
+const RESET: Registers = Registers { position: 0, motion: 0, correction: 0, energy: ZERO, torque: ZERO };
+
+impl PassivityController {
+    /// A controller of these widths.
+    ///
+    /// # Errors
+    ///
+    /// Unless the widths pass [`LawWidths::check`], the energy has as many bits as the torque and at most 48, and the credit
+    /// is a VHDL `natural`.
+    pub fn new(config: PassivityConfig) -> Result<Self, ConfigError> {
+        let PassivityConfig { widths, energy_width, credit, .. } = config;
+        widths.check(Self::NAME)?;
+        within(Self::NAME, "ENERGY_WIDTH", energy_width, widths.torque_width..=48)?;
+        within(Self::NAME, "CREDIT", credit, 0..=NATURAL)?;
+        let division =
+            DividerConfig { num_width: energy_width, den_width: widths.width, frac: 0, out_width: widths.torque_width };
+        let energy = Format::signed(energy_width);
+        Ok(Self {
+            config,
+            motion: Format::signed(widths.width),
+            energy: Narrowing { from_frac: 0, to: energy, rounding: Rounding::Truncate, overflow: Overflow::Saturate },
+            divider: SequentialDivider::new(division)?,
+            wanted: Wanted::new(&widths),
+            // One edge to start the division, one to add its quotient.
+            sequence: Sequence::new(division.steps() + 2, RESET),
+        })
+    }
+
+    /// The registers that a capture leads to.
+    #[inline]
+    fn capture(&self, last: &Registers, input: &LawIn<i64>) -> Registers {
+        let motion = self.motion.wrap(i128::from(input.position - last.position));
+        let wanted = self.wanted.torque(input, motion);
+        let product = |torque: i64, motion: i64| i128::from(torque) * i128::from(motion);
+        let work = if self.config.exact {
+            product(last.torque.word, motion)
+        } else {
+            product(wanted.word, motion) + product(last.correction, last.motion)
+        };
+        let mut energy = self.energy.apply(i128::from(last.energy.word) + work);
+        if self.config.credit > 0 {
+            energy.word = energy.word.min(self.config.credit.into());
+        }
+        let missing =
+            if energy.word < 0 && motion != 0 { self.divider.divide(-energy.word, motion.abs()) } else { ZERO };
+        let sum = wanted.word + motion.signum() * missing.word;
+        let top = self.config.widths.top();
+        let torque = Narrowed {
+            word: sum.clamp(-top, top),
+            rounded: wanted.rounded || missing.rounded,
+            overflowed: wanted.overflowed || missing.overflowed || sum.abs() > top,
+        };
+        Registers { position: input.position, motion, correction: torque.word - wanted.word, energy, torque }
+    }
+
+    #[inline]
+    fn shown(&self) -> LawOut<Narrowed> {
+        LawOut { torque: self.sequence.loaded().torque, memory: self.sequence.captured().energy }
+    }
+}
+
+impl Default for PassivityController {
+    fn default() -> Self {
+        Self::new(PassivityConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Law for PassivityController {
+    const LOOP: &'static str = "passivity_controller_loop";
+
+    fn widths(&self) -> &LawWidths {
+        &self.config.widths
+    }
+
+    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
+        let PassivityConfig { exact, energy_width, credit, .. } = self.config;
+        vec![
+            ("EXACT", Generic::Boolean(exact)),
+            ("ENERGY_WIDTH", Generic::Integer(energy_width.into())),
+            ("CREDIT", Generic::Integer(credit.into())),
+        ]
+    }
+
+    fn latency(&self) -> u32 {
+        self.sequence.latency()
+    }
+
+    fn lost(&self) -> [(bool, bool); 2] {
+        self.shown().lost()
+    }
+}
+
+impl Block for PassivityController {
+    const NAME: &'static str = "passivity_controller";
+    const CLOCKED: bool = true;
+    type In<T> = LawIn<T>;
+    type Out<T> = LawOut<T>;
+
+    fn inputs(&self) -> LawIn<Signal> {
+        self.config.widths.inputs()
+    }
+
+    fn outputs(&self) -> LawOut<Signal> {
+        LawOut {
+            torque: self.config.widths.torque(),
+            memory: Signal::new("memory", self.energy.to, "PWM count*count", "Energy that the wall has taken"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn reset(&mut self) -> LawOut<i64> {
+        self.sequence.reset(RESET);
+        self.shown().words()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+        if self.sequence.tick(input.period) {
+            self.sequence.captures(self.capture(self.sequence.loaded(), &input));
+        }
+        self.shown().words()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &LawIn<i64>) -> u64 {
+        self.sequence.quiet(input.period, |last| self.capture(last, input))
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.sequence.skip(edges, input.period);
+    }
+}

@@ -1,0 +1,200 @@
+//! Virtual coupling: a massless tool between the device and the virtual wall, held to the device by spring and damper.
+//!
+//! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside the
+//!   wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
+//!   `free = floor(FREE * e / 2^GAIN_FRAC)`, the extension of a tool that nothing holds; if `delta > free`,
+//!   `e' = sat(floor((SHARE * delta + HELD * e) / 2^GAIN_FRAC))` and `torque' = clamp(floor(stiffness * e') +
+//!   floor(damping * (e' - e)), 0, 2^TORQUE_WIDTH - 1)`; else `e' = free` and `torque' = 0`. The gains, times
+//!   `2^GAIN_FRAC`: `SHARE = K_e / (K_e + K_c + B_c/T)`, `HELD = (B_c/T) / (K_e + K_c + B_c/T)`,
+//!   `FREE = (B_c/T) / (K_c + B_c/T)`; a rigid wall has `SHARE = 1`, `HELD = 0`.
+//! - **Ports**: those of every law; `stiffness` and `damping` are the coupling's `K_c` and `B_c/T`; `position`, `contact`,
+//!   `penetration` and `scale` are ignored. `memory` (1,WIDTH-1,EXTENSION_FRAC): the extension `e`.
+//! - **Latency**: 1 edge: the sample edge loads torque and memory.
+//! - **Edge**: with the countdown at 0, torque and memory are loaded and the countdown restarts at `max(period,1) - 1`;
+//!   else it counts down. A new period takes effect at the next sample edge.
+//! - **Reset**: countdown, torque and memory 0; the first edge samples.
+//! - **Overflow**: extension and torque saturate. That the torque is never negative is the law, and no overflow.
+//! - **VHDL twin**: `hdl/virtual_coupling.vhd`.
+//! - **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
+//! - **Known failures**: shows no more than `K_e K_c / (K_e + K_c)`. The gains hold for one period and one coupling, so
+//!   that `stiffness`, `damping` and `period` are to change together with them. A negative extension comes to rest 1 LSB
+//!   below 0.
+//! - **Differs from the hardware**: nothing known.
+
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+
+use crate::config::{WORD, within};
+use crate::countdown::Countdown;
+use crate::law::ZERO;
+use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths};
+
+/// The widths and gains of a virtual coupling.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CouplingConfig {
+    /// What it shares with every law.
+    pub widths: LawWidths,
+    /// Fraction bits of the extension.
+    pub extension_frac: u32,
+    /// Fraction bits of the three gains.
+    pub gain_frac: u32,
+    /// Extension for one of the device inside the wall.
+    pub share: u32,
+    /// Extension that a free tool keeps over a sample.
+    pub free: u32,
+    /// Extension that a tool inside the wall keeps over a sample.
+    pub held: u32,
+}
+
+impl Default for CouplingConfig {
+    fn default() -> Self {
+        Self { widths: LawWidths::default(), extension_frac: 8, gain_frac: 16, share: 1 << 16, free: 0, held: 0 }
+    }
+}
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct VirtualCoupling {
+    config: CouplingConfig,
+    extension: Narrowing,
+    spring: Narrowing,
+    drag: Narrowing,
+    countdown: Countdown,
+    latest: LawOut<Narrowed>,
+}
+
+impl VirtualCoupling {
+    /// A coupling of these widths and gains.
+    ///
+    /// # Errors
+    ///
+    /// Unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains 0 to 30 fraction bits, and no
+    /// gain is above 1.
+    pub fn new(config: CouplingConfig) -> Result<Self, ConfigError> {
+        let CouplingConfig { widths, extension_frac, gain_frac, share, free, held } = config;
+        widths.check(Self::NAME)?;
+        within(Self::NAME, "EXTENSION_FRAC", extension_frac, 0..=30)?;
+        within(Self::NAME, "WIDTH + EXTENSION_FRAC", widths.width + extension_frac, WORD)?;
+        within(Self::NAME, "GAIN_FRAC", gain_frac, 0..=30)?;
+        for (generic, gain) in [("SHARE", share), ("FREE", free), ("HELD", held)] {
+            within(Self::NAME, generic, gain, 0..=1 << gain_frac)?;
+        }
+        let (frac, gain) = (extension_frac.cast_signed(), gain_frac.cast_signed());
+        let extension = Format::new(true, widths.width.cast_signed() - 1, frac).expect("2 to 62 bits");
+        let floor =
+            |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
+        Ok(Self {
+            config,
+            extension: floor(frac + gain, extension),
+            // One clamp, of their sum: each alone fits.
+            spring: floor(widths.stiffness.frac() + frac, Format::signed(64)),
+            drag: floor(widths.damping.frac() + frac, Format::signed(64)),
+            countdown: Countdown::default(),
+            latest: LawOut { torque: ZERO, memory: ZERO },
+        })
+    }
+
+    /// Torque and extension that a sample edge would load now.
+    #[inline]
+    fn sample(&self, input: &LawIn<i64>) -> LawOut<Narrowed> {
+        let [share, free, held] = [self.config.share, self.config.free, self.config.held].map(i128::from);
+        let last = i128::from(self.latest.memory.word);
+        let device = i128::from(input.delta) * (1 << self.config.extension_frac);
+        let loose = self.extension.apply(free * last);
+        if device <= i128::from(loose.word) {
+            return LawOut { torque: ZERO, memory: loose };
+        }
+        let memory = self.extension.apply(share * device + held * last);
+        let extension = i128::from(memory.word);
+        let spring = self.spring.apply(i128::from(input.stiffness) * extension);
+        let drag = self.drag.apply(i128::from(input.damping) * (extension - last));
+        let (sum, top) = (i128::from(spring.word) + i128::from(drag.word), self.config.widths.top());
+        let torque = Narrowed {
+            word: i64::try_from(sum.clamp(0, top.into())).expect("within the torque"),
+            rounded: spring.rounded || drag.rounded,
+            overflowed: sum > top.into(),
+        };
+        LawOut { torque, memory }
+    }
+}
+
+impl Default for VirtualCoupling {
+    fn default() -> Self {
+        Self::new(CouplingConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl Law for VirtualCoupling {
+    const LOOP: &'static str = "virtual_coupling_loop";
+
+    fn widths(&self) -> &LawWidths {
+        &self.config.widths
+    }
+
+    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
+        let CouplingConfig { extension_frac, gain_frac, share, free, held, .. } = self.config;
+        let own = [
+            ("EXTENSION_FRAC", extension_frac),
+            ("GAIN_FRAC", gain_frac),
+            ("SHARE", share),
+            ("FREE", free),
+            ("HELD", held),
+        ];
+        own.map(|(name, value)| (name, Generic::Integer(value.into()))).to_vec()
+    }
+
+    fn latency(&self) -> u32 {
+        1
+    }
+
+    fn lost(&self) -> [(bool, bool); 2] {
+        self.latest.lost()
+    }
+}
+
+impl Block for VirtualCoupling {
+    const NAME: &'static str = "virtual_coupling";
+    const CLOCKED: bool = true;
+    type In<T> = LawIn<T>;
+    type Out<T> = LawOut<T>;
+
+    fn inputs(&self) -> LawIn<Signal> {
+        self.config.widths.inputs()
+    }
+
+    fn outputs(&self) -> LawOut<Signal> {
+        LawOut {
+            torque: self.config.widths.torque(),
+            memory: Signal::new("memory", self.extension.to, "count", "Extension of the coupling"),
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn reset(&mut self) -> LawOut<i64> {
+        self.countdown = Countdown::default();
+        self.latest = LawOut { torque: ZERO, memory: ZERO };
+        self.latest.words()
+    }
+
+    #[inline]
+    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+        if self.countdown.tick(input.period) {
+            self.latest = self.sample(&input);
+        }
+        self.latest.words()
+    }
+
+    #[inline]
+    fn quiet(&self, input: &LawIn<i64>) -> u64 {
+        // What was lost counts as a change.
+        if self.sample(input) == self.latest { u64::MAX } else { self.countdown.left() }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        self.countdown.skip(edges, input.period);
+    }
+}
