@@ -2,8 +2,8 @@
 
 use hpu_datapath::{
     BoundingConfig, ConventionalLoop, CouplingConfig, EnergyBounding, HybridLoop, Law, LawWidths, MethodLoop,
-    PassiveSpring, PassivityConfig, PassivityController, SampledWall, SampledWallConfig, Shaping, SpringConfig,
-    VirtualCoupling,
+    MethodLoopConfig, PassiveSpring, PassivityConfig, PassivityController, SampledWall, SampledWallConfig, Shaping,
+    SpringConfig, VirtualCoupling,
 };
 use hpu_signal::Format;
 
@@ -89,7 +89,7 @@ fn around<L: Law>(
         let [b0, b1, b2, a1, a2] = high_pass(cutoff_hz, scene.sample_period_s()).map(word);
         Shaping { phase: law.latency() + 1, b: [b0, b1, b2], a: [a1, a2] }
     });
-    MethodLoop::new(law, words.config.pwm, shaping).map_err(SessionError::Config)
+    MethodLoop::new(law, MethodLoopConfig { pwm: words.config.pwm, shaping }).map_err(SessionError::Config)
 }
 
 /// What a word is worth in the scene's units.
@@ -190,7 +190,9 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
                     "the law in floats takes the difference; write \"difference\", or model.datapath = \"words\"";
                 return Err(SessionError::Scene(scene.error("method.estimator", reason)));
             }
-            AnyLaw::Wall(Wall { relief_n_s_per_m: method.relief_nm_s_per_rad, ..wall(method.ratio) })
+            let mut wall = wall(method.ratio);
+            wall.relief_n_s_per_m = method.relief_nm_s_per_rad;
+            AnyLaw::Wall(wall)
         }
         Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid }) => {
             let environment = if rigid { f64::INFINITY } else { k };
@@ -206,8 +208,9 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
             AnyLaw::EnergyBounding(law::EnergyBounding::new(wall(1), form, full_scale_n, start_m))
         }
         Loop::Law(LawMethod::PassiveSpring { alpha, beta, revive, .. }) => {
-            let spring = law::PassiveSpring::new(k, revive, start_m);
-            AnyLaw::PassiveSpring(law::PassiveSpring { alpha, beta, ..spring })
+            let mut spring = law::PassiveSpring::new(k, revive, start_m);
+            (spring.alpha, spring.beta) = (alpha, beta);
+            AnyLaw::PassiveSpring(spring)
         }
     };
     let law = match scene.method.shaper_hz {

@@ -1,10 +1,9 @@
 //! Every block there is.
 
 use crate::{
-    AnyBlock, Biquad, ConventionalLoop, Displacement, EdgeTimer, EnergyBounding, FilteredDifference, Foaw, HybridLoop,
-    PassiveSpring, PassivityController, PositionCounter, Pwm, QuadratureDecoder, Saturator, SequentialDivider,
-    SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, VirtualCoupling,
-    WindowDifference, ZeroOrderHold, method_variants, phantom,
+    AnyBlock, Biquad, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop, PositionCounter,
+    Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
+    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
 };
 
 /// Every block and wiring in its default configuration.
@@ -29,10 +28,6 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(WindowDifference::default()),
         Box::new(Foaw::default()),
         Box::new(EdgeTimer::default()),
-        Box::new(VirtualCoupling::default()),
-        Box::new(PassivityController::default()),
-        Box::new(EnergyBounding::default()),
-        Box::new(PassiveSpring::default()),
         Box::new(HybridLoop::default()),
         Box::new(ConventionalLoop::default()),
     ];

@@ -3,8 +3,9 @@
 use hpu_signal::Format;
 
 use crate::{
-    AnyBlock, AxisFront, ConfigError, Estimator, InputShaper, InputShaperConfig, LawWidths, MethodLoop,
-    MethodLoopConfig, PwmConfig, SampledWall, SampledWallConfig, Shaping,
+    AnyBlock, AxisFront, BoundingConfig, ConfigError, CouplingConfig, EnergyBounding, Estimator, InputShaper,
+    InputShaperConfig, Law, LawWidths, MethodLoop, MethodLoopConfig, PassiveSpring, PassivityConfig,
+    PassivityController, PwmConfig, SampledWall, SampledWallConfig, Shaping, SpringConfig, VirtualCoupling,
 };
 
 /// Every block and wiring in its default configuration.
@@ -13,7 +14,15 @@ pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(AxisFront::default()),
         Box::new(InputShaper::default()),
         Box::new(SampledWall::default()),
+        Box::new(VirtualCoupling::default()),
+        Box::new(PassivityController::default()),
+        Box::new(EnergyBounding::default()),
+        Box::new(PassiveSpring::default()),
         Box::new(MethodLoop::<SampledWall>::default()),
+        Box::new(MethodLoop::<VirtualCoupling>::default()),
+        Box::new(MethodLoop::<PassivityController>::default()),
+        Box::new(MethodLoop::<EnergyBounding>::default()),
+        Box::new(MethodLoop::<PassiveSpring>::default()),
     ]
 }
 
@@ -49,7 +58,79 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
             Box::new(MethodLoop::new(SampledWall::new(small_wall())?, MethodLoopConfig { pwm, shaping })?),
         ));
     }
+    all.extend(stabilised()?);
     Ok(all)
+}
+
+/// The laws that stabilise, in widths so short that a period may be longer than their latency.
+struct Small {
+    coupling: CouplingConfig,
+    control: PassivityConfig,
+    bounding: BoundingConfig,
+    spring: SpringConfig,
+}
+
+fn stabilisers() -> Small {
+    let format = |int, frac| Format::new(false, int, frac).expect("a constant");
+    let widths = LawWidths {
+        width: 8,
+        stiffness: format(6, 2),
+        damping: format(4, 4),
+        period_width: 8,
+        scale: format(4, 4),
+        torque_width: 6,
+    };
+    Small {
+        // K_e = 60, K_c = 30, B_c/T = 10 PWM counts per count.
+        coupling: CouplingConfig { widths, extension_frac: 3, gain_frac: 8, share: 154, free: 64, held: 26 },
+        control: PassivityConfig { widths, energy_width: 14, ..PassivityConfig::default() },
+        bounding: BoundingConfig {
+            widths,
+            c1: 23,
+            c2: 20,
+            bound_frac: 2,
+            bound_width: 6,
+            energy_width: 16,
+            root_width: 28,
+            ..BoundingConfig::default()
+        },
+        spring: SpringConfig { widths, ..SpringConfig::default() },
+    }
+}
+
+/// Coupling, passivity control, energy bounding and passive spring, and the loops around them.
+fn stabilised() -> Result<Variants, ConfigError> {
+    let Small { coupling, control, bounding, spring } = stabilisers();
+    let soft = CouplingConfig { share: 39322, free: 16384, held: 6554, ..CouplingConfig::default() };
+    let exact = |config| PassivityConfig { exact: true, ..config };
+    let least = |config| BoundingConfig { least_conservative: true, ..config };
+    let own = |law| MethodLoopConfig { pwm: small_pwm(), shaping: Some(shaping(law)) };
+    let tight = VirtualCoupling::new(coupling)?;
+    let (controller, exactly) = (PassivityController::new(control)?, PassivityController::new(exact(control))?);
+    let (bounded, least_bounded) = (EnergyBounding::new(bounding)?, EnergyBounding::new(least(bounding))?);
+    let energy_level = PassiveSpring::new(spring)?;
+    Ok(vec![
+        ("soft", Box::new(VirtualCoupling::new(soft)?)),
+        ("8_bit", Box::new(MethodLoop::new(tight.clone(), own(tight.latency() + 1))?)),
+        ("8_bit", Box::new(tight)),
+        ("exact", Box::new(PassivityController::new(exact(PassivityConfig::default()))?)),
+        ("8_bit", Box::new(MethodLoop::new(controller.clone(), own(controller.latency() + 1))?)),
+        ("8_bit", Box::new(controller)),
+        ("exact_8_bit", Box::new(MethodLoop::new(exactly.clone(), own(exactly.latency() + 1))?)),
+        ("exact_8_bit", Box::new(exactly)),
+        ("credit", Box::new(PassivityController::new(PassivityConfig { credit: 40, ..control })?)),
+        ("exact_credit", Box::new(PassivityController::new(PassivityConfig { credit: 40, ..exact(control) })?)),
+        ("8_bit", Box::new(MethodLoop::new(bounded.clone(), own(bounded.latency() + 1))?)),
+        ("8_bit", Box::new(bounded)),
+        ("least_conservative", Box::new(EnergyBounding::new(least(BoundingConfig::default()))?)),
+        ("least_conservative_8_bit", Box::new(MethodLoop::new(least_bounded.clone(), own(0))?)),
+        ("least_conservative_8_bit", Box::new(least_bounded)),
+        ("8_bit", Box::new(MethodLoop::new(energy_level.clone(), own(energy_level.latency() + 1))?)),
+        ("8_bit", Box::new(energy_level)),
+        ("no_revival", Box::new(PassiveSpring::new(SpringConfig { revive: false, ..spring })?)),
+        ("one_and_a_half", Box::new(PassiveSpring::new(SpringConfig { alpha: 384, ..spring })?)),
+        ("fine", Box::new(PassiveSpring::new(SpringConfig { extension_frac: 10, ..spring })?)),
+    ])
 }
 
 /// Widths so short that everything wraps, saturates and rounds within a few edges.

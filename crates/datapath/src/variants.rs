@@ -3,12 +3,10 @@
 use hpu_signal::{Format, Overflow};
 
 use crate::{
-    AnyBlock, Biquad, BiquadConfig, BoundingConfig, ConfigError, ConventionalLoop, CouplingConfig, Displacement,
-    DividerConfig, EdgeTimer, EnergyBounding, FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop,
-    LawWidths, LoopConfig, PassiveSpring, PassivityConfig, PassivityController, PositionCounter, Pwm, PwmConfig,
-    QuadratureDecoder, Saturator, SequentialDivider, SpringConfig, SquareRoot, TorqueSum, TruncatingMultiplier,
-    Unilateral, VelocityConfig, VelocityRegister, VirtualCoupling, WindowDifference, ZeroOrderHold, method_variants,
-    phantom, registry,
+    AnyBlock, Biquad, BiquadConfig, ConfigError, ConventionalLoop, Displacement, DividerConfig, EdgeTimer,
+    FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
+    QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, TorqueSum, TruncatingMultiplier, Unilateral,
+    VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -53,7 +51,6 @@ fn others() -> Result<Variants, ConfigError> {
     }
     all.extend(arithmetic()?);
     all.extend(estimators()?);
-    all.extend(stabilisers()?);
     for (label, pwm) in modulators() {
         all.push((label, Box::new(Pwm::new(pwm)?)));
     }
@@ -138,55 +135,6 @@ fn estimators() -> Result<Variants, ConfigError> {
         ("2_bit", Box::new(EdgeTimer::new(2, 2)?)),
         ("short", Box::new(EdgeTimer::new(8, 3)?)),
         ("wide", Box::new(EdgeTimer::new(48, 30)?)),
-    ])
-}
-
-/// The laws that stabilise: coupling, passivity control, energy bounding, passive spring.
-fn stabilisers() -> Result<Variants, ConfigError> {
-    let small = LawWidths {
-        width: 8,
-        stiffness: format(false, 6, 2),
-        damping: format(false, 4, 4),
-        period_width: 8,
-        scale: format(false, 4, 4),
-        torque_width: 6,
-    };
-    // K_e = 60, K_c = 30, B_c/T = 10 PWM counts per count.
-    let soft = CouplingConfig { share: 39322, free: 16384, held: 6554, ..CouplingConfig::default() };
-    let coupling = CouplingConfig { widths: small, extension_frac: 3, gain_frac: 8, share: 154, free: 64, held: 26 };
-    let control = PassivityConfig { widths: small, energy_width: 14, ..PassivityConfig::default() };
-    let bounding = BoundingConfig {
-        widths: small,
-        c1: 23,
-        c2: 20,
-        bound_frac: 2,
-        bound_width: 6,
-        energy_width: 16,
-        root_width: 28,
-        ..BoundingConfig::default()
-    };
-    let spring = SpringConfig { widths: small, ..SpringConfig::default() };
-    Ok(vec![
-        ("soft", Box::new(VirtualCoupling::new(soft)?)),
-        ("8_bit", Box::new(VirtualCoupling::new(coupling)?)),
-        ("8_bit", Box::new(PassivityController::new(control)?)),
-        ("exact", Box::new(PassivityController::new(PassivityConfig { exact: true, ..PassivityConfig::default() })?)),
-        ("exact_8_bit", Box::new(PassivityController::new(PassivityConfig { exact: true, ..control })?)),
-        ("credit", Box::new(PassivityController::new(PassivityConfig { credit: 40, ..control })?)),
-        ("exact_credit", Box::new(PassivityController::new(PassivityConfig { exact: true, credit: 40, ..control })?)),
-        ("8_bit", Box::new(EnergyBounding::new(bounding)?)),
-        (
-            "least_conservative",
-            Box::new(EnergyBounding::new(BoundingConfig { least_conservative: true, ..BoundingConfig::default() })?),
-        ),
-        (
-            "least_conservative_8_bit",
-            Box::new(EnergyBounding::new(BoundingConfig { least_conservative: true, ..bounding })?),
-        ),
-        ("8_bit", Box::new(PassiveSpring::new(spring)?)),
-        ("no_revival", Box::new(PassiveSpring::new(SpringConfig { revive: false, ..spring })?)),
-        ("one_and_a_half", Box::new(PassiveSpring::new(SpringConfig { alpha: 384, ..spring })?)),
-        ("fine", Box::new(PassiveSpring::new(SpringConfig { extension_frac: 10, ..spring })?)),
     ])
 }
 

@@ -113,7 +113,9 @@ pub(super) fn keys(kind: &str) -> Option<&'static [&'static str]> {
 
 /// Reads the keys of a law; `None` for a kind that is none.
 pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMethod>, SceneError> {
-    let small = |key, least, most, default| Ok(s.integer(key, least, most, Some(default))? as u32);
+    let small = |key: &str, least: u64, most: u64, default: u64| -> Result<u32, SceneError> {
+        Ok(s.integer(key, least, most, Some(default))? as u32)
+    };
     Ok(Some(match kind {
         "sampled_wall" => LawMethod::SampledWall(sampled_wall(s, axis, &small)?),
         "virtual_coupling" => LawMethod::VirtualCoupling {
