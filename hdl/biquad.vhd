@@ -58,9 +58,9 @@ architecture rtl of biquad is
   constant COEF_WIDTH   : positive := COEF_INT + COEF_FRAC + 1;
   constant OUT_WIDTH    : positive := OUT_INT + OUT_FRAC + 1;
 
-  -- Room for the magnitude, but never 33 bits: GHDL 2.0 cannot synthesize a
-  -- constant factor of just that width.
-  constant FACTOR_WIDTH : positive := COEF_WIDTH + 1 + boolean'pos(COEF_WIDTH = 32);
+  -- Room for the magnitude of a coefficient: GHDL 2.0 writes no constant factor of
+  -- more than 32 bits into a netlist, so that the lowest integer has none.
+  constant FACTOR_WIDTH : positive := minimum(COEF_WIDTH + 1, 32);
 
   -- Room for five products and half an LSB of the output.
   constant TOTAL_WIDTH  : positive := SAMPLE_WIDTH + COEF_WIDTH + 2;
@@ -81,7 +81,9 @@ architecture rtl of biquad is
   function product(coefficient : integer; sample : sample_word) return total_word is
     constant WORD : signed(FACTOR_WIDTH - 1 downto 0) := to_signed(coefficient, FACTOR_WIDTH);
   begin
-    if coefficient < 0 then
+    if coefficient = integer'low then
+      return -shift_left(resize(sample, TOTAL_WIDTH), 31);
+    elsif coefficient < 0 then
       return -resize((-WORD) * sample, TOTAL_WIDTH);
     end if;
     return resize(WORD * sample, TOTAL_WIDTH);
