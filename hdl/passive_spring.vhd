@@ -151,6 +151,9 @@ begin
     variable x         : length_word;
     variable touched   : std_logic;  -- contact at the last sample edge not passed over
     variable depth     : length_word;
+    -- Stiffness and scale as of the sample edge: a torque is made of one sample.
+    variable k         : signed(STIFFNESS_WIDTH downto 0);
+    variable beta      : signed(SCALE_WIDTH downto 0);
     variable push      : signed(FORCE_WIDTH - 1 downto 0);
   begin
     if rising_edge(clk) then
@@ -169,6 +172,8 @@ begin
             square <= clamp(worked(x, d * to_signed(ALPHA, ALPHA_WIDTH)), ROOT_WIDTH);
           end if;
           touched := contact;
+          k       := signed('0' & stiffness);
+          beta    := signed('0' & scale);
           start   <= '1';
         end if;
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
@@ -178,7 +183,7 @@ begin
 
       if ready = '1' then
         x      := signed('0' & clamp(signed('0' & root), EXTENSION_WIDTH));
-        push   := resize(signed('0' & stiffness) * x * signed('0' & scale), FORCE_WIDTH);
+        push   := resize(k * x * beta, FORCE_WIDTH);
         torque <= "00" & clamp(shift_right(push, FORCE_FRAC), TORQUE_WIDTH);
         memory <= std_logic_vector(x(EXTENSION_WIDTH - 1 downto 0));
       end if;

@@ -186,7 +186,7 @@ impl<L: Law> Block for MethodLoop<L> {
             ("LATCHED", Generic::Boolean(pwm.latched)),
             ("FLOATING", Generic::Boolean(pwm.floating)),
             ("DEAD_TIME", Generic::Integer(pwm.dead_time.into())),
-            ("SHAPED", Generic::Boolean(shaping.is_some())),
+            ("SHAPER_ENABLED", Generic::Boolean(shaping.is_some())),
         ]);
         let names = ["SHAPER_PHASE", "SHAPER_B0", "SHAPER_B1", "SHAPER_B2", "SHAPER_A1", "SHAPER_A2"];
         all.extend(Shaping::generics(shaping, names));
