@@ -2,7 +2,7 @@
 //!
 //! - **Equation**: `torque = spring + drag - relief`; `spring = min(floor(penetration * stiffness), top)` and
 //!   `drag = floor(damping * v)` in contact only, `relief = floor(RELIEF * v)` always, drag and relief clamped to
-//!   `-2^TORQUE_WIDTH .. 2^TORQUE_WIDTH - 1`, the sum to its format. `top = 2^TORQUE_WIDTH - 1`.
+//!   `-2^TORQUE_WIDTH .. 2^TORQUE_WIDTH - 1`, the sum fits. `top = 2^TORQUE_WIDTH - 1`.
 //! - **Ports**: those of every law, of which `delta` and `scale` are ignored, in; `torque` (1,TORQUE_WIDTH+1,0) and `memory`,
 //!   the velocity `v` (1,WIDTH-1,VELOCITY_FRAC), out.
 //! - **Latency**: 1 edge after a sample edge to `v`, with `EDGE_TIMER` that of the division; `torque` is combinational.
@@ -82,7 +82,6 @@ pub struct SampledWall {
     config: SampledWallConfig,
     wanted: Wanted,
     drag: Narrowing,
-    torque: Format,
     period: Format,
     hold: ZeroOrderHold,
     held: i64,
@@ -120,7 +119,6 @@ impl SampledWall {
                 rounding: Rounding::Truncate,
                 overflow: Overflow::Saturate,
             },
-            torque: Format::signed(widths.torque_width + 2),
             period: Format::unsigned(period_width),
             hold: ZeroOrderHold::new(width + 1, period_width)?,
             held: 0,
@@ -169,13 +167,12 @@ impl SampledWall {
         let spring = self.wanted.spring(contact * penetration, stiffness);
         let drag = self.drag.apply(i128::from(contact * damping) * i128::from(velocity));
         let relief = self.drag.apply(i128::from(self.config.relief) * i128::from(velocity));
-        let whole = Narrowing { from_frac: 0, to: self.torque, ..self.drag };
-        let sum = whole.apply(i128::from(spring.word) + i128::from(drag.word) - i128::from(relief.word));
         self.made = made;
-        self.shown = sum.word;
+        // Drag and relief have the same sign: the torque's format holds the sum.
+        self.shown = spring.word + drag.word - relief.word;
         self.lost = (
             spring.rounded || drag.rounded || relief.rounded,
-            spring.overflowed || drag.overflowed || relief.overflowed || sum.overflowed,
+            spring.overflowed || drag.overflowed || relief.overflowed,
         );
     }
 

@@ -1,19 +1,12 @@
 //! The velocity estimators, against models that remember everything and compute in plain integers, and FOAW against the
 //! published algorithm in SI units.
 
+mod oracle;
+
 use hpu_datapath::{AnyBlock, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference};
 use hpu_datapath::{Block, edge_timer, foaw};
+use oracle::{filtered_model, foaw_model, timer_model, window_model};
 use proptest::prelude::*;
-
-/// The difference of two counter words as a motion of less than half a turn.
-fn motion(to: i64, from: i64, turn: i64) -> i64 {
-    (to - from + turn / 2).rem_euclid(turn) - turn / 2
-}
-
-/// The position `back` samples ago, 0 before the first.
-fn ago(positions: &[i64], back: usize) -> i64 {
-    (positions.len() - 1).checked_sub(back).map_or(0, |at| positions[at])
-}
 
 /// A velocity of all positions sampled so far, the latest last.
 type Model<'a> = &'a dyn Fn(&[i64]) -> i64;
@@ -36,36 +29,6 @@ fn every_history(block: &mut dyn AnyBlock, model: Model, samples: u32, width: u3
     for history in 0..1i64 << (samples * width) {
         let positions: Vec<_> = (0..samples).map(|sample| history >> (sample * width) & ((1 << width) - 1)).collect();
         samples_like(block, model, &positions, 1);
-    }
-}
-
-fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
-    move |positions| {
-        (1..=positions.len()).fold(0i128, |velocity, sampled| {
-            let past = &positions[..sampled];
-            let difference = motion(ago(past, 0), ago(past, 1), 1 << config.width);
-            let error = i128::from(difference) * 2i128.pow(config.out_frac) - velocity;
-            velocity + error.div_euclid(2i128.pow(config.shift))
-        }) as i64
-    }
-}
-
-fn window_model(width: u32, window: usize) -> impl Fn(&[i64]) -> i64 {
-    move |positions| motion(ago(positions, 0), ago(positions, window), 1 << width)
-}
-
-/// The slope of the longest window of which a line through its ends misses no position by more than the noise: all
-/// fractions over a common denominator, every window judged, the first refusal looked for afterwards.
-fn foaw_model(config: FoawConfig) -> impl Fn(&[i64]) -> i64 {
-    move |positions| {
-        let ends = |back| i128::from(motion(ago(positions, 0), ago(positions, back), 1 << config.width));
-        let explains = |window: i128| {
-            let misses = (1..window).map(|back| (window * ends(back as usize) - back * ends(window as usize)).abs());
-            misses.max().unwrap_or(0) <= window * i128::from(config.noise)
-        };
-        let accepted: Vec<_> = (1..=i128::from(config.window)).map(explains).collect();
-        let window = accepted.iter().position(|&accepted| !accepted).unwrap_or(accepted.len());
-        (ends(window) * 2i128.pow(config.out_frac)).div_euclid(window as i128) as i64
     }
 }
 
@@ -159,29 +122,6 @@ proptest! {
             let lost = slope(n) * period_s / count_m * 4096.0 - velocity as f64;
             prop_assert!((-1e-6..1.0 + 1e-6).contains(&lost), "window {}, lost {}", n, lost);
         }
-    }
-}
-
-/// What the timer shows after a history of positions, from the list of the changes alone.
-fn timer_model(positions: &[i64], width: u32, time_width: u32) -> [i64; 3] {
-    let longest = (1i64 << time_width) - 1;
-    // Edge and direction of every change.
-    let changes: Vec<(i64, bool)> = (1..=positions.len())
-        .filter_map(|edge| {
-            let difference = motion(positions[edge - 1], ago(&positions[..edge], 1), 1 << width);
-            (difference != 0).then_some((edge as i64, difference > 0))
-        })
-        .collect();
-    let Some(&(latest, forward)) = changes.last() else { return [longest, 0, 1] };
-    let since = positions.len() as i64 - latest;
-    let between = match changes[..] {
-        // The timer runs out on an edge without a change only: the whole time, and not one edge more, still counts.
-        [.., (before, way), _] if way == forward && latest - before <= longest => Some(latest - before),
-        _ => None,
-    };
-    match between {
-        Some(between) if since < longest => [between.max(since), i64::from(forward), 0],
-        _ => [longest, i64::from(forward), 1],
     }
 }
 
