@@ -38,7 +38,10 @@ fn ceil(value: i128, unit: i128) -> i128 {
 
 /// Floor of the square root, by trial of every bit.
 fn root(square: i128) -> i128 {
-    (0..40).rev().map(|bit| 1i128 << bit).fold(0, |root, bit| if (root + bit).pow(2) <= square { root + bit } else { root })
+    (0..40)
+        .rev()
+        .map(|bit| 1i128 << bit)
+        .fold(0, |root, bit| if (root + bit).pow(2) <= square { root + bit } else { root })
 }
 
 /// What torque and memory become, on which edge: `[torque, memory]` as pairs of edge and word.
