@@ -21,9 +21,10 @@
 //! - **Overflow**: energy and torque saturate, both to the safe side as long as `top^2 <= 2 c2 (2^ENERGY_WIDTH - 1)`.
 //! - **VHDL twin**: `hdl/energy_bounding.vhd`, around a `square_root`.
 //! - **Source**: Kim and Ryu 2004 and 2010 (c1/c2 form); Kim et al. (least conservative force bound).
-//! - **Known failures**: the c1/c2 form shows no more than c1, needs `c2 <= c1`, keeps a torque just outside the wall, and
-//!   bounds a step by c1 exactly for whole c2 only: `lo`, rounded up, may exceed `F + floor(c1 d)` by 1 else. The motion while
-//!   the root is computed was done on the torque before.
+//! - **Known failures**: the c1/c2 form shows no more than c1, and keeps a torque just outside the wall. It generates nothing
+//!   when a whole number lies between c2 and c1, `c2 <= c1`; where none does, `lo` and `hi`, rounded to whole PWM counts, may
+//!   lead one PWM count beyond the step that c1 allows, and such steps can add up. The motion while the root is computed was
+//!   done on the torque before.
 //! - **Differs from the hardware**: takes the root at the capture and holds torque and memory back; nobody can tell.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};

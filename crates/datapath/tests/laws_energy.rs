@@ -96,8 +96,10 @@ fn every_short_history(law: &EnergyBounding, mut sample: impl FnMut(&mut Books, 
     }
 }
 
-/// Bounds whose c2 is whole: both statements hold without a remainder.
-const WHOLE: [[u32; 2]; 6] = [[320, 320], [320, 160], [16, 16], [40, 32], [325, 320], [4000, 1600]];
+/// Bounds with a whole number between them. As `S >= |F|`, `lo <= F + ceil(c2 d)` for `d > 0`, and with such a number
+/// `ceil(c2 d) <= floor(c1 d)`: the energy's bounds never lead beyond the step of c1, nor do their mirror images.
+const WHOLE: [[u32; 2]; 8] =
+    [[320, 320], [320, 160], [16, 16], [40, 32], [325, 320], [320, 313], [17, 5], [4000, 1600]];
 
 #[test]
 fn two_bounds_store_what_the_torque_costs_and_generate_nothing_over_random_histories() {
@@ -113,9 +115,28 @@ fn two_bounds_store_what_the_torque_costs_and_generate_nothing_over_random_histo
 
 #[test]
 fn two_bounds_store_what_the_torque_costs_and_generate_nothing_over_every_short_history() {
-    for [c1, c2] in [[16, 16], [32, 16], [40, 32], [80, 80]] {
+    for [c1, c2] in [[16, 16], [32, 16], [40, 32], [80, 80], [16, 9], [53, 41]] {
         let law = bounding(false, widths(6, 5), c1, c2);
         every_short_history(&law, |books, law, wall, d| two_bounds_hold(books, law, wall, d, [c1, c2]));
+    }
+}
+
+#[test]
+fn two_bounds_without_a_whole_number_between_lead_up_to_one_pwm_count_too_far() {
+    for [c1, c2] in [[8, 8], [23, 20], [325, 325]] {
+        let widths = widths(12, 12);
+        let mut law = bounding(false, widths, c1, c2);
+        let (mut last, mut too_far) = (0, 0);
+        random_walls(widths, |wall, d| {
+            wall.moves(d);
+            let [torque, energy] = sampled(&mut law, wall);
+            assert!(16 * torque * torque <= 2 * i64::from(c2) * energy);
+            let (step, allowed) = ((torque - last) * d.signum(), i64::from(c1) * d.abs() / 16);
+            assert!(step <= allowed + 1);
+            too_far += u32::from(step > allowed);
+            last = torque;
+        });
+        assert!(too_far > 0);
     }
 }
 

@@ -213,7 +213,7 @@ fn history(g: &Generics, random: &mut Random, latency: i64, length: usize) -> Ve
 fn follows(label: &str, block: &mut dyn AnyBlock, model: fn(&Generics, &[LawIn<i64>]) -> Shown) -> (usize, usize) {
     let g = Generics(block.generics());
     let mut random = Random(7);
-    let (mut captured, mut passed_over) = (0, 0);
+    let (mut captured, mut passed_over, mut changed) = (0, 0, 0);
     let latency = match block.name() {
         "virtual_coupling" => 0,
         "passivity_controller" => g.integer("ENERGY_WIDTH") + 2,
@@ -238,10 +238,12 @@ fn follows(label: &str, block: &mut dyn AnyBlock, model: fn(&Generics, &[LawIn<i
             let expected = [torques[edge], memories[edge]];
             assert_eq!(block.tick(&flatten(input)), expected, "{} {label}, edge {edge}", block.name());
         }
+        changed += torques.windows(2).filter(|pair| pair[0] != pair[1]).count();
         let now = captures(&history, latency as usize).len();
         captured += now;
         passed_over += captures(&history, 0).len() - now;
     }
+    assert!(changed > 10_000, "{} {label}: the torque changed {changed} times", block.name());
     (captured, passed_over)
 }
 
