@@ -60,7 +60,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
 
 /// An input that reaches an output without a register is 0 during reset: what [`AnyBlock::reset`] answers to.
 fn hush(block: &dyn AnyBlock, row: &mut Stimulus) {
-    if row.rst && matches!(block.name(), "input_shaper" | "sampled_wall") {
+    if row.rst && matches!(block.name(), "axis_front" | "input_shaper" | "sampled_wall") {
         row.words.fill(0);
     }
 }
