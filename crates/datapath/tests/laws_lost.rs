@@ -112,3 +112,33 @@ fn configurations_beyond_the_data_sheets_are_refused() {
         assert!(PassiveSpring::new(SpringConfig { extension_frac, ..spring }).is_err());
     }
 }
+
+#[test]
+fn a_law_at_rest_leaps_over_any_number_of_captures_and_keeps_its_phase() {
+    fn keeps<L: Law>(law: &L) {
+        for period in (1..90).step_by(4) {
+            let mut law = law.clone();
+            let mut wall = Wall { position: 9, stiffness: 4, scale: 16, ..Wall::new(12, period) };
+            for _ in 0..400 {
+                law.tick(wall.words());
+            }
+            assert_eq!(law.quiet(&wall.words()), u64::MAX);
+            wall.position = 12;
+            let moved = wall.words();
+            wall.position = 9;
+            let mut ticker = law.clone();
+            for edges in 0..200 {
+                let (mut leaper, mut follower) = (law.clone(), ticker.clone());
+                leaper.skip(edges, &wall.words());
+                for _ in 0..80 {
+                    assert_eq!(leaper.tick(moved), follower.tick(moved), "{} after {edges} of {period}", L::NAME);
+                }
+                ticker.tick(wall.words());
+            }
+        }
+    }
+    keeps(&VirtualCoupling::default());
+    keeps(&PassivityController::default());
+    keeps(&EnergyBounding::default());
+    keeps(&PassiveSpring::default());
+}
