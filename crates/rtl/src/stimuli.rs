@@ -1,12 +1,14 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
 mod sequences;
+mod walls;
 
 use hpu_cosim::SplitMix64;
 use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
 use self::sequences::{computations, is_estimator, motions};
+use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
 use crate::postures::{is_posed, pose};
 
@@ -53,33 +55,23 @@ fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
 /// a PWM).
 #[must_use]
 pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
-    let mut rows = corner_cases(block);
-    rows.iter_mut().for_each(|row| hush(block, row));
-    rows
-}
-
-/// An input that reaches an output without a register is 0 during reset: what [`AnyBlock::reset`] answers to.
-fn hush(block: &dyn AnyBlock, row: &mut Stimulus) {
-    if row.rst && matches!(block.name(), "axis_front" | "input_shaper" | "sampled_wall") {
-        row.words.fill(0);
-    }
-}
-
-fn corner_cases(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let inputs = block.inputs();
-    match block.name() {
+    let rows = match block.name() {
         "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2)),
         "pwm" => modulation(inputs[0].format),
         _ if !block.clocked() => combinations(&inputs),
-        _ if inputs[0].name == "a_pin" && inputs.len() == 7 => {
-            let period = 1 << generic(block, "PWM_WIDTH").expect("a loop has a PWM");
-            [strolls(&inputs), retreat(&inputs, period)].concat()
+        _ if is_law(&inputs) => walls::motions(&inputs),
+        _ if let Some(width) = generic(block, "PWM_WIDTH")
+            && inputs[0].name == "a_pin" =>
+        {
+            [strolls(&inputs), retreat(&inputs, 1 << width)].concat()
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
         _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
-    }
+    };
+    grounded(block.name(), &inputs, rows)
 }
 
 /// How many encoders' lines the inputs begin with.
@@ -251,12 +243,14 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         (true, true) => 1200,
         _ => 700,
     };
+    let mut walker = is_law(&inputs).then(Walker::new);
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {
                 _ if !block.clocked() => 1,
                 _ if is_loop && posed => 100,
                 _ if is_loop => 500,
+                _ if walker.is_some() => 150,
                 "command" | "period" => 40,
                 "start" => 1,
                 _ if block.name() == "phantom_engine" => 200,
@@ -265,7 +259,9 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
             if random.one_in(odds) {
                 // Long enough for a computation, short enough for many.
                 let period = posed && signal.name == "period";
-                words[index] = if period {
+                words[index] = if walker.is_some() {
+                    gain(random, signal)
+                } else if period {
                     signal.format.from_bits(if random.one_in(4) { random.below(80) } else { 34 + random.below(30) })
                 } else {
                     draw(random, signal, words[index])
@@ -275,17 +271,19 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         if posed && (!block.clocked() || random.one_in(100)) {
             pose(random, &inputs, &mut words);
         }
+        if let Some(walker) = &mut walker {
+            walker.step(random, &inputs, &mut words);
+        }
         for (joint, (phase, direction)) in walks.iter_mut().enumerate() {
             *direction = if random.one_in(200) { 4 - *direction } else { *direction };
             let moves = if random.one_in(500) { 2 } else { *direction * u64::from(random.one_in(3)) };
             *phase = (*phase + moves) % 4;
             words[2 * joint..2 * joint + 2].copy_from_slice(&FORWARD[*phase as usize]);
         }
-        let mut row = Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() };
-        hush(block, &mut row);
-        row
+        Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() }
     };
-    (0..rows).map(&mut next).collect()
+    let rows = (0..rows).map(&mut next).collect();
+    grounded(block.name(), &inputs, rows)
 }
 
 /// A word of the signal: a corner, a neighbour of the last one, or any.

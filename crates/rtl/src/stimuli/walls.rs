@@ -1,0 +1,115 @@
+//! Stimuli for laws: motions into a wall and out again, all coordinates of which agree.
+
+use hpu_cosim::SplitMix64;
+use hpu_signal::{Format, Signal};
+
+use super::{corners, edge, reset};
+use crate::Stimulus;
+
+/// Whether these are the inputs of a law: the wall's coordinates come first.
+pub(super) fn is_law(inputs: &[Signal]) -> bool {
+    matches!(inputs, [position, delta, ..] if position.name == "position" && delta.name == "delta")
+}
+
+/// Resets with all inputs 0, where an input may reach an output without a register: a model's reset sees none.
+pub(super) fn grounded(name: &str, inputs: &[Signal], mut rows: Vec<Stimulus>) -> Vec<Stimulus> {
+    if is_law(inputs) || matches!(name, "axis_front" | "input_shaper") {
+        rows.iter_mut().filter(|row| row.rst).for_each(|row| row.words.fill(0));
+    }
+    rows
+}
+
+/// A motion, in eighths of a count.
+pub(super) struct Walker {
+    place: i128,
+    speed: i128,
+    reference: i128,
+}
+
+/// Speeds in eighths of a count an edge, each for a while: into the wall, to and fro within, a rest, out and far away.
+const LEGS: [(i128, usize); 10] =
+    [(2, 60), (8, 30), (1, 80), (-3, 60), (0, 90), (5, 40), (-8, 30), (24, 20), (-1, 90), (-16, 40)];
+
+impl Walker {
+    /// A walker at the start of the counter.
+    pub(super) fn new() -> Self {
+        Self { place: 0, speed: 1, reference: 0 }
+    }
+
+    /// The wall's coordinates as `displacement` and `unilateral` make them.
+    fn put(&self, inputs: &[Signal], words: &mut [i64]) {
+        let position = self.place.div_euclid(8);
+        words[0] = inputs[0].format.wrap(position);
+        words[1] = inputs[1].format.wrap(position - self.reference);
+        words[2] = i64::from(words[1] >= 0);
+        words[3] = words[1].max(0);
+    }
+
+    /// A random edge: mostly the same speed, sometimes another one, seldom another wall or a leap.
+    pub(super) fn step(&mut self, random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]) {
+        let near = |random: &mut SplitMix64, range: u64| i128::from(random.below(2 * range + 1)) - i128::from(range);
+        if random.one_in(50) {
+            let range = 1 << random.below(6);
+            self.speed = near(random, range);
+        }
+        if random.one_in(700) {
+            self.place = 8 * i128::from(inputs[0].format.from_bits(random.next_u64()));
+        }
+        if random.one_in(300) {
+            self.reference = self.place.div_euclid(8) + near(random, 12);
+        }
+        self.place += self.speed;
+        self.put(inputs, words);
+    }
+}
+
+/// A random word of a law's other inputs: periods in which every computation ends or is passed over, gains of all sizes.
+pub(super) fn gain(random: &mut SplitMix64, signal: &Signal) -> i64 {
+    if signal.name == "period" {
+        return signal.format.from_bits(random.below(80));
+    }
+    let bits = random.below(u64::from(signal.format.width()) + 1);
+    signal.format.from_bits(random.below(1 << bits))
+}
+
+/// The gains of a directed motion: soft to hard, then all that the words can hold.
+fn gains(format: Format, turn: usize) -> i64 {
+    let one = 1i128 << format.frac();
+    format.wrap([one, 3 * one + 1, format.max() / 3, 0, format.max()][turn])
+}
+
+/// From reset, the same motion at several periods and gains; then corners of all words that need not agree.
+pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for (turn, period) in [1, 43, 77, 4, 61].into_iter().enumerate() {
+        let mut words: Vec<_> = inputs
+            .iter()
+            .map(|signal| match signal.name {
+                "period" => signal.format.from_bits(period),
+                // The harder the wall, the softer the damping.
+                "damping" => gains(signal.format, 4 - turn),
+                _ => gains(signal.format, turn),
+            })
+            .collect();
+        rows.push(reset(words.clone()));
+        // The surface is a few counts before the counter's end: the motion wraps inside the wall.
+        let mut walker = Walker { place: -80, speed: 0, reference: -4 };
+        for (speed, edges) in LEGS {
+            for _ in 0..edges {
+                walker.place += speed;
+                walker.put(inputs, &mut words);
+                rows.push(edge(words.clone()));
+            }
+        }
+    }
+    let lists: Vec<_> = inputs.iter().map(|signal| corners(signal.format)).collect();
+    for turn in 0..40 {
+        let corner = |(index, list): (usize, &Vec<i64>)| match inputs[index].name {
+            "period" => 1,
+            _ => list[(turn * (index + 1) + turn / 7) % list.len()],
+        };
+        let row: Vec<_> = lists.iter().enumerate().map(corner).collect();
+        rows.extend(vec![edge(row); 45]);
+    }
+    rows
+}
