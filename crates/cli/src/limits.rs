@@ -1,8 +1,9 @@
 //! `hpu limits`: how stiff a scene's wall may be.
 
 use hpu_cosim::scene::Experiment;
-use hpu_study::limits::{Criterion, Emulated, Limits, limits};
-use serde_json::json;
+use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
+use hpu_study::limits::{Emulated, InWords, Limits, limits};
+use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::scene::{self, Loaded};
@@ -10,8 +11,9 @@ use crate::terminal::{print, print_json};
 
 /// Tell how stiff a scene's wall may be: by the emulator, and by published criteria
 ///
-/// The emulated limit is found by bisection on the verdict of the scene's linear, unquantised loop, over the wall's
-/// stiffness, its damping fixed.
+/// Two limits are found by bisection over the wall's stiffness, its damping fixed: on the verdict of the scene's linear,
+/// unquantised loop, and on that of the scene as it stands, in words. Each criterion tells which of its assumptions the
+/// scene does not meet.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -29,43 +31,108 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
         return Err(Failure::usage(said));
     };
-    // That there is no limit is a result.
-    match limits(&scene) {
-        Ok(found) if args.json => print_json(&object(&scene.name, &found))?,
-        Ok(found) => print(&text(&scene.name, &found))?,
-        Err(none) if args.json => {
-            print_json(&json!({ "scene": scene.name, "criteria": [], "emulated": null, "reason": none.to_string() }))?;
-        }
-        Err(none) => print(&format!("{}: {none}\n", scene.name))?,
+    let found = limits(&scene);
+    if args.json {
+        print_json(&object(&scene.name, &found))?
+    } else {
+        print(&text(&scene.name, &found))?
     }
+    // That there is no limit is a result.
     Ok(Exit::Fine)
 }
 
-fn object(scene: &str, Limits { criteria, emulated }: &Limits) -> serde_json::Value {
-    let criteria = criteria.iter().map(|Criterion { name, limit, unit, assumptions_met, assumptions }| {
+fn object(scene: &str, found: &Limits) -> Value {
+    let criteria = found.criteria.iter().map(|criterion| {
+        let Criterion { name, limit, unit, .. } = criterion;
+        let texts = |met: &[bool]| {
+            let of = criterion.assumptions.iter().filter(|assumption| met.contains(&assumption.met));
+            of.map(|assumption| assumption.text).collect::<Vec<_>>()
+        };
+        let figures = criterion
+            .figures
+            .iter()
+            .map(|Figure { name, value, unit }| json!({ "name": name, "value": value, "unit": unit }));
         json!({
             "name": name,
             "limit": limit,
             "unit": unit,
-            "assumptions_met": assumptions_met,
-            "assumptions": assumptions,
+            "assumptions_met": criterion.assumptions_met(),
+            "assumptions": texts(&[true, false]),
+            "not_met": texts(&[false]),
+            "figures": figures.collect::<Vec<_>>(),
+            "region": criterion.region.map(Region::name),
         })
     });
-    let Emulated { limit, uncertainty, unit } = emulated;
+    let silent = found.silent.iter().map(|Silent { name, why }| json!({ "name": name, "reason": why }));
+    let linear =
+        |Emulated { limit, uncertainty, unit }| json!({ "limit": limit, "uncertainty": uncertainty, "unit": unit });
+    let in_words = |InWords { emulated, runs }: InWords| {
+        let mut object = linear(emulated);
+        object["runs"] = json!(runs);
+        object
+    };
     json!({
         "scene": scene,
         "criteria": criteria.collect::<Vec<_>>(),
-        "emulated": { "limit": limit, "uncertainty": uncertainty, "unit": unit },
+        "silent": silent.collect::<Vec<_>>(),
+        "emulated": found.emulated.ok().map(linear),
+        "reason": found.emulated.err().map(|none| none.to_string()),
+        "emulated_words": found.in_words.as_ref().ok().copied().map(in_words),
+        "emulated_words_reason": found.in_words.as_ref().err(),
     })
 }
 
-fn text(scene: &str, Limits { criteria, emulated }: &Limits) -> String {
-    let Emulated { limit, uncertainty, unit } = emulated;
-    let mut text = format!("{scene}: stiffness at which the linear loop ceases to settle\n");
-    text += &format!("{:<28} {limit:>14.9} {unit}, within {uncertainty:.1e}\n", "emulated");
-    for Criterion { name, limit, unit, assumptions_met, assumptions } in criteria {
-        let met = if *assumptions_met { "met" } else { "NOT met" };
-        text += &format!("{name:<28} {limit:>14.9} {unit}, assumptions {met}: {assumptions}\n");
+fn text(scene: &str, found: &Limits) -> String {
+    let mut text = format!("{scene}: the stiffest wall, by run and by criterion\n\n");
+    let line = |name: &str, Emulated { limit, uncertainty, unit }: Emulated| {
+        format!("{name:<22}{limit:>14.9} {unit:<8} within {uncertainty:.1e}")
+    };
+    text += &match found.emulated {
+        Ok(emulated) => line("emulated, linear", emulated) + "\n",
+        Err(none) => format!("{:<22}{none}\n", "emulated, linear"),
+    };
+    text += &match &found.in_words {
+        Ok(InWords { emulated, runs }) => format!("{}, a word; {runs} runs\n", line("emulated, in words", *emulated)),
+        Err(why) => format!("{:<22}{why}\n", "emulated, in words"),
+    };
+    let assumptions = legend(&found.criteria);
+    text += &format!(
+        "\n{:<22}{:>14} {:<8} {:<4} assumptions, ! those that the scene does not meet\n",
+        "criterion", "limit", "unit", "met"
+    );
+    for criterion in &found.criteria {
+        let Criterion { name, limit, unit, .. } = criterion;
+        let met = if criterion.assumptions_met() { "yes" } else { "NO" };
+        let own = criterion.assumptions.iter().map(|assumption| {
+            let letter =
+                assumptions.iter().zip('a'..).find(|(known, _)| known == &assumption).map_or(' ', |found| found.1);
+            if assumption.met { format!("{letter}") } else { format!("!{letter}") }
+        });
+        text += &format!("{name:<22}{limit:>14.9} {unit:<8} {met:<4} {}\n", own.collect::<Vec<_>>().join(" "));
+        let figures = criterion.figures.iter().map(|Figure { name, value, unit }| format!("{name} {value:.6} {unit}"));
+        let region = criterion.region.map(|region| region.name().to_string());
+        let here: Vec<_> = region.into_iter().chain(figures.map(|figure| figure.trim_end().to_string())).collect();
+        if !here.is_empty() {
+            text += &format!("{:<22}here: {}\n", "", here.join(", "));
+        }
+    }
+    for Silent { name, why } in &found.silent {
+        text += &format!("{name:<22}{:>14} {why}\n", "-");
+    }
+    text += "\n";
+    for (Assumption { text: words, met }, letter) in assumptions.iter().zip('a'..) {
+        text += &format!("{}{letter}  {words}\n", if *met { ' ' } else { '!' });
     }
     text
+}
+
+/// Every assumption once.
+fn legend(criteria: &[Criterion]) -> Vec<Assumption> {
+    let mut all: Vec<Assumption> = Vec::new();
+    for assumption in criteria.iter().flat_map(|criterion| &criterion.assumptions) {
+        if !all.contains(assumption) {
+            all.push(*assumption);
+        }
+    }
+    all
 }

@@ -1,8 +1,9 @@
 //! The reference law in floats: linear, unquantised, unsaturated, pulling as well as pushing.
 //!
 //! `u = -(k (θ - θ_w) + b v)`, as a torque at stall (voltage `u R / K`) for a motor and as a force for a mass. The hybrid
-//! loop's spring is continuous, part of the plant's matrix; everything sampled is held for a period `T` after a delay. The
-//! velocity is the backward difference. What is left is exactly the loop of which the published limits speak.
+//! loop's spring is continuous, part of the plant's matrix, and so is a hand that is a spring and damper; everything sampled is
+//! held for a period `T` after a delay. The velocity is the backward difference. What is left is exactly the loop of which
+//! the published limits speak.
 //!
 //! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of the
 //! mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of swings.
@@ -45,6 +46,14 @@ impl LinearLoop {
                 (body.matrix(), [0.0, 1.0 / body.mass_kg, 0.0, 0.0])
             }
         };
+        let (grip, grip_damping) = scene.hand.grip();
+        let inertia = match &scene.device {
+            Device::Motor(motor) => motor.inertia_kg_m2(),
+            Device::Mass(mass) => mass.mass_kg,
+        };
+        // The hand's intention is a constant: where the motion ends, not whether.
+        a[1][1] -= grip_damping / inertia;
+        a[1][2] -= grip / inertia;
         let mut spring = stiffness;
         if scene.method.kind == Loop::Hybrid {
             for (row, effect) in a.iter_mut().zip(input) {

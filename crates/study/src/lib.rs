@@ -1,12 +1,12 @@
 //! Many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
 
 pub mod chart;
+pub mod criteria;
 pub mod limits;
 pub mod map;
 pub mod reproduce;
 pub mod units;
 
-mod criteria;
 mod sampled;
 
 pub use sampled::SampledLoop;

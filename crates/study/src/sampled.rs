@@ -46,30 +46,30 @@ pub struct SampledLoop {
 }
 
 impl SampledLoop {
-    /// The loop of a scene with another stiffness, in N·m/rad (N/m).
+    /// The loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
     ///
-    /// States: those of the plant, the position of the sample before, and the efforts on their way.
+    /// A hand that is a spring and damper pulls back with them. States: those of the plant, the position of the sample before, and the efforts on their way.
     #[must_use]
-    pub fn new(scene: &Scene, stiffness: f64) -> Self {
+    pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
+        let (grip, grip_damping) = scene.hand.grip();
         // The plant with its input as one more state: x' = A x + b u, u' = 0; its position comes last before u.
         let mut plant = match &scene.device {
             Device::Motor(motor) => {
                 let (r, l) = (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm, motor.inductance_h);
                 let (k, j) = (motor.torque_constant_nm_per_a, motor.inertia_kg_m2());
-                let b = motor.viscous_friction_nm_s_per_rad;
+                let b = motor.viscous_friction_nm_s_per_rad + grip_damping;
                 // The effort is the torque at stall: u R / K in volts.
                 vec![
                     vec![-r / l, -k / l, 0.0, r / (k * l)],
-                    vec![k / j, -b / j, 0.0, 0.0],
+                    vec![k / j, -b / j, -grip / j, 0.0],
                     vec![0.0, 1.0, 0.0, 0.0],
                     vec![0.0; 4],
                 ]
             }
-            Device::Mass(mass) => vec![
-                vec![-mass.damping_n_s_per_m / mass.mass_kg, 0.0, 1.0 / mass.mass_kg],
-                vec![1.0, 0.0, 0.0],
-                vec![0.0; 3],
-            ],
+            Device::Mass(mass) => {
+                let (m, b) = (mass.mass_kg, mass.damping_n_s_per_m + grip_damping);
+                vec![vec![-b / m, -grip / m, 1.0 / m], vec![1.0, 0.0, 0.0], vec![0.0; 3]]
+            }
         };
         let states = plant.len() - 1;
         let position = states - 1;
@@ -90,7 +90,7 @@ impl SampledLoop {
         let (previous, first) = (states, states + 1);
         let oldest = first + whole;
         let mut effort = vec![0.0; oldest + 1];
-        let damper = scene.wall.damping_nm_s_per_rad / scene.sample_period_s();
+        let damper = damping / scene.sample_period_s();
         effort[position] = -(spring + damper);
         effort[previous] = damper;
         // The effort that takes effect within this period: this sample's, or one on its way.

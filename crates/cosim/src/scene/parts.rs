@@ -218,6 +218,19 @@ pub enum Hand {
     },
 }
 
+impl Hand {
+    /// Stiffness and damping that the hand adds to the device's own: a spring and damper's, else none.
+    #[must_use]
+    pub fn grip(&self) -> (f64, f64) {
+        match *self {
+            Self::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } => {
+                (stiffness_nm_per_rad, damping_nm_s_per_rad)
+            }
+            _ => (0.0, 0.0),
+        }
+    }
+}
+
 /// How the law is computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Datapath {

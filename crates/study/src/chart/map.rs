@@ -109,7 +109,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
             let entry = (curve.name.replace('_', " "), curve_color(curve.name));
             let over_x = curves[method].as_ref().is_ok_and(|curves| curves.over_x);
             frame.curve(&mut canvas, map, &curve.limits, over_x, entry.1);
-            if !key.contains(&entry) {
+            if !key.contains(&entry) && curve.limits.iter().any(Option::is_some) {
                 key.push(entry);
             }
         }
@@ -148,6 +148,9 @@ fn curve_color(name: &str) -> RGBColor {
         "low_frequency" => BLUE,
         "colgate_schenkel" => WALL,
         "gil_hulin" => ORANGE,
+        "abbott_okamura" => RGBColor(128, 64, 144),
+        "diolaiti" => RGBColor(0, 128, 128),
+        "describing_function" => RGBColor(120, 80, 40),
         _ => RED,
     }
 }

@@ -1,9 +1,10 @@
-//! What published criteria draw over a map: the greatest stiffness that they allow, along the other axis.
+//! What published criteria draw over a map: the greatest stiffness that they allow, along the other axis. Only those that
+//! speak of the method's kind of loop.
 
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::{Axis, Map, Point};
-use crate::criteria;
+use crate::criteria::{self, Criterion};
 
 /// The key over which the criteria have a limit.
 pub const KEY: &str = "wall.stiffness";
@@ -22,8 +23,8 @@ pub struct Curves {
 pub struct Curve {
     /// The criterion's name.
     pub name: &'static str,
-    /// What it assumes, and what it is good for.
-    pub assumptions: &'static str,
+    /// What it assumes.
+    pub assumptions: String,
     /// At how many points these are met.
     pub met: usize,
     /// The limit at each cell of the other axis, in the unit of the axis of stiffness; `None` where there is none.
@@ -45,18 +46,20 @@ impl Curves {
         let mut curves: Vec<Curve> = Vec::new();
         let mut refused = None;
         for cell in 0..other.cells() {
-            let found = scene(map, method, over_x, cell).and_then(|(scene, asked)| {
-                let start = scene.wall.stiffness_nm_per_rad;
-                let criteria = criteria::all(&scene, start).map_err(|none| none.to_string())?;
-                Ok((criteria, asked / start))
-            });
-            match found {
+            match scene(map, method, over_x, cell) {
                 Err(why) => refused = Some(why),
-                Ok((criteria, scale)) => {
-                    for criterion in criteria {
-                        let curve = of(&mut curves, criterion.name, criterion.assumptions, other);
-                        curve.limits[cell] = Some(criterion.limit * scale);
-                        curve.met += usize::from(criterion.assumptions_met);
+                Ok((scene, asked)) => {
+                    let start = scene.wall.stiffness_nm_per_rad;
+                    for criterion in criteria::all(&scene) {
+                        match criterion {
+                            Err(silent) => refused = Some(silent.why),
+                            Ok(criterion) if criterion.speaks => {
+                                let curve = of(&mut curves, &criterion, other);
+                                curve.limits[cell] = Some(criterion.limit * asked / start);
+                                curve.met += usize::from(criterion.assumptions_met());
+                            }
+                            Ok(_) => {}
+                        }
                     }
                 }
             }
@@ -95,9 +98,11 @@ fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, 
     Err(why)
 }
 
-fn of<'a>(curves: &'a mut Vec<Curve>, name: &'static str, assumptions: &'static str, other: &Axis) -> &'a mut Curve {
-    let at = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
-        curves.push(Curve { name, assumptions, met: 0, limits: vec![None; other.cells()] });
+fn of<'a>(curves: &'a mut Vec<Curve>, criterion: &Criterion, other: &Axis) -> &'a mut Curve {
+    let at = curves.iter().position(|curve| curve.name == criterion.name).unwrap_or_else(|| {
+        let texts: Vec<_> = criterion.assumptions.iter().map(|assumption| assumption.text).collect();
+        let (assumptions, limits) = (texts.join("; "), vec![None; other.cells()]);
+        curves.push(Curve { name: criterion.name, assumptions, met: 0, limits });
         curves.len() - 1
     });
     &mut curves[at]

@@ -1,37 +1,31 @@
 //! How stiff a wall may be: what the emulator finds, beside what the published criteria say.
 //!
 //! The emulated limit is a bisection over the wall's stiffness, its damping fixed, on the verdict of the scene's linear,
-//! unquantised loop: the sign of [`LinearLoop::growth_per_s`]. Bilateral contact, no Coulomb friction, no hand.
+//! unquantised loop: the sign of [`LinearLoop::growth_per_s`]. Bilateral contact, no Coulomb friction; of the hand its spring
+//! and damper. Beside it stands the limit of the scene as it is, in words ([`InWords`]).
+
+mod words;
 
 use std::fmt;
 
 use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::{Device, Scene};
 
-use crate::criteria;
+use crate::criteria::{self, Criterion, Silent};
+
+pub use words::InWords;
 
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Limits {
     /// What the published criteria say.
     pub criteria: Vec<Criterion>,
-    /// What the emulator finds.
-    pub emulated: Emulated,
-}
-
-/// A criterion's answer.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Criterion {
-    /// Its name.
-    pub name: &'static str,
-    /// The greatest stiffness it allows.
-    pub limit: f64,
-    /// Unit of the limit.
-    pub unit: &'static str,
-    /// Whether the scene is as the criterion assumes, but for contact, friction and hand.
-    pub assumptions_met: bool,
-    /// What it assumes, and what it is good for.
-    pub assumptions: &'static str,
+    /// Which of them have no limit for this scene, and why.
+    pub silent: Vec<Silent>,
+    /// What the emulator finds of the linear loop.
+    pub emulated: Result<Emulated, LimitsError>,
+    /// What it finds of the scene in words, or why it cannot.
+    pub in_words: Result<InWords, String>,
 }
 
 /// The emulator's answer.
@@ -74,21 +68,33 @@ impl fmt::Display for LimitsError {
 impl std::error::Error for LimitsError {}
 
 /// The limits of a scene's wall, over its stiffness, the damping being the scene's.
+#[must_use]
+pub fn limits(scene: &Scene) -> Limits {
+    let emulated = emulated(scene, 0.5e-9);
+    let (mut criteria, mut silent) = (vec![], vec![]);
+    for criterion in criteria::all(scene) {
+        match criterion {
+            Ok(criterion) => criteria.push(criterion),
+            Err(why) => silent.push(why),
+        }
+    }
+    let in_words = words::in_words(scene, emulated.map_or(start(scene), |linear| linear.limit));
+    Limits { criteria, silent, emulated, in_words }
+}
+
+/// A stiffness to search from.
+pub(crate) fn start(scene: &Scene) -> f64 {
+    if scene.wall.stiffness_nm_per_rad > 0.0 { scene.wall.stiffness_nm_per_rad } else { 1.0 }
+}
+
+/// The limit of a scene's linear loop, to this share of itself.
 ///
 /// # Errors
 ///
 /// [`LimitsError`] when the loop settles, or diverges, at every stiffness.
-pub fn limits(scene: &Scene) -> Result<Limits, LimitsError> {
-    let start = if scene.wall.stiffness_nm_per_rad > 0.0 { scene.wall.stiffness_nm_per_rad } else { 1.0 };
-    let bracket = bisect(start, 0.5e-9, |stiffness| settles(scene, stiffness))?;
-    Ok(Limits {
-        criteria: criteria::all(scene, start)?,
-        emulated: Emulated {
-            limit: 0.5 * (bracket.0 + bracket.1),
-            uncertainty: 0.5 * (bracket.1 - bracket.0),
-            unit: unit(scene),
-        },
-    })
+pub fn emulated(scene: &Scene, relative: f64) -> Result<Emulated, LimitsError> {
+    let (low, high) = bisect(start(scene), relative, |stiffness| settles(scene, stiffness))?;
+    Ok(Emulated { limit: 0.5 * (low + high), uncertainty: 0.5 * (high - low), unit: unit(scene) })
 }
 
 /// The unit of the scene's stiffness.

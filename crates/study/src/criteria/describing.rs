@@ -1,0 +1,86 @@
+//! The describing function of a quantised position: where rounding alone keeps a wall swinging.
+//!
+//! A mid-tread quantiser passes a sine of amplitude `A` as if multiplied by
+//! `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1) Δ/2A)²)`, over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most 4/π, at
+//! `A = Δ/√2`. A swing lasts where the loop with `N(A)` times its gains is at the border of stability, hence from
+//! `K = π/4 K_crit` on. The encoder's counter is a floor: a mid-tread quantiser and half a count of bias. The bias shifts
+//! the middle of the swing into the middle of a count and changes nothing else, unless a steady effort moves it on: one
+//! that balances at the edge of a count makes a relay of the quantiser, of gain without bound for small swings, which
+//! then swings at any stiffness.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use hpu_cosim::scene::{Hand, Loop, Scene};
+
+use super::{Assumption, Criterion, Figure, Silent, critical, frictionless};
+use crate::SampledLoop;
+use crate::limits::bisect;
+
+/// `N(A)` of a mid-tread quantiser; `A` in its steps.
+#[must_use]
+pub fn describing_function(amplitude_counts: f64) -> f64 {
+    let thresholds = (1..).map(|k| f64::from(k) - 0.5).take_while(|threshold| *threshold < amplitude_counts);
+    let sum: f64 = thresholds.map(|threshold| (1.0 - (threshold / amplitude_counts).powi(2)).sqrt()).sum();
+    4.0 / (PI * amplitude_counts) * sum
+}
+
+/// The amplitude in steps of the swing that keeps its size where `N(A) = gain`: the larger root below 3/2.
+///
+/// There `N` falls, so that a greater swing shrinks and a smaller one grows. `None` where `N` does not come by this gain.
+#[must_use]
+pub fn stable_amplitude(gain: f64) -> Option<f64> {
+    // One threshold below A: N = (8/π) sqrt(u (1 - u)), u = 1/(2A)²; the larger A has the smaller u.
+    let product = (PI * gain / 8.0).powi(2);
+    let rest = 1.0 - 4.0 * product;
+    // 2 product / (1 + root) is the smaller root without its cancellation.
+    let amplitude = (rest >= 0.0).then(|| 0.5 / (2.0 * product / (1.0 + rest.sqrt())).sqrt());
+    amplitude.filter(|amplitude| *amplitude <= 1.5)
+}
+
+/// The softest wall that the quantiser keeps swinging.
+///
+/// The wall's damping acts on the quantised position too: it is multiplied by the same gain.
+pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
+    let name = "describing_function";
+    let damping = scene.wall.damping_nm_s_per_rad;
+    let most = 1.0 / FRAC_PI_4;
+    let limit = FRAC_PI_4 * critical(scene, most * damping).map_err(|why| Silent { name, why: why.to_string() })?;
+    let mut figures = vec![];
+    let stiffness = scene.wall.stiffness_nm_per_rad;
+    if stiffness >= limit {
+        let settles = |gain: f64| SampledLoop::new(scene, gain * stiffness, gain * damping).spectral_radius() < 1.0;
+        let amplitude = bisect(1.0, 1e-12, |gain| Some(settles(gain)))
+            .ok()
+            .and_then(|(low, high)| stable_amplitude(0.5 * (low + high)));
+        figures.extend(amplitude.map(|counts| Figure { name: "amplitude", value: counts, unit: "count" }));
+    }
+    Ok(Criterion {
+        name,
+        limit,
+        unit: crate::limits::unit(scene),
+        speaks: true,
+        assumptions: vec![
+            Assumption::new(
+                "a wall that pulls as well as pushes, on a position in whole counts (words only push, the linear law has no counts)",
+                false,
+            ),
+            frictionless(scene),
+            Assumption::new(
+                "no steady effort, so that the swing is about the middle of a count: about an edge it begins at any stiffness",
+                matches!(scene.hand, Hand::None),
+            ),
+            Assumption::new(
+                "a body that filters all but the first harmonic: at least ten samples a swing",
+                scene.method.kind == Loop::Hybrid || slow(scene, limit),
+            ),
+        ],
+        figures,
+        region: None,
+    })
+}
+
+/// Whether a swing at this stiffness takes ten samples.
+fn slow(scene: &Scene, stiffness: f64) -> bool {
+    let body = super::Rigid::new(scene);
+    (stiffness / body.inertia_kg_m2).sqrt() * body.period_s < 2.0 * PI / 10.0
+}

@@ -1,0 +1,83 @@
+//! Criteria of the linear loop's stability.
+
+use hpu_cosim::scene::{Device, Motor, Scene};
+
+use super::{
+    Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, sampled, undamped_wall,
+};
+use crate::limits::unit;
+
+/// The eigenvalues of the map from one sample to the next, within the unit circle; delay and hand included.
+pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
+    let name = "spectral_radius";
+    let limit =
+        critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why: why.to_string() })?;
+    Ok(Criterion {
+        name,
+        limit,
+        unit: unit(scene),
+        speaks: true,
+        assumptions: vec![linear_law(scene), frictionless(scene), known_hand(scene)],
+        figures: vec![],
+        region: None,
+    })
+}
+
+fn resistance_ohm(scene: &Scene, motor: &Motor) -> f64 {
+    motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm
+}
+
+/// Routh and Hurwitz on `L J s³ + (R J + L D) s² + (R D + K² + R b + L k_h) s + R (k + k_h)`, `D = B + b_h`.
+pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
+    let Device::Motor(motor) = &scene.device else {
+        let why = "a mass, a spring and a damper without sampling settle at every stiffness".into();
+        return Err(Silent { name: "routh", why });
+    };
+    let (r, l, k) = (resistance_ohm(scene, motor), motor.inductance_h, motor.torque_constant_nm_per_a);
+    let (grip, grip_damping) = scene.hand.grip();
+    let (j, b) = (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad + grip_damping);
+    let braking = r * b + k * k + r * scene.wall.damping_nm_s_per_rad + l * grip;
+    Ok(Criterion {
+        name: "routh",
+        limit: (r * j + l * b) * braking / (l * j * r) - grip,
+        unit: unit(scene),
+        speaks: continuous(scene).met,
+        assumptions: vec![
+            continuous(scene),
+            Assumption::new("a wall without damping: sampled damping lowers the limit", undamped_wall(scene).met),
+            linear_law(scene),
+            frictionless(scene),
+            known_hand(scene),
+        ],
+        figures: vec![],
+        region: None,
+    })
+}
+
+/// Damping over lag: `k < (B + K²/R + b + b_h) / (T/2 + t_d + L/R)`.
+pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
+    let (r, k) = (resistance_ohm(scene, motor), motor.torque_constant_nm_per_a);
+    let (grip, grip_damping) = scene.hand.grip();
+    let lag_s = 0.5 * scene.sample_period_s() + scene.model.delay_s + motor.inductance_h / r;
+    let own = motor.viscous_friction_nm_s_per_rad + k * k / r;
+    let limit = (own + grip_damping + scene.wall.damping_nm_s_per_rad) / lag_s;
+    Criterion {
+        name: "low_frequency",
+        limit,
+        unit: unit(scene),
+        speaks: sampled(scene).met,
+        assumptions: vec![
+            sampled(scene),
+            // It leaves out terms of second order in swing rate times lag: one per cent at a tenth.
+            Assumption::new(
+                "swings slow against sampling, delay and winding: sqrt((k + k_h)/J) (T/2 + t_d + L/R) below 0.1",
+                ((limit + grip) / motor.inertia_kg_m2()).sqrt() * lag_s < 0.1,
+            ),
+            linear_law(scene),
+            frictionless(scene),
+            known_hand(scene),
+        ],
+        figures: vec![],
+        region: None,
+    }
+}

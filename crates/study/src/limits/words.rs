@@ -1,0 +1,84 @@
+//! The limit of a scene as it stands: in words, with its quantisation, friction, hand and contact.
+//!
+//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or not.
+//! Nothing makes that verdict a monotone function of the stiffness. What is told is one place where it turns, next to
+//! where the search begins: the softest stiffness of two neighbours, settled, and the stiffer, not.
+
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Datapath, Experiment, Hand, OutcomeKind, Scene};
+
+use super::{Emulated, unit};
+use crate::map::Cell;
+
+/// The limit of a scene in words.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct InWords {
+    /// Between the stiffest word that settled and its neighbour; the uncertainty is a whole word.
+    pub emulated: Emulated,
+    /// Runs that it took.
+    pub runs: u32,
+}
+
+/// Wall time that one run may take.
+const TIMEOUT: Duration = Duration::from_secs(20);
+
+/// The limit of a scene as it stands, searched from a stiffness.
+pub(super) fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
+    if scene.model.datapath == Datapath::Linear {
+        return Err("the scene's law is linear: it has no words".into());
+    }
+    match scene.hand {
+        Hand::Prescribed { .. } => return Err("the hand imposes the motion".into()),
+        Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
+        _ => {}
+    }
+    let realised = scene.words().map_err(|error| error.to_string())?.realised;
+    let format = scene.method.stiffness_format;
+    let word = realised.torque_quantum_nm / realised.count_rad * format.lsb();
+
+    let mut runs = 0;
+    let mut settles = |words: i128| -> Result<bool, String> {
+        runs += 1;
+        let mut scene = scene.clone();
+        scene.wall.stiffness_nm_per_rad = words as f64 * word;
+        let cell = Cell::run(&Experiment::Axis(scene), TIMEOUT, &Control::default())?;
+        Ok(cell.is_some_and(|cell| cell.outcome == OutcomeKind::Settled))
+    };
+    let first = ((start / word) as i128).clamp(1, format.max());
+    let (mut low, mut high) = (first, first);
+    if settles(first)? {
+        loop {
+            if high == format.max() {
+                return Err(format!(
+                    "settles up to {} {}, the stiffest that {format} holds",
+                    high as f64 * word,
+                    unit(scene)
+                ));
+            }
+            high = high.saturating_mul(2).min(format.max());
+            if !settles(high)? {
+                break;
+            }
+            low = high;
+        }
+    } else {
+        loop {
+            if low == 1 {
+                return Err(format!("does not settle down to {word} {}, the softest that {format} holds", unit(scene)));
+            }
+            low /= 2;
+            if settles(low)? {
+                break;
+            }
+            high = low;
+        }
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        *(if settles(middle)? { &mut low } else { &mut high }) = middle;
+    }
+    let limit = (low as f64 + 0.5) * word;
+    Ok(InWords { emulated: Emulated { limit, uncertainty: word, unit: unit(scene) }, runs })
+}
