@@ -158,7 +158,8 @@ fn a_comparison_of_drivers_prints_edges_and_mismatches() {
 
 #[test]
 fn the_json_of_limits_has_the_keys_of_the_contract() {
-    let output = run(&["limits", "hybrid-wall", "--set", "wall.damping=0", "--json"]);
+    let pushed = "hand={ kind = \"constant_torque\", torque = 0.02 }";
+    let output = run(&["limits", "hybrid-wall", "--set", "wall.damping=0", "--set", pushed, "--json"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let value = json(&output);
     // The published limit of this motor: the inductance of its winding.
@@ -169,5 +170,24 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
     for criterion in value["criteria"].as_array().expect("criteria") {
         assert!(criterion["name"].is_string() && criterion["limit"].is_number() && criterion["unit"].is_string());
         assert!(criterion["assumptions_met"].is_boolean());
+        let not_met = criterion["not_met"].as_array().expect("those not met").len();
+        assert_eq!(not_met == 0, criterion["assumptions_met"] == true, "{criterion}");
     }
+    // Beside it the limit in words, known to a word: 265 mN.m / 4096 for 2 pi / 4096.
+    let words = &value["emulated_words"];
+    assert!((words["uncertainty"].as_f64().expect("a word") - 0.042_176).abs() < 1e-5, "{words}");
+    assert!(words["limit"].is_number() && words["runs"].is_u64() && value["emulated_words_reason"].is_null());
+    // Without friction there is no criterion of a fall.
+    let silent = value["silent"].as_array().expect("silent criteria");
+    assert!(silent.iter().any(|criterion| criterion["name"] == "drop_threshold" && criterion["reason"].is_string()));
+}
+
+#[test]
+fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet() {
+    let output = run(&["limits", "prescribed-sweep"]);
+    let text = stdout(&output);
+    assert!(text.contains("emulated, in words    the hand imposes the motion"), "{text}");
+    assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
+    let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
+    assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
 }

@@ -1,10 +1,14 @@
 //! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with its
 //! own arithmetic.
 
-use hpu_cosim::scene::Scene;
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_study::SampledLoop;
 use hpu_study::criteria::Criterion;
 use hpu_study::limits::{Limits, LimitsError, limits};
+use hpu_study::map::Cell;
 
 const MOTOR: &str = r#"
 about = "The published motor against a wall, by the linear law."
@@ -227,4 +231,48 @@ fn a_loop_without_a_limit_says_which_way() {
     // A continuous spring before a damped mass is passive at any stiffness.
     let passive = [("method.kind", "hybrid".to_string()), ("device.damping", "1".into())];
     assert!(matches!(found(MASS, &passive).emulated.unwrap_err(), LimitsError::AlwaysStable { .. }));
+}
+
+/// A shipped scene.
+fn known(name: &str, overrides: &[(&str, String)]) -> Scene {
+    let shipped = shipped().iter().find(|scene| scene.name == name).unwrap_or_else(|| panic!("{name}"));
+    scene(shipped.text, overrides)
+}
+
+#[test]
+fn in_words_the_scene_settles_a_word_below_its_limit_and_not_a_word_above() {
+    // One at whose limit the hand leans on the wall, one with friction: the whole scene, not its linear loop.
+    for name in ["conventional-wall-1khz", "friction-wall"] {
+        let scene = known(name, &[]);
+        let found = limits(&scene).in_words.expect("a limit");
+        // A word is a PWM count for a count: 24 V * 25.9 mN.m/A / 2.34566 Ohm / 4096 over 2 pi / 4096.
+        let word = 0.042176;
+        near(found.emulated.uncertainty, word, 2e-5);
+        assert!(found.runs <= 20, "{found:?}");
+        for (words, outcome) in [(-0.5, true), (0.5, false)] {
+            let stiffness = found.emulated.limit + words * found.emulated.uncertainty;
+            let scene = known(name, &[("wall.stiffness", stiffness.to_string())]);
+            let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(60), &Control::default());
+            let cell = cell.expect("a run").expect("a whole one");
+            assert_eq!(cell.outcome == OutcomeKind::Settled, outcome, "{name} at {stiffness}: {cell:?}");
+        }
+    }
+}
+
+#[test]
+fn the_limit_in_words_does_not_depend_on_the_scene_s_own_stiffness() {
+    let found = |stiffness: &str| {
+        let scene = known("conventional-wall-1khz", &[("wall.stiffness", stiffness.into())]);
+        limits(&scene).in_words.expect("a limit").emulated.limit
+    };
+    assert_eq!(found("0.3"), found("4"));
+}
+
+#[test]
+fn a_scene_without_a_limit_in_words_says_why() {
+    let reason = |scene: &Scene| limits(scene).in_words.expect_err("no limit");
+    assert!(reason(&known("prescribed-sweep", &[])).contains("imposes"));
+    assert!(reason(&known("free-motion", &[])).contains("the stiffest that (0,12,0) holds"));
+    assert!(reason(&scene(MOTOR, &[])).contains("linear"));
+    assert!(reason(&scene(MASS, &[])).contains("linear"));
 }

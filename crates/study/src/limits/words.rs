@@ -52,7 +52,7 @@ pub(super) fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
         loop {
             if high == format.max() {
                 return Err(format!(
-                    "settles up to {} {}, the stiffest that {format} holds",
+                    "settles up to {:.6} {}, the stiffest that {format} holds",
                     high as f64 * word,
                     unit(scene)
                 ));
@@ -66,7 +66,10 @@ pub(super) fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
     } else {
         loop {
             if low == 1 {
-                return Err(format!("does not settle down to {word} {}, the softest that {format} holds", unit(scene)));
+                return Err(format!(
+                    "does not settle down to {word:.6} {}, the softest that {format} holds",
+                    unit(scene)
+                ));
             }
             low /= 2;
             if settles(low)? {
