@@ -191,7 +191,7 @@ fn a_quantiser_swings_from_pi_quarters_of_the_critical_stiffness_on() {
     let at = |stiffness: f64| linear(device, NONE, &[("wall.stiffness", stiffness.to_string())]);
     let critical = 10084.0301;
     let criterion = told(&at(critical * 0.9), "describing_function");
-    near(criterion.limit, 0.785398 * critical, 3e-7);
+    near(criterion.limit, std::f64::consts::FRAC_PI_4 * critical, 6e-9);
     // K N(A) = K_crit.
     near(describing_function(criterion.figures[0].value), 1.0 / 0.9, 1e-8);
     // Softer than that it comes to rest.

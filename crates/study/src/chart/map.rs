@@ -124,21 +124,25 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         }
     }
     shown.sort_by_key(|outcome| outcome.map_or(usize::MAX, |outcome| outcome as usize));
+    // Many criteria make a small key.
+    let names = shown.iter().map(|outcome| outcome_name(*outcome)).chain(key.iter().map(|(text, _)| text.as_str()));
+    let width: i32 = names.map(|name| text_width(name, 28) + 108).sum();
+    let size = if width < WIDTH - 2 * x { 28 } else { 22 };
     for outcome in shown {
         canvas.fill([(x, y - 18), (x + 36, y + 18)], outcome_color(outcome), 1.0);
-        x = entry(&mut canvas, (x + 52, y), &outcome_name(outcome).replace('_', " "), INK);
+        x = entry(&mut canvas, (x + 52, y), &outcome_name(outcome).replace('_', " "), INK, size);
     }
     for (text, color) in key {
         canvas.line(vec![(x, y), (x + 36, y)], color, 6);
-        x = entry(&mut canvas, (x + 52, y), &text, color);
+        x = entry(&mut canvas, (x + 52, y), &text, color, size);
     }
     canvas.render("map")
 }
 
 /// A text of the key; returns where the next entry begins.
-fn entry(canvas: &mut Canvas, (x, y): (i32, i32), text: &str, color: RGBColor) -> i32 {
-    canvas.text((x, y), text, 28, color, Anchor::Left);
-    x + text_width(text, 28) + 56
+fn entry(canvas: &mut Canvas, (x, y): (i32, i32), text: &str, color: RGBColor, size: i32) -> i32 {
+    canvas.text((x, y), text, size, color, Anchor::Left);
+    x + text_width(text, size) + 2 * size
 }
 
 fn curve_color(name: &str) -> RGBColor {
@@ -150,7 +154,7 @@ fn curve_color(name: &str) -> RGBColor {
         "gil_hulin" => ORANGE,
         "abbott_okamura" => RGBColor(128, 64, 144),
         "diolaiti" => RGBColor(0, 128, 128),
-        "describing_function" => RGBColor(120, 80, 40),
+        "describing_function" => RGBColor(208, 80, 150),
         _ => RED,
     }
 }
@@ -191,12 +195,12 @@ fn numbers(
     let unit = if quantity.unit.is_empty() { String::new() } else { format!(" {}", quantity.unit) };
     let label = |value: f64| three_digits(value) + &unit;
     let (mut x, y) = (60, 168);
-    x = entry(&mut canvas, (x, y), &label(low), INK) - 36;
+    x = entry(&mut canvas, (x, y), &label(low), INK, 28) - 36;
     for step in 0..=32 {
         canvas.fill([(x + 12 * step, y - 18), (x + 12 * step + 12, y + 18)], shade(f64::from(step) / 32.0), 1.0);
     }
     let scale = if quantity.log { ", by ratio" } else { "" };
-    entry(&mut canvas, (x + 12 * 33 + 20, y), &format!("{}{scale}", label(high)), INK);
+    entry(&mut canvas, (x + 12 * 33 + 20, y), &format!("{}{scale}", label(high)), INK, 28);
     canvas.render(quantity.name)
 }
 
