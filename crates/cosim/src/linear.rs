@@ -10,7 +10,7 @@
 
 use hpu_plant::{Linear, Mass, Matrix, Motor, State, Trajectory};
 
-use crate::scene::{Device, Loop, Scene};
+use crate::scene::{Device, Scene};
 
 /// A linear loop, ready to run.
 pub struct LinearLoop {
@@ -55,7 +55,7 @@ impl LinearLoop {
         a[1][1] -= grip_damping / inertia;
         a[1][2] -= grip / inertia;
         let mut spring = stiffness;
-        if scene.method.kind == Loop::Hybrid {
+        if scene.method.kind.is_live() {
             for (row, effect) in a.iter_mut().zip(input) {
                 row[2] -= effect * stiffness;
             }

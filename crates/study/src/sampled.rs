@@ -1,7 +1,7 @@
 //! The sampled loop as one matrix from sample to sample, built apart from the emulator: its own exponential, its own
 //! states, its own spectral radius.
 
-use hpu_cosim::scene::{Device, Loop, Scene};
+use hpu_cosim::scene::{Device, Scene};
 
 /// A square matrix by rows.
 type Matrix = Vec<Vec<f64>>;
@@ -74,7 +74,7 @@ impl SampledLoop {
         let states = plant.len() - 1;
         let position = states - 1;
         let mut spring = stiffness;
-        if scene.method.kind == Loop::Hybrid {
+        if scene.method.kind.is_live() {
             for row in &mut plant {
                 row[position] -= row[states] * stiffness;
             }

@@ -10,7 +10,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use hpu_cosim::scene::{Hand, Loop, Scene};
+use hpu_cosim::scene::{Hand, Scene};
 
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless};
 use crate::SampledLoop;
@@ -71,7 +71,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
             ),
             Assumption::new(
                 "a body that filters all but the first harmonic: at least ten samples a swing",
-                scene.method.kind == Loop::Hybrid || slow(scene, limit),
+                scene.method.kind.is_live() || slow(scene, limit),
             ),
         ],
         figures,

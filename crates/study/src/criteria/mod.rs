@@ -105,8 +105,8 @@ fn critical(scene: &Scene, damping: f64) -> Result<f64, LimitsError> {
 
 fn linear_law(scene: &Scene) -> Assumption {
     Assumption::new(
-        "a law without quantisation or saturation that pulls as well as pushes",
-        scene.model.datapath == Datapath::Linear,
+        "spring and backward difference alone, without quantisation or saturation, pulling as well as pushing",
+        scene.model.datapath == Datapath::Linear && !matches!(scene.method.kind, Loop::Law(_)),
     )
 }
 
@@ -121,11 +121,11 @@ fn known_hand(scene: &Scene) -> Assumption {
 }
 
 fn sampled(scene: &Scene) -> Assumption {
-    Assumption::new("a spring that is sampled and held", scene.method.kind == Loop::Conventional)
+    Assumption::new("a spring that is sampled and held", !scene.method.kind.is_live())
 }
 
 fn continuous(scene: &Scene) -> Assumption {
-    Assumption::new("a spring that is not sampled", scene.method.kind == Loop::Hybrid)
+    Assumption::new("a spring that is not sampled", scene.method.kind.is_live())
 }
 
 fn ideal_drive(scene: &Scene) -> Assumption {
@@ -141,5 +141,5 @@ fn undamped_wall(scene: &Scene) -> Assumption {
 }
 
 fn in_counts(scene: &Scene) -> Assumption {
-    Assumption::new("a position in whole counts", scene.model.datapath == Datapath::Words)
+    Assumption::new("a position in whole counts", scene.model.datapath != Datapath::Linear)
 }

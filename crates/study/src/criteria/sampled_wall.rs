@@ -95,7 +95,7 @@ pub(super) fn drop_threshold(scene: &Scene, body: &Rigid) -> Result<Criterion, S
     };
     let others = [
         undamped_wall(scene),
-        Assumption::new("a wall that only pushes", scene.model.datapath == Datapath::Words),
+        Assumption::new("a wall that only pushes", scene.model.datapath != Datapath::Linear),
         Assumption::new(
             "viscous damping below a hundredth of K (T/2 + t_d)",
             body.damping_nm_s_per_rad < 0.01 * limit * body.lag_s(),

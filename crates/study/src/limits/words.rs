@@ -26,8 +26,10 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The limit of a scene as it stands, searched from a stiffness.
 pub(super) fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
-    if scene.model.datapath == Datapath::Linear {
-        return Err("the scene's law is linear: it has no words".into());
+    match scene.model.datapath {
+        Datapath::Words => {}
+        Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
+        Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
     }
     match scene.hand {
         Hand::Prescribed { .. } => return Err("the hand imposes the motion".into()),
