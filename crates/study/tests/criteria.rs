@@ -99,6 +99,15 @@ fn the_four_regions_lie_where_damping_and_friction_suffice_or_not() {
 }
 
 #[test]
+fn a_position_without_a_quantum_asks_for_no_friction() {
+    for coulomb_nm in [0.0, 0.038] {
+        let body = Rigid { quantum_rad: 0.0, coulomb_nm, ..PHANTOM };
+        assert_eq!(body.abbott_okamura().1, f64::INFINITY);
+        assert_eq!((body.balance(9.9).region, body.balance(10.1).region), (Region::Passive, Region::LocallyStable));
+    }
+}
+
+#[test]
 fn passivity_costs_the_wall_s_damping_and_the_delay_s_lag() {
     let body = Rigid { damping_nm_s_per_rad: 0.8, ..PHANTOM };
     near(body.colgate_schenkel(), 1600.0, 1e-12);

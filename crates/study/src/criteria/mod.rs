@@ -36,6 +36,12 @@ pub struct Criterion {
 }
 
 impl Criterion {
+    /// With these figures, as far as they are finite: without a quantum some are not.
+    fn with(mut self, figures: Vec<Figure>) -> Self {
+        self.figures = figures.into_iter().filter(|figure| figure.value.is_finite()).collect();
+        self
+    }
+
     /// Whether the scene is as the criterion assumes.
     #[must_use]
     pub fn assumptions_met(&self) -> bool {

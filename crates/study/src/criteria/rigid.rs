@@ -18,7 +18,7 @@ pub struct Rigid {
     pub damping_nm_s_per_rad: f64,
     /// Coulomb friction `f_c`.
     pub coulomb_nm: f64,
-    /// Step `Δ` of the position.
+    /// Step `Δ` of the position, 0 for none: the quantum then asks for nothing.
     pub quantum_rad: f64,
     /// Sample period `T`.
     pub period_s: f64,
@@ -96,6 +96,11 @@ impl Rigid {
         0.5 * self.period_s + self.delay_s
     }
 
+    /// `f_c / Δ`.
+    fn friction_of_a_quantum(&self) -> f64 {
+        if self.quantum_rad > 0.0 { self.coulomb_nm / self.quantum_rad } else { f64::INFINITY }
+    }
+
     /// Colgate and Schenkel: passive whatever passive hand holds it while `b > K (T/2 + t_d) + |B|`.
     ///
     /// With no delay, or a delay of whole samples and `B = 0`, that is necessary as well.
@@ -107,20 +112,20 @@ impl Rigid {
     /// Abbott and Okamura: `K <= min(2 b/T, 2 f_c/Δ)`; both sides, that of sampling first.
     #[must_use]
     pub fn abbott_okamura(&self) -> (f64, f64) {
-        (2.0 * self.damping_nm_s_per_rad / self.period_s, 2.0 * self.coulomb_nm / self.quantum_rad)
+        (2.0 * self.damping_nm_s_per_rad / self.period_s, 2.0 * self.friction_of_a_quantum())
     }
 
     /// Diolaiti et al.: the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; both sides, that of sampling first.
     #[must_use]
     pub fn diolaiti(&self) -> (f64, f64) {
-        (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.coulomb_nm / self.quantum_rad)
+        (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.friction_of_a_quantum())
     }
 
     /// Where a stiffness above zero stands: `v T (1/2 + t_d/T - β) <= Δ (σ - 1/2)` is the balance of one sample.
     #[must_use]
     pub fn balance(&self, stiffness: f64) -> Balance {
         let beta = self.damping_nm_s_per_rad / (stiffness * self.period_s);
-        let sigma = self.coulomb_nm / (stiffness * self.quantum_rad);
+        let sigma = self.friction_of_a_quantum() / stiffness;
         let (sampling, quantum) = self.diolaiti();
         let region = match (stiffness <= sampling, stiffness <= quantum) {
             (true, true) => Region::Passive,

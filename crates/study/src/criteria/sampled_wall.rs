@@ -51,7 +51,7 @@ pub(super) fn abbott_okamura(scene: &Scene, body: &Rigid) -> Criterion {
         Figure { name: "2b/T", value: sampling, unit: unit(scene) },
         Figure { name: "2f_c/quantum", value: quantum, unit: unit(scene) },
     ];
-    Criterion { figures, ..criterion("abbott_okamura", scene, sampling.min(quantum), &others) }
+    criterion("abbott_okamura", scene, sampling.min(quantum), &others).with(figures)
 }
 
 /// The regions of behaviour.
@@ -78,7 +78,7 @@ pub(super) fn diolaiti(scene: &Scene, body: &Rigid) -> Criterion {
         Device::Mass(_) => "m/s",
     };
     figures.extend(balance.critical_rad_per_s.map(|value| Figure { name: "v_c", value, unit: speed_unit }));
-    Criterion { figures, region: Some(balance.region), ..plain }
+    Criterion { region: Some(balance.region), ..plain }.with(figures)
 }
 
 /// At rest after a fall.
