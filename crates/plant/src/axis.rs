@@ -2,7 +2,7 @@
 //!
 //! | equation | |
 //! |---|---|
-//! | `L di/dt = V - R i - K ω` | circuit closed; open: `i = 0` |
+//! | `L di/dt = V - R i - K ω` | circuit closed; open: `i = 0`; amplified: `i` is imposed |
 //! | `J dω/dt = K i - B ω - τ_c sgn ω + τ_h` | slip; stuck: `ω = 0` while `abs(K i + τ_h) <= τ_c` |
 //! | `dθ/dt = ω` | |
 //! | `τ_h = τ` or `k_h (θ_h - θ) + b_h (dθ_h/dt - ω)` | hand: a torque, or a spring and damper to its intention |
@@ -10,10 +10,14 @@
 //! A hand that prescribes the motion fixes `ω` and bears whatever torque that takes. All angles and torques are at the
 //! motor's shaft; a wheel's inertia arrives divided by the square of its ratio. Valid while the winding is linear (no
 //! saturation, no heating) and the shaft rigid. Equations: Vasudevan et al. 2007, with friction added.
+//!
+//! An ideal force amplifier on a rail is the same axis with metres for radians and newtons for newton metres: a current in
+//! A is a force in N ([`Motor::on_rail`], [`Axis::amplified`]).
 
 use std::fmt;
 use std::sync::OnceLock;
 
+use crate::Bridge;
 use crate::guard::Guard;
 use crate::linear::Linear;
 use crate::matrix::{CURRENT, Matrix, SPEED};
@@ -36,6 +40,19 @@ pub struct Motor {
 }
 
 impl Motor {
+    /// A mass on a rail under an ideal force amplifier: 1 N/A and a winding of no account, for [`Axis::amplified`].
+    #[must_use]
+    pub fn on_rail(mass_kg: f64, viscous_n_s_per_m: f64, coulomb_n: f64) -> Self {
+        Self {
+            resistance_ohm: 0.0,
+            inductance_h: 0.0,
+            torque_constant_nm_per_a: 1.0,
+            inertia_kg_m2: mass_kg,
+            viscous_nm_s_per_rad: viscous_n_s_per_m,
+            coulomb_nm: coulomb_n,
+        }
+    }
+
     /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed, angle.
     #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
@@ -125,8 +142,10 @@ pub(crate) struct Mode {
 /// The laws of an axis on a clock: immutable, its modes tabulated when first entered.
 pub struct Axis {
     pub(crate) motor: Motor,
-    pub(crate) bridge: crate::Bridge,
+    pub(crate) bridge: Bridge,
     pub(crate) hand: Hand,
+    /// Whether there is an amplifier alone, and no bridge.
+    pub(crate) amplified: bool,
     edge_s: f64,
     horizon: u64,
     modes: [OnceLock<Mode>; 12],
@@ -138,7 +157,23 @@ impl Axis {
     /// # Errors
     ///
     /// When a parameter is not finite, or one that must be positive is not.
-    pub fn new(motor: Motor, bridge: crate::Bridge, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
+    pub fn new(motor: Motor, bridge: Bridge, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
+        Self::checked(motor, Some(bridge), hand, edge_s, horizon)
+    }
+
+    /// The same without a bridge: a [`Device`](crate::Device) of it is driven by
+    /// [`drive_current`](crate::Device::drive_current) alone, and its winding may have neither resistance nor inductance.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn amplified(motor: Motor, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
+        Self::checked(motor, None, hand, edge_s, horizon)
+    }
+
+    fn checked(motor: Motor, bridge: Option<Bridge>, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
+        let amplified = bridge.is_none();
+        let bridge = bridge.unwrap_or(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 });
         let (hand_k, hand_b) = match hand {
             Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
             Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
@@ -147,13 +182,13 @@ impl Axis {
             _ => (0.0, 0.0),
         };
         for (name, value, positive) in [
-            ("resistance", motor.resistance_ohm, true),
-            ("inductance", motor.inductance_h, true),
+            ("resistance", motor.resistance_ohm, !amplified),
+            ("inductance", motor.inductance_h, !amplified),
             ("torque constant", motor.torque_constant_nm_per_a, true),
             ("inertia", motor.inertia_kg_m2, true),
             ("viscous friction", motor.viscous_nm_s_per_rad, false),
             ("Coulomb friction", motor.coulomb_nm, false),
-            ("supply", bridge.supply_v, true),
+            ("supply", bridge.supply_v, !amplified),
             ("on-resistance", bridge.on_resistance_ohm, false),
             ("diode drop", bridge.diode_drop_v, false),
             ("hand stiffness", hand_k, false),
@@ -165,7 +200,7 @@ impl Axis {
                 return Err(AxisError(format!("{name} is {value}; it must be {rule}")));
             }
         }
-        Ok(Self { motor, bridge, hand, edge_s, horizon, modes: Default::default() })
+        Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, modes: Default::default() })
     }
 
     /// Resistance of a path with this many closed switches.
@@ -173,7 +208,7 @@ impl Axis {
         self.motor.resistance_ohm + f64::from(switches) * self.bridge.on_resistance_ohm
     }
 
-    /// The mode of a shaft and a circuit; `switches` is `None` for an open one.
+    /// The mode of a shaft and a circuit; `switches` is `None` where no voltage moves the current: open, or imposed.
     pub(crate) fn mode(&self, shaft: Shaft, switches: Option<u8>) -> &Mode {
         // Without on-resistance every closed path is the same system.
         let switches = switches.map(|n| if self.bridge.on_resistance_ohm == 0.0 { 0 } else { n });

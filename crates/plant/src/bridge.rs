@@ -52,6 +52,8 @@ pub enum Circuit {
         /// Above, current starts in the negative direction. In V.
         emf_max_v: f64,
     },
+    /// An ideal amplifier in the bridge's place: the current is what it says, whatever voltage that takes.
+    Amplified,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -136,7 +138,7 @@ impl Bridge {
             Circuit::Closed { supply_share, diodes, direction, .. } => {
                 self.supply_v * supply_share - f64::from(direction) * f64::from(diodes) * self.diode_drop_v
             }
-            Circuit::Open { .. } => 0.0,
+            Circuit::Open { .. } | Circuit::Amplified => 0.0,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! An axis in motion: its state, its modes, and the energy it has exchanged.
 //!
 //! The state is kept at an *anchor* edge and flowed from there, never stepped. The anchor moves only when what drives the
-//! motion changes: the gates, the hand's intention, or a mode (slip and stuck, diode and open circuit).
+//! motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and stuck, diode and open circuit).
 
 use hpu_signal::Real;
 
@@ -26,6 +26,8 @@ pub const REALS: [Real; 4] = [
 pub(crate) enum Drive {
     Gates(Gates),
     Average(f64),
+    /// In A.
+    Current(f64),
 }
 
 /// An axis in motion.
@@ -51,13 +53,17 @@ pub struct Device<'a> {
 pub type Event = (u64, State);
 
 impl<'a> Device<'a> {
-    /// A device at rest in its circuit (all gates off) at edge 0, with initial current, speed and angle.
+    /// A device in its circuit (all gates off, or an amplifier that goes on with the current) at edge 0, with initial
+    /// current, speed and angle.
     #[must_use]
     pub fn new(axis: &'a Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64) -> Self {
         let x = [current_a, speed_rad_per_s, angle_rad, angle_rad];
-        let drive = Drive::Gates(Gates::default());
         let emf_v = axis.motor.torque_constant_nm_per_a * speed_rad_per_s;
-        let circuit = axis.bridge.circuit(Gates::default(), current_a, emf_v);
+        let (drive, circuit) = if axis.amplified {
+            (Drive::Current(current_a), Circuit::Amplified)
+        } else {
+            (Drive::Gates(Gates::default()), axis.bridge.circuit(Gates::default(), current_a, emf_v))
+        };
         let mode = axis.mode(Shaft::Slip(0), None);
         let motor = &axis.motor;
         let mut device = Self {
@@ -127,6 +133,10 @@ impl<'a> Device<'a> {
     }
 
     /// Sets the gates from `edge` on.
+    ///
+    /// # Panics
+    ///
+    /// On an axis without a bridge.
     pub fn drive(&mut self, edge: u64, gates: Gates) {
         if self.drive != Drive::Gates(gates) {
             self.set(edge, Drive::Gates(gates));
@@ -134,16 +144,38 @@ impl<'a> Device<'a> {
     }
 
     /// Drives with the average voltage of a duty between -1 and 1 from `edge` on.
+    ///
+    /// # Panics
+    ///
+    /// On an axis without a bridge.
     pub fn drive_average(&mut self, edge: u64, duty: f64) {
         if self.drive != Drive::Average(duty) {
             self.set(edge, Drive::Average(duty));
         }
     }
 
+    /// An ideal amplifier imposes this current from `edge` on; on a rail the force, in N.
+    pub fn drive_current(&mut self, edge: u64, current_a: f64) {
+        if self.drive != Drive::Current(current_a) {
+            self.set(edge, Drive::Current(current_a));
+        }
+    }
+
     fn set(&mut self, edge: u64, drive: Drive) {
-        let x = self.account(edge);
+        let mut x = self.account(edge);
         self.drive = drive;
         self.circuit = match drive {
+            Drive::Current(current_a) => {
+                self.energy.surge(self.axis.motor.inductance_h, x[CURRENT], current_a);
+                x[CURRENT] = current_a;
+                if self.shaft == Shaft::Stuck {
+                    // The torque jumps, so friction may lose its hold here and now.
+                    self.shaft = self.shaft_at(&x);
+                    self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
+                }
+                Circuit::Amplified
+            }
+            _ if self.axis.amplified => panic!("an amplified axis has no bridge"),
             Drive::Average(duty) => Bridge::averaged(duty),
             Drive::Gates(gates) => {
                 self.axis.bridge.circuit(gates, x[CURRENT], self.axis.motor.torque_constant_nm_per_a * x[SPEED])

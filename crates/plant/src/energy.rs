@@ -23,6 +23,8 @@ pub struct Energy {
 pub(crate) struct Powers {
     /// Volts of the supply across the motor's path.
     pub source_v: f64,
+    /// Torque of an imposed current in N·m: what it does on the shaft, the source does; else 0.
+    pub source_nm: f64,
     /// Resistance of the path in Ω.
     pub resistance_ohm: f64,
     /// Volts dropped in diodes.
@@ -47,7 +49,7 @@ impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
     pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &State, after: &State, done: &Integrals) {
         let turned = after[ANGLE] - before[ANGLE];
-        let source = powers.source_v * done.current;
+        let source = powers.source_v * done.current + powers.source_nm * turned;
         let copper = powers.resistance_ohm * done.current_squared;
         let diodes = powers.diode_v * done.current.abs();
         let viscous = powers.viscous_nm_s_per_rad * done.speed_squared;
@@ -88,11 +90,18 @@ impl Energy {
         self.take(flows);
     }
 
+    /// The source's work in a jump of an imposed current: what the inductance stores.
+    pub(crate) fn surge(&mut self, inductance_h: f64, from_a: f64, to_a: f64) {
+        let mut flows = [0.0; 6];
+        flows[SOURCE] = inductance_h * (to_a - from_a) * (0.5 * (to_a + from_a));
+        self.take(flows);
+    }
+
     fn sum(&self, index: usize) -> f64 {
         self.totals[index] + self.rests[index]
     }
 
-    /// Work of the supply on the circuit (negative where current flows back into it).
+    /// Work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
     #[must_use]
     pub fn source_j(&self) -> f64 {
         self.sum(SOURCE)

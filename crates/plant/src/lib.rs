@@ -1,4 +1,4 @@
-//! The continuous world in `f64`: motor, H-bridge, hand, encoder, exact flows.
+//! The continuous world in `f64`: motor, H-bridge, amplifier and its shaper, hand, encoder, exact flows.
 //!
 //! A plant is immutable laws ([`Axis`]) with its state outside ([`Device`]). Each mode of the piecewise-linear axis (slip,
 //! stuck, prescribed; circuit closed or open) is a [`Linear`] system that flows exactly over any number of clock edges.
@@ -14,6 +14,7 @@ mod leap;
 mod linear;
 mod matrix;
 mod modes;
+mod shaper;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};
@@ -23,3 +24,4 @@ pub use guard::{Band, Guard, Point};
 pub use leap::Integrals;
 pub use linear::{Linear, Trajectory};
 pub use matrix::{Matrix, State};
+pub use shaper::Shaper;

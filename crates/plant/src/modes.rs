@@ -90,6 +90,7 @@ impl<'a> Device<'a> {
             (Cause::Circuit, _, Circuit::Open { .. }) => {
                 self.reroute(x, if above { f64::INFINITY } else { f64::NEG_INFINITY });
             }
+            (Cause::Circuit, _, Circuit::Amplified) => unreachable!("an imposed current has no modes"),
         }
     }
 
@@ -141,7 +142,7 @@ impl<'a> Device<'a> {
         let voltage_v = axis.bridge.voltage_v(self.circuit);
         let switches = match self.circuit {
             Circuit::Closed { switches, .. } => Some(switches),
-            Circuit::Open { .. } => None,
+            Circuit::Open { .. } | Circuit::Amplified => None,
         };
         self.mode = axis.mode(self.shaft, switches);
         let mut f = [0.0; 4];
@@ -166,10 +167,18 @@ impl<'a> Device<'a> {
             intent_rad_per_s: self.intent_rad_per_s,
             ..Powers::default()
         };
-        if let Circuit::Closed { supply_share, diodes, switches, .. } = self.circuit {
-            powers.source_v = axis.bridge.supply_v * supply_share;
-            powers.diode_v = f64::from(diodes) * axis.bridge.diode_drop_v;
-            powers.resistance_ohm = axis.path_ohm(switches);
+        match self.circuit {
+            Circuit::Closed { supply_share, diodes, switches, .. } => {
+                powers.source_v = axis.bridge.supply_v * supply_share;
+                powers.diode_v = f64::from(diodes) * axis.bridge.diode_drop_v;
+                powers.resistance_ohm = axis.path_ohm(switches);
+            }
+            Circuit::Amplified => {
+                powers.source_v = motor.resistance_ohm * x[CURRENT];
+                powers.source_nm = motor.torque_constant_nm_per_a * x[CURRENT];
+                powers.resistance_ohm = motor.resistance_ohm;
+            }
+            Circuit::Open { .. } => {}
         }
         if self.shaft != Shaft::Stuck {
             powers.coulomb_nm = motor.coulomb_nm;
@@ -208,7 +217,7 @@ impl<'a> Device<'a> {
         let circuit = match self.circuit {
             Circuit::Closed { direction: 1, .. } => Some((&mode.current, positive)),
             Circuit::Closed { direction: -1, .. } => Some((&mode.current, negative)),
-            Circuit::Closed { .. } => None,
+            Circuit::Closed { .. } | Circuit::Amplified => None,
             Circuit::Open { emf_min_v, emf_max_v } => {
                 let k = motor.torque_constant_nm_per_a;
                 Some((&mode.speed, band(emf_min_v / k, emf_max_v / k)))
