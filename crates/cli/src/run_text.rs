@@ -4,7 +4,7 @@ mod phantom;
 
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Metric, OutcomeKind, Scene};
+use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
 use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
 
 use crate::run::Ran;
@@ -20,7 +20,7 @@ pub fn summary(ran: &Ran) -> String {
     let clock = si(ran.session.clock().frequency_hz() as f64, "Hz");
     row("scene", format!("{}, {} at {clock}", ran.session.name(), ran.session.wiring().name()));
     let outcome = match ran.summary.verdict {
-        Some(verdict) => outcome(verdict),
+        Some(verdict) => outcome(verdict, position(ran)),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
         None => "stopped before its end".to_string(),
     };
@@ -77,22 +77,22 @@ pub fn outcome_name(kind: OutcomeKind) -> &'static str {
     }
 }
 
-fn outcome(verdict: Verdict) -> String {
+fn outcome(verdict: Verdict, unit: &str) -> String {
     match verdict {
-        Verdict::Settled { rms_rad } => format!("settled: rms {} about the mean at the end", si(rms_rad, "rad")),
+        Verdict::Settled { rms_rad } => format!("settled: rms {} about the mean at the end", si(rms_rad, unit)),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz: 0.0 } => format!(
             "moving to the end, over {} without a period (a limit cycle by the rule), rms {}",
-            si(2.0 * amplitude_rad, "rad"),
-            si(rms_rad, "rad")
+            si(2.0 * amplitude_rad, unit),
+            si(rms_rad, unit)
         ),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => format!(
             "limit cycle: amplitude {}, {}, rms {}",
-            si(amplitude_rad, "rad"),
+            si(amplitude_rad, unit),
             si(frequency_hz, "Hz"),
-            si(rms_rad, "rad")
+            si(rms_rad, unit)
         ),
         Verdict::Diverged { at_s, amplitude_rad } => {
-            format!("diverged: amplitude {}, growing since {}", si(amplitude_rad, "rad"), si(at_s, "s"))
+            format!("diverged: amplitude {}, growing since {}", si(amplitude_rad, unit), si(at_s, "s"))
         }
         Verdict::Passive { rms_m } => format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
         Verdict::NonPassive { rms_m } => {
@@ -103,44 +103,47 @@ fn outcome(verdict: Verdict) -> String {
 }
 
 fn motion(scene: &Scene, trace: &Trace) -> String {
+    let units = scene.device.units();
     let angles = trace.angles_rad();
     let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let torque = trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
     format!(
-        "ends at {}, peak {}, {} into the wall, torque up to {}",
-        si(angles.last().copied().unwrap_or(0.0), "rad"),
-        si(peak(angles), "rad"),
-        si((peak(angles) - scene.wall.position_rad).max(0.0), "rad"),
-        si(torque, "N.m")
+        "ends at {}, peak {}, {} into the wall, {} up to {}",
+        si(angles.last().copied().unwrap_or(0.0), units.position),
+        si(peak(angles), units.position),
+        si((peak(angles) - scene.wall.position_rad).max(0.0), units.position),
+        if matches!(scene.device, Device::Mass(_)) { "force" } else { "torque" },
+        si(torque, units.effort)
     )
 }
 
 fn words(session: &Session) -> [String; 4] {
     let (scene, words) = (session.scene(), session.words());
+    let units = scene.device.units();
     let (realised, method) = (&words.realised, &scene.method);
     [
         format!(
             "stiffness {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
             method.stiffness_format,
-            si(realised.stiffness_nm_per_rad, "N.m/rad"),
-            si(scene.wall.stiffness_nm_per_rad, "N.m/rad"),
+            si(realised.stiffness_nm_per_rad, units.stiffness),
+            si(scene.wall.stiffness_nm_per_rad, units.stiffness),
             error_percent(realised.stiffness_error)
         ),
         format!(
             "damping {} of {} is {}, asked {}: {}",
             method.damping_format.value(words.damping),
             method.damping_format,
-            si(realised.damping_nm_s_per_rad, "N.m.s/rad"),
-            si(scene.wall.damping_nm_s_per_rad, "N.m.s/rad"),
+            si(realised.damping_nm_s_per_rad, units.damping),
+            si(scene.wall.damping_nm_s_per_rad, units.damping),
             error_percent(realised.damping_error)
         ),
         format!(
             "wall at {}, asked {}; a count is {}, a PWM count {}",
-            si(realised.wall_position_rad, "rad"),
-            si(scene.wall.position_rad, "rad"),
-            si(realised.count_rad, "rad"),
-            si(realised.torque_quantum_nm, "N.m")
+            si(realised.wall_position_rad, units.position),
+            si(scene.wall.position_rad, units.position),
+            si(realised.count_rad, units.position),
+            si(realised.torque_quantum_nm, units.effort)
         ),
         format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
     ]
@@ -232,7 +235,7 @@ fn expectations(ran: &Ran) -> Vec<String> {
     let said = |met| terminal::verdict(if met { "met" } else { "NOT MET" }, met);
     let outcome = ran.outcome_met.map(|(kind, met)| format!("outcome {}: {}", outcome_name(kind), said(met)));
     let numbers = ran.numbers.iter().map(|(expected, got, met)| {
-        let unit = unit(expected.metric);
+        let unit = unit(ran, expected.metric);
         format!(
             "{} {} within {}: {}, {}",
             expected.metric.name(),
@@ -245,11 +248,23 @@ fn expectations(ran: &Ran) -> Vec<String> {
     outcome.into_iter().chain(numbers).collect()
 }
 
-fn unit(metric: Metric) -> &'static str {
+/// The unit of the device's positions.
+fn position(ran: &Ran) -> &'static str {
+    axis_units(ran).map_or("m", |units| units.position)
+}
+
+fn axis_units(ran: &Ran) -> Option<Units> {
+    match ran.session {
+        Ready::Axis(session) => Some(session.scene().device.units()),
+        Ready::Phantom(_) => None,
+    }
+}
+
+fn unit(ran: &Ran, metric: Metric) -> &'static str {
     match metric {
-        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => "rad",
+        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => position(ran),
         Metric::Frequency => "Hz",
-        Metric::PeakTorque => "N.m",
+        Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
         Metric::SpringOverflowShare | Metric::EncoderEdges => "",
         Metric::Rms => "m",
     }

@@ -1,4 +1,5 @@
-//! The world of an axis: a motor with its encoder, bridge and hand, or a recording in their place.
+//! The world of an axis: a motor or a mass with its encoder, its bridge or amplifier and its hand, or a recording in their
+//! place; and the words of the wall that change by themselves.
 //!
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
@@ -6,8 +7,10 @@ use hpu_datapath::{LoopIn, LoopOut};
 use hpu_plant::{Band, Device, Gates, REALS};
 use hpu_signal::Real;
 
+use crate::actuator::{Actuator, Shaping};
 use crate::encoder::Encoder;
 use crate::plant::{Kind, Plant};
+use crate::schedule::Schedule;
 use crate::summary::EnergyAudit;
 use crate::world::{Pins, World};
 
@@ -15,36 +18,51 @@ use crate::world::{Pins, World};
 #[derive(Clone)]
 pub struct AxisWorld<'p> {
     plant: &'p Plant,
-    /// Index of the net that an averaged bridge follows.
+    /// Index of the net that an averaged bridge or an amplifier follows.
     command: usize,
+    schedule: Schedule,
+    shaping: Option<Shaping>,
     device: Option<Device<'p>>,
     encoder: Encoder,
     edge: u64,
     pins: Pins,
     /// Index of the next knot or recorded change.
     next: usize,
+    /// The next edge at which anything is due by itself: a knot, a recorded change, a word, the shaper.
+    next_due: u64,
+    /// Words that are not the scene's constants.
+    stiffness: Option<i64>,
+    scale: Option<i64>,
     /// Changes of recorded pins so far.
     recorded: u64,
 }
 
 impl<'p> AxisWorld<'p> {
-    /// The world at edge 0, all gates off. `command` is the index of the net that an averaged bridge follows.
+    /// The world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an amplifier follows.
     #[must_use]
-    pub fn new(plant: &'p Plant, command: usize) -> Self {
+    pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
         let mut world = Self {
             plant,
             command,
+            schedule,
+            shaping: None,
             device: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             edge: 0,
             pins: Pins::default(),
             next: 0,
+            next_due: 0,
+            stiffness: None,
+            scale: None,
             recorded: 0,
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
             world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
             world.pins = world.encoder.pins();
+        }
+        if let Actuator::Amplified { shaping, .. } = plant.actuator {
+            world.shaping = shaping;
         }
         world.due();
         world.recorded = 0;
@@ -57,9 +75,16 @@ impl<'p> AxisWorld<'p> {
         self.device.as_ref()
     }
 
-    /// Takes in what is due at the present edge: the hand's knot, a recorded change.
-    #[inline]
+    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output.
     fn due(&mut self) {
+        let edge = self.edge;
+        self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
+        self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
+        if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
+            && shaping.next <= edge
+        {
+            device.drive_current(edge, -shaping.hand_on(edge));
+        }
         match &self.plant.kind {
             Kind::Axis { knots, .. } => {
                 while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
@@ -78,6 +103,18 @@ impl<'p> AxisWorld<'p> {
                 }
             }
         }
+        self.plan();
+    }
+
+    /// Finds what is due next.
+    fn plan(&mut self) {
+        let outside = match &self.plant.kind {
+            Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
+            Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
+        };
+        let shaper = self.shaping.map(|shaping| shaping.next);
+        let all = [outside, self.schedule.next(self.edge), shaper];
+        self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
     }
 
     #[inline(always)]
@@ -103,6 +140,12 @@ impl World for AxisWorld<'_> {
     fn place(&self, input: &mut LoopIn<i64>) {
         input.a_pin = self.pins.a;
         input.b_pin = self.pins.b;
+        if let Some(stiffness) = self.stiffness {
+            input.stiffness = stiffness;
+        }
+        if let Some(scale) = self.scale {
+            input.scale = scale;
+        }
     }
 
     #[inline]
@@ -112,18 +155,15 @@ impl World for AxisWorld<'_> {
             let x = device.step(self.edge);
             self.count(x[2]);
         }
-        self.due();
+        if self.edge >= self.next_due {
+            self.due();
+        }
     }
 
     #[inline]
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
-        let due = match &self.plant.kind {
-            Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
-            Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
-        };
         // Whatever has no edge of its own comes with the next one.
-        let due = due.map(|edge| edge.max(self.edge + 1)).filter(|&edge| edge <= limit);
-        let last = due.unwrap_or(limit);
+        let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
         let event = self.device.as_ref().and_then(|device| device.next_event(self.edge, last, (low, high)));
         let edge = event.map_or(last, |event| event.0);
@@ -133,7 +173,7 @@ impl World for AxisWorld<'_> {
             let x = device.arrive(event);
             self.count(x[2]);
         }
-        if due == Some(edge) {
+        if edge >= self.next_due {
             self.due();
         }
     }
@@ -144,13 +184,26 @@ impl World for AxisWorld<'_> {
         let Some(device) = &mut self.device else {
             return;
         };
-        match self.plant.averaged {
-            None => {
+        match self.plant.actuator {
+            Actuator::Switching => {
                 let [a_high, a_low, b_high, b_low] =
                     [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
                 device.drive(edge, Gates { a_high, a_low, b_high, b_low });
             }
-            Some(full_scale) => device.drive_average(edge, words[self.command] as f64 / full_scale),
+            Actuator::Averaged(full_scale) => device.drive_average(edge, words[self.command] as f64 / full_scale),
+            // As a bridge does, a positive command pushes against the positive direction.
+            Actuator::Amplified { quantum_n, .. } => {
+                let force_n = words[self.command] as f64 * quantum_n;
+                match &mut self.shaping {
+                    None => device.drive_current(edge, -force_n),
+                    Some(shaping) => {
+                        if let Some(shaped_n) = shaping.take(edge, force_n) {
+                            device.drive_current(edge, -shaped_n);
+                            self.plan();
+                        }
+                    }
+                }
+            }
         }
     }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
+use crate::actuator::{Actuator, Shaping};
 use crate::scene::{self, BridgeModel, PathPoint, Scene};
 use crate::world::Pins;
 
@@ -38,8 +39,7 @@ pub(crate) enum Kind {
 pub struct Plant {
     pub(crate) kind: Kind,
     pub(crate) count_rad: f64,
-    /// PWM counts of full scale when the bridge is averaged.
-    pub(crate) averaged: Option<f64>,
+    pub(crate) actuator: Actuator,
 }
 
 impl Plant {
@@ -47,10 +47,10 @@ impl Plant {
     ///
     /// # Errors
     ///
-    /// When the device is a mass (it has no datapath), or a parameter is impossible.
+    /// When a parameter is impossible, or a mass has no amplifier.
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
-        let averaged = (scene.model.bridge == BridgeModel::Averaged).then(|| 2f64.powi(scene.method.pwm.bits as i32));
+        let actuator = actuator(scene)?;
         if let scene::Hand::Capture { edges } = &scene.hand {
             let pins = edges
                 .iter()
@@ -59,13 +59,8 @@ impl Plant {
                     (scene.clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
-            return Ok(Self { kind: Kind::Capture { pins }, count_rad, averaged });
+            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator });
         }
-        let scene::Device::Motor(motor) = &scene.device else {
-            return Err(PlantError(
-                "a mass has no encoder and no bridge; run it with model.datapath = \"linear\"".into(),
-            ));
-        };
         let (hand, path) = match &scene.hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
             scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
@@ -78,34 +73,64 @@ impl Plant {
             scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
             scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
-        let shaft = Motor {
-            resistance_ohm: motor.resistance_ohm,
-            inductance_h: motor.inductance_h,
-            torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
-            inertia_kg_m2: motor.inertia_kg_m2(),
-            viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
-            coulomb_nm: motor.coulomb_friction_nm,
+        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges());
+        let axis = match &scene.device {
+            scene::Device::Motor(motor) => {
+                let shaft = Motor {
+                    resistance_ohm: motor.resistance_ohm,
+                    inductance_h: motor.inductance_h,
+                    torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+                    inertia_kg_m2: motor.inertia_kg_m2(),
+                    viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+                    coulomb_nm: motor.coulomb_friction_nm,
+                };
+                let bridge = Bridge {
+                    supply_v: scene.bridge.supply_v,
+                    on_resistance_ohm: scene.bridge.on_resistance_ohm,
+                    diode_drop_v: scene.bridge.diode_drop_v,
+                };
+                Axis::new(shaft, bridge, hand, edge_s, horizon)
+            }
+            scene::Device::Mass(mass) => {
+                let body = Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, mass.coulomb_n);
+                Axis::amplified(body, hand, edge_s, horizon)
+            }
+        }
+        .map_err(|error| PlantError(error.to_string()))?;
+        let (current_a, mut speed_rad_per_s, mut angle_rad) = match &scene.device {
+            scene::Device::Motor(motor) => {
+                (motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad)
+            }
+            scene::Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s, mass.initial_position_m),
         };
-        let bridge = Bridge {
-            supply_v: scene.bridge.supply_v,
-            on_resistance_ohm: scene.bridge.on_resistance_ohm,
-            diode_drop_v: scene.bridge.diode_drop_v,
-        };
-        let axis = Axis::new(shaft, bridge, hand, scene.clock.period_s(), scene.edges())
-            .map_err(|error| PlantError(error.to_string()))?;
         let knots = knots(path, scene.clock);
-        let (mut angle_rad, mut speed_rad_per_s) = (motor.initial_angle_rad, motor.initial_speed_rad_per_s);
         if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
-        let kind = Kind::Axis { axis, current_a: motor.initial_current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, averaged })
+        let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
+        Ok(Self { kind, count_rad, actuator })
     }
 
     /// Whether there is a device, and not a recording in its place.
     #[must_use]
     pub fn has_device(&self) -> bool {
         matches!(self.kind, Kind::Axis { .. })
+    }
+}
+
+/// What drives the scene's device.
+fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
+    let full_scale = 2f64.powi(scene.method.pwm.bits as i32);
+    match (&scene.device, &scene.amplifier, scene.model.bridge) {
+        (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
+        (scene::Device::Motor(_), _, BridgeModel::Averaged) => Ok(Actuator::Averaged(full_scale)),
+        (scene::Device::Mass(_), Some(amplifier), _) => {
+            let shaping = amplifier
+                .shaper
+                .map(|shaper| Shaping::new(shaper.cutoff_hz, scene.clock.period_s(), scene.clock.edges(shaper.hold_s)));
+            Ok(Actuator::Amplified { quantum_n: amplifier.full_scale_n / full_scale, shaping })
+        }
+        (scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
     }
 }
 

@@ -126,7 +126,7 @@ impl Rig for Session<'_> {
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         let command = self.wiring.nets().iter().position(|net| net.name == "command");
-        let world = AxisWorld::new(&self.plant, command.expect("a haptic loop has a command"));
+        let world = AxisWorld::new(&self.plant, command.expect("a haptic loop has a command"), self.words.schedule);
         match &self.wiring {
             TheLoop::Hybrid(wiring) => visit.visit(wiring, world, self.input()),
             TheLoop::Conventional(wiring) => visit.visit(wiring, world, self.input()),

@@ -10,12 +10,15 @@
 //! | (top) | `about` |
 //! | `[device]` `kind = "motor"` | `resistance` \[2.3457 Ohm\], `inductance` \[0.226 mH\], `torque_constant` \[25.9 mN.m/A\], `rotor_inertia` \[13.7 g.cm2\], `viscous_friction` \[1.3e-6 N.m.s/rad\], `coulomb_friction` \[0\], `wheel_ratio` \[7\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
 //! | `[device]` `kind = "mass"` | `mass`, `damping`, `coulomb` \[0\], `initial_position` \[0\], `initial_speed` \[0\] |
-//! | `[encoder]` | `lines` \[1024\], decoded x4 |
-//! | `[bridge]` | `supply` \[24 V\], `on_resistance` \[0\] of a switch, `diode_drop` \[0.7 V\] |
+//! | `[encoder]` | of a motor `lines` \[1024\], decoded x4; of a mass `resolution`, the length of a count |
+//! | `[amplifier]` of a mass | `full_scale`, the force of `2^bits` PWM counts |
+//! | `[amplifier.shaper]` if there is one | `cutoff` of the analog input shaper, `hold` \[1 us\] of its output |
+//! | `[bridge]` of a motor | `supply` \[24 V\], `on_resistance` \[0\] of a switch, `diode_drop` \[0.7 V\] |
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `kind` (`hybrid`, `conventional`), `sample_rate`, `position_bits` \[12\], `stiffness_format` \["(0,12,0)"\], `damping_format` \["(0,12,0)"\], `velocity_bits` \[12\], `period_bits` \[24\], `product` \[`saturate`\] (`drop_upper`), `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
 //! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\] |
 //! | `[wall]` | `position`, `stiffness`, `damping` \[0\] |
+//! | `[wall.ramp]` if it changes | `stiffness` at the end, `from`, `to`: the word goes there in a straight line |
 //! | `[hand]` `kind = "none"` | |
 //! | `[hand]` `kind = "constant_torque"` | `torque` |
 //! | `[hand]` `kind = "spring_damper"` | `stiffness`, `damping`, `path = [[time, angle], ...]` or `file` (CSV) |
@@ -27,7 +30,8 @@
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
 //!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
-//! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`).
+//! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once; the
+//! modulator runs beside it and drives nothing. The linear law needs neither encoder nor amplifier.
 
 mod expect;
 mod law;
@@ -47,8 +51,8 @@ mod words;
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use parts::{
-    Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor, PathPoint, Pwm, Record,
-    Run, Wall,
+    Amplifier, AnalogShaper, Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor,
+    PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform, Premium, Room,
@@ -168,10 +172,12 @@ pub struct Scene {
     pub about: String,
     /// What the hand holds.
     pub device: Device,
-    /// The encoder on the shaft.
+    /// The encoder on the shaft, or along the rail.
     pub encoder: Encoder,
-    /// The H-bridge.
+    /// The H-bridge of a motor.
     pub bridge: Bridge,
+    /// The force amplifier of a mass; the linear law does without.
+    pub amplifier: Option<Amplifier>,
     /// The FPGA clock.
     pub clock: Clock,
     /// What closes the loop.

@@ -10,8 +10,32 @@ use crate::replay::PinEdge;
 pub enum Device {
     /// A DC motor with a wheel, driven by the bridge.
     Motor(Motor),
-    /// A mass driven by a force: the textbooks' device, for the linear law alone.
+    /// A mass on a rail, driven by an ideal force amplifier: the textbooks' device.
     Mass(Mass),
+}
+
+impl Device {
+    /// The units of its motion.
+    #[must_use]
+    pub fn units(&self) -> Units {
+        match self {
+            Self::Motor(_) => Units { position: "rad", effort: "N.m", stiffness: "N.m/rad", damping: "N.m.s/rad" },
+            Self::Mass(_) => Units { position: "m", effort: "N", stiffness: "N/m", damping: "N.s/m" },
+        }
+    }
+}
+
+/// What a device's numbers are in.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Units {
+    /// Positions and amplitudes.
+    pub position: &'static str,
+    /// Torques or forces.
+    pub effort: &'static str,
+    /// Stiffnesses.
+    pub stiffness: &'static str,
+    /// Dampings.
+    pub damping: &'static str,
 }
 
 /// A DC motor with a wheel; everything but the wheel itself is seen at the shaft.
@@ -65,18 +89,47 @@ pub struct Mass {
 }
 
 /// An incremental encoder, decoded x4.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Encoder {
-    /// Lines a revolution; counts a revolution are four times that.
-    pub lines: u32,
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Encoder {
+    /// On a shaft.
+    Rotary {
+        /// Lines a revolution; counts a revolution are four times that.
+        lines: u32,
+    },
+    /// Along a rail.
+    Linear {
+        /// The length of one count; 0 for none, which the linear law alone can do with.
+        resolution_m: f64,
+    },
 }
 
 impl Encoder {
-    /// The angle of one count.
+    /// The angle, or length, of one count.
     #[must_use]
     pub fn count_rad(&self) -> f64 {
-        2.0 * std::f64::consts::PI / (4.0 * f64::from(self.lines))
+        match self {
+            Self::Rotary { lines } => 2.0 * std::f64::consts::PI / (4.0 * f64::from(*lines)),
+            Self::Linear { resolution_m } => *resolution_m,
+        }
     }
+}
+
+/// An ideal force amplifier, which follows the command at once.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Amplifier {
+    /// Force of a full command, `2^pwm_bits` counts.
+    pub full_scale_n: f64,
+    /// The analog input shaper before it.
+    pub shaper: Option<AnalogShaper>,
+}
+
+/// An analog input shaper: pushes out of the wall only, and gives way to what is fast.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct AnalogShaper {
+    /// Cutoff of its high-pass filter.
+    pub cutoff_hz: f64,
+    /// For how long the amplifier holds what it gives: the emulation's step, not the hardware's.
+    pub hold_s: f64,
 }
 
 /// An H-bridge.
@@ -176,6 +229,21 @@ pub struct Wall {
     pub stiffness_nm_per_rad: f64,
     /// Its damping.
     pub damping_nm_s_per_rad: f64,
+    /// How its words change while the scene runs.
+    pub ramp: Option<Ramp>,
+}
+
+/// Words of the wall that go in a straight line to other values.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Ramp {
+    /// The stiffness at the end.
+    pub stiffness_nm_per_rad: Option<f64>,
+    /// The scale of the method's force at the end.
+    pub scale: Option<f64>,
+    /// When it begins.
+    pub from_s: f64,
+    /// When it ends.
+    pub to_s: f64,
 }
 
 /// A time and an angle; between two points the path is straight, after the last one it stays.

@@ -2,10 +2,11 @@
 
 use hpu_signal::Clock;
 
+use super::law::LawMethod;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Model, Record, Run, Wall};
+use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Model, Ramp, Record, Run, Wall};
 use super::quantity as q;
-use super::read_device::{Axis, bridge, device, encoder};
+use super::read_device::{Axis, amplifier, bridge, device, encoder};
 use super::read_hand::{Load, hand};
 use super::read_method::method;
 use super::section::Section;
@@ -17,24 +18,39 @@ use crate::session::SessionError;
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
     root.accept(&[
-        "about", "device", "encoder", "bridge", "clock", "method", "wall", "hand", "model", "run", "record", "expect",
+        "about",
+        "device",
+        "encoder",
+        "bridge",
+        "amplifier",
+        "clock",
+        "method",
+        "wall",
+        "hand",
+        "model",
+        "run",
+        "record",
+        "expect",
     ])?;
     let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
     let (device, axis) = device(&root.section("device")?)?;
     let hand = hand(&root.section("hand")?, axis, load)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
+    let model = model(&root.section("model")?, &device)?;
+    let words = model.datapath == Datapath::Words;
     let parts = Scene {
         name: scene_name(file),
         about,
         device,
-        encoder: encoder(&root.section("encoder")?)?,
+        encoder: encoder(&root.section("encoder")?, &device, words)?,
+        amplifier: amplifier(&root, &device, words)?,
         bridge: bridge(&root.section("bridge")?)?,
         clock,
         method: method(&root.section("method")?, axis)?,
         wall: wall(&root.section("wall")?, axis)?,
         hand,
-        model: model(&root.section("model")?)?,
+        model,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 10e3)?,
         expect: expect(&root.section("expect")?, axis)?,
@@ -76,10 +92,6 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         let reason = "\"law\" has no gates to switch a bridge with; write bridge = \"averaged\" beside it";
         return Err(scene.places.error("model.datapath", reason));
     }
-    if let (Device::Mass(_), false) = (&scene.device, linear) {
-        let reason = "\"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"";
-        return Err(scene.places.error("device.kind", reason));
-    }
     if let (Hand::Capture { .. }, true) = (&scene.hand, linear) {
         let reason =
             "\"capture\" feeds encoder lines, which the linear law does not read; write model.datapath = \"words\"";
@@ -89,6 +101,15 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         return Err(scene
             .places
             .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
+    }
+    if let Some(ramp) = &scene.wall.ramp {
+        agree_on_ramp(scene, ramp)?;
+    }
+    if let Some(shaper) = scene.amplifier.and_then(|amplifier| amplifier.shaper)
+        && scene.clock.edges(shaper.hold_s) == 0
+    {
+        let reason = format!("less than half a clock; write at least {:e} s", scene.clock.period_s());
+        return Err(scene.places.error("amplifier.shaper.hold", reason));
     }
     scene.check_period()?;
     if linear {
@@ -102,6 +123,33 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     }
 }
 
+fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
+    let refused = |key: &str, reason: String| Err(scene.places.error(key, reason));
+    if scene.model.datapath == Datapath::Linear {
+        return refused("wall.ramp", "the linear law has one wall; write model.datapath = \"words\"".into());
+    }
+    match scene.method.kind {
+        Loop::Law(LawMethod::PassiveSpring { .. }) => {}
+        method if ramp.scale.is_some() => {
+            let reason = format!(
+                "\"{}\" does not scale its force, \"passive_spring\" does; write stiffness instead",
+                method.name()
+            );
+            return refused("wall.ramp.scale", reason);
+        }
+        Loop::Law(LawMethod::VirtualCoupling { .. }) => {
+            let reason = "behind a coupling the wall's stiffness is part of constants, which do not change; leave it out";
+            return refused("wall.ramp", reason.into());
+        }
+        _ => {}
+    }
+    if scene.clock.edges(ramp.to_s) <= scene.clock.edges(ramp.from_s) {
+        let reason = format!("{} s is no clock after from, {} s", ramp.to_s, ramp.from_s);
+        return refused("wall.ramp.to", reason);
+    }
+    Ok(())
+}
+
 pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
     s.accept(&["frequency"])?;
     let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Positive, None)?;
@@ -111,16 +159,37 @@ pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
 }
 
 fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
-    s.accept(&["position", "stiffness", "damping"])?;
+    s.accept(&["position", "stiffness", "damping", "ramp"])?;
     Ok(Wall {
         position_rad: s.quantity("position", axis.position, Any, None)?,
         stiffness_nm_per_rad: s.quantity("stiffness", axis.stiffness, NotNegative, None)?,
         damping_nm_s_per_rad: s.quantity("damping", axis.damping, NotNegative, Some(0.0))?,
+        ramp: if s.has("ramp") { Some(ramp(&s.section("ramp")?, axis)?) } else { None },
     })
 }
 
-fn model(s: &Section) -> Result<Model, SceneError> {
+fn ramp(s: &Section, axis: &Axis) -> Result<Ramp, SceneError> {
+    s.accept(&["stiffness", "scale", "from", "to"])?;
+    let given = |key, dimension| match s.has(key) {
+        true => s.quantity(key, dimension, NotNegative, None).map(Some),
+        false => Ok(None),
+    };
+    Ok(Ramp {
+        scale: given("scale", &q::RATIO)?,
+        stiffness_nm_per_rad: match s.has("scale") {
+            true => given("stiffness", axis.stiffness)?,
+            false => Some(s.quantity("stiffness", axis.stiffness, NotNegative, None)?),
+        },
+        from_s: s.quantity("from", &q::TIME, NotNegative, None)?,
+        to_s: s.quantity("to", &q::TIME, Positive, None)?,
+    })
+}
+
+fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
     s.accept(&["datapath", "bridge", "delay"])?;
+    if let (Device::Mass(_), true) = (device, s.has("bridge")) {
+        return Err(s.error("bridge", "a mass has a force amplifier and no bridge; leave this out"));
+    }
     let datapaths = [("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear)];
     let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
     Ok(Model {

@@ -1,6 +1,6 @@
-//! Reading `[device]`, `[encoder]` and `[bridge]`.
+//! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
 
-use super::parts::{Bridge, Device, Encoder, Mass, Motor};
+use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
 use super::quantity::{self as q, Dimension};
 use super::section::Section;
 use super::section::Sign::{Any, NotNegative, Positive};
@@ -79,10 +79,43 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
     })
 }
 
-pub(super) fn encoder(s: &Section) -> Result<Encoder, SceneError> {
-    s.accept(&["lines"])?;
-    let lines = s.integer("lines", 1, 1 << 24, Some(1024))?;
-    Ok(Encoder { lines: lines as u32 })
+/// The encoder of a device; without words a mass does without.
+pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
+    if let Device::Motor(_) = device {
+        s.accept(&["lines"])?;
+        let lines = s.integer("lines", 1, 1 << 24, Some(1024))?;
+        return Ok(Encoder::Rotary { lines: lines as u32 });
+    }
+    s.accept(&["resolution"])?;
+    let ideal = (!words).then_some(0.0);
+    Ok(Encoder::Linear { resolution_m: s.quantity("resolution", &q::LENGTH, Positive, ideal)? })
+}
+
+/// The amplifier of a mass; without words it does without.
+pub(super) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<Option<Amplifier>, SceneError> {
+    let s = root.section("amplifier")?;
+    if let Device::Motor(_) = device {
+        let refused = root.error("amplifier", "a motor hangs on a bridge; write [bridge], or device.kind = \"mass\"");
+        return if root.has("amplifier") { Err(refused) } else { Ok(None) };
+    }
+    if root.has("bridge") {
+        return Err(root.error("bridge", "a mass has a force amplifier and no bridge; write [amplifier]"));
+    }
+    if !words && !root.has("amplifier") {
+        return Ok(None);
+    }
+    s.accept(&["full_scale", "shaper"])?;
+    let full_scale_n = s.quantity("full_scale", &q::FORCE, Positive, None)?;
+    let shaper = if s.has("shaper") { Some(shaper(&s.section("shaper")?)?) } else { None };
+    Ok(Some(Amplifier { full_scale_n, shaper }))
+}
+
+fn shaper(s: &Section) -> Result<AnalogShaper, SceneError> {
+    s.accept(&["cutoff", "hold"])?;
+    Ok(AnalogShaper {
+        cutoff_hz: s.quantity("cutoff", &q::FREQUENCY, Positive, None)?,
+        hold_s: s.quantity("hold", &q::TIME, Positive, Some(1e-6))?,
+    })
 }
 
 pub(super) fn bridge(s: &Section) -> Result<Bridge, SceneError> {

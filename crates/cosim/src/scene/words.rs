@@ -5,6 +5,7 @@ use hpu_signal::Format;
 
 use super::source::SceneError;
 use super::{Device, LawMethod, Loop, Scene};
+use crate::schedule::{Schedule, WordRamp};
 
 /// The words of a loop, and what they stand for.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct LoopWords {
     pub period: i64,
     /// Counts per reference sample for one count per sample, in its format; 0 when velocities are not rescaled.
     pub scale: i64,
+    /// Words that change while the scene runs, from those above.
+    pub schedule: Schedule,
     /// What the words make of the scene's values.
     pub realised: Realised,
 }
@@ -28,7 +31,7 @@ pub struct LoopWords {
 /// The SI values that a loop's words realise.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Realised {
-    /// Stall torque of one PWM count.
+    /// Stall torque, or amplifier's force, of one PWM count.
     pub torque_quantum_nm: f64,
     /// Shaft angle of one count.
     pub count_rad: f64,
@@ -49,26 +52,23 @@ pub struct Realised {
 impl Scene {
     /// The words of the scene's loop.
     ///
-    /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)`, the
-    /// stiffness is `k c / q` and the damping `b c / (q T)`, `T` being the sample period, or the reference period when
+    /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)` (of a
+    /// mass: the amplifier's full scale over `2^pwm_bits`, and the encoder's resolution), the stiffness is `k c / q` and the damping `b c / (q T)`, `T` being the sample period, or the reference period when
     /// velocities are rescaled by `f_sample / f_reference`. Every word is the nearest one.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when a word does not fit its format, when a gain above zero rounds to zero, and for a device without
-    /// a datapath.
+    /// [`SceneError`] when a word does not fit its format, when a gain above zero rounds to zero, and for a mass without
+    /// encoder or amplifier.
     pub fn words(&self) -> Result<LoopWords, SceneError> {
-        let Device::Motor(motor) = &self.device else {
-            return Err(self.places.error("device.kind", "\"mass\" has no datapath; write \"motor\""));
-        };
         let method = &self.method;
-        let resistance_ohm = motor.resistance_ohm + 2.0 * self.bridge.on_resistance_ohm;
-        let stall_nm = motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm;
+        let stall_nm = self.stall_nm()?;
         let torque_quantum_nm = stall_nm * Format::new(false, 1, method.pwm.bits as i32).map_or(0.0, Format::lsb);
         let count_rad = self.encoder.count_rad();
         let period = self.check_period()?;
         let period_s = self.sample_period_s();
 
+        let units = self.device.units();
         let stiffness_unit = torque_quantum_nm / count_rad;
         // Behind a coupling the device never feels more than the coupling.
         let [spring, damper] = match method.kind {
@@ -77,11 +77,11 @@ impl Scene {
             }
             _ => [("wall.stiffness", self.wall.stiffness_nm_per_rad), ("wall.damping", self.wall.damping_nm_s_per_rad)],
         };
-        let stiffness = self.gain(spring.0, spring.1, stiffness_unit, "N.m/rad", method.stiffness_format)?;
+        let stiffness = self.gain(spring.0, spring.1, stiffness_unit, units.stiffness, method.stiffness_format)?;
 
         let reference_period_s = method.reference_rate_hz.map_or(self.velocity_span_s(), f64::recip);
         let damping_unit = stiffness_unit * reference_period_s;
-        let damping = self.gain(damper.0, damper.1, damping_unit, "N.m.s/rad", method.damping_format)?;
+        let damping = self.gain(damper.0, damper.1, damping_unit, units.damping, method.damping_format)?;
         let scale = match (method.reference_rate_hz, method.kind) {
             (None, Loop::Law(LawMethod::PassiveSpring { beta, .. })) => {
                 self.gain("method.beta", beta, 1.0, "", method.scale_format)?
@@ -101,6 +101,7 @@ impl Scene {
             Some(_) => method.scale_format.to_f64(scale) * period_s / reference_period_s,
         };
 
+        let schedule = self.schedule(stiffness, stiffness_unit, units.stiffness, scale)?;
         let wall_counts = (self.wall.position_rad / count_rad).round();
         let start_counts = (self.initial_angle_rad() / count_rad).floor();
         let position = Format::unsigned(method.position_bits);
@@ -113,6 +114,7 @@ impl Scene {
             damping,
             period,
             scale,
+            schedule,
             realised: Realised {
                 torque_quantum_nm,
                 count_rad,
@@ -124,6 +126,34 @@ impl Scene {
                 sample_rate_hz: 1.0 / period_s,
             },
         })
+    }
+
+    /// Torque, or force, of a full command.
+    fn stall_nm(&self) -> Result<f64, SceneError> {
+        let motor = match &self.device {
+            Device::Motor(motor) => motor,
+            Device::Mass(_) if self.encoder.count_rad() == 0.0 => {
+                return Err(self.places.error("encoder.resolution", "missing; words need the length of a count"));
+            }
+            Device::Mass(_) => {
+                let missing = || self.places.error("amplifier.full_scale", "missing; words need the force of a count");
+                return self.amplifier.map(|amplifier| amplifier.full_scale_n).ok_or_else(missing);
+            }
+        };
+        let resistance_ohm = motor.resistance_ohm + 2.0 * self.bridge.on_resistance_ohm;
+        Ok(motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm)
+    }
+
+    /// The ramps of the words, from what they are at the start.
+    fn schedule(&self, stiffness: i64, unit: f64, si: &str, scale: i64) -> Result<Schedule, SceneError> {
+        let Some(ramp) = &self.wall.ramp else { return Ok(Schedule::default()) };
+        let start = self.clock.edges(ramp.from_s);
+        let edges = self.clock.edges(ramp.to_s).saturating_sub(start).max(1);
+        let to = |from, word: Option<i64>| word.map(|word| WordRamp::new(from, word, start, edges));
+        let formats = (self.method.stiffness_format, self.method.scale_format);
+        let last = ramp.stiffness_nm_per_rad.map(|k| self.gain("wall.ramp.stiffness", k, unit, si, formats.0));
+        let shown = ramp.scale.map(|scale| self.gain("wall.ramp.scale", scale, 1.0, "", formats.1));
+        Ok(Schedule { stiffness: to(stiffness, last.transpose()?), scale: to(scale, shown.transpose()?) })
     }
 
     fn loop_config(&self) -> Result<LoopConfig, SceneError> {

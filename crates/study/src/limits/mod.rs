@@ -9,7 +9,7 @@ mod words;
 use std::fmt;
 
 use hpu_cosim::LinearLoop;
-use hpu_cosim::scene::{Device, Scene};
+use hpu_cosim::scene::Scene;
 
 use crate::criteria::{self, Criterion, Silent};
 
@@ -99,10 +99,7 @@ pub fn emulated(scene: &Scene, relative: f64) -> Result<Emulated, LimitsError> {
 
 /// The unit of the scene's stiffness.
 pub(crate) fn unit(scene: &Scene) -> &'static str {
-    match scene.device {
-        Device::Motor(_) => "N.m/rad",
-        Device::Mass(_) => "N/m",
-    }
+    scene.device.units().stiffness
 }
 
 /// The verdict of the linear loop; `None` where the motion neither grows nor decays by more than is known.
