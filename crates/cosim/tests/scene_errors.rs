@@ -80,11 +80,11 @@ fn malformed_toml_is_refused_where_it_breaks() {
 fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says(
         refused("stiffness =", "stifness ="),
-        "11:1: wall.stifness: unknown key; accepted here: position, stiffness, damping",
+        "11:1: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp",
     );
     says(
         refused("[wall]", "[wal]"),
-        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, clock, method, wall, hand, model, run, record, expect",
+        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, model, run, record, expect",
     );
     says(
         refused("[wall]", "pwm = { bits = 12, duti = 3 }\n[wall]"),
@@ -323,21 +323,112 @@ fn a_bad_line_of_a_recording_is_told_with_its_number() {
 
 #[test]
 fn parts_that_do_not_agree_are_refused() {
-    let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005";
+    let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005\n[model]\ndatapath = \"linear\"";
     let text = GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 in").replace("1.5 N.m/rad", "1 N/mm");
     assert!(parse(&text, &[]).unwrap_err().contains("`2 in` is not a length: write m, mm, cm or a number in m"));
     let text = text.replace("2 in", "2 cm");
-    says(
-        parse(&text, &[]).unwrap_err(),
-        "3:8: device.kind: \"mass\" has no encoder and no bridge; write \"motor\", or model.datapath = \"linear\"",
-    );
-    let linear = parse(&text, &[("model.datapath", "linear"), ("model.delay", "1.1 ms")]).unwrap();
+    let linear = parse(&text, &[("model.delay", "1.1 ms")]).unwrap();
     assert_eq!((linear.wall.position_rad, linear.wall.stiffness_nm_per_rad), (0.02, 1000.0));
     assert_eq!(linear.model.delay_s, 1.1e-3);
     says(
         refused("[hand]", "[model]\ndelay = \"1 ms\"\n[hand]"),
         "13:9: model.delay: only the linear law takes a delay; write datapath = \"linear\"",
     );
+}
+
+/// The good scene with a mass in words.
+fn on_rail() -> String {
+    let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005\n[encoder]\nresolution = \"29.1 um\"\n[amplifier]\nfull_scale = \"10 N\"";
+    GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 cm").replace("1.5 N.m/rad", "1 N/mm")
+}
+
+#[test]
+fn a_mass_in_words_says_its_resolution_and_its_force() {
+    let rail = on_rail();
+    let scene = parse(&rail, &[]).unwrap();
+    assert_eq!(scene.encoder.count_rad(), 29.1e-6);
+    assert_eq!(scene.amplifier.unwrap().full_scale_n, 10.0);
+    let spoiled = |from: &str, to: &str| {
+        assert_eq!(rail.matches(from).count(), 1, "{from}");
+        parse(&rail.replace(from, to), &[]).expect_err(to)
+    };
+    says(
+        spoiled("resolution = \"29.1 um\"", ""),
+        "6:1: encoder.resolution: missing; write a length as m, mm, cm or a number in m",
+    );
+    says(
+        spoiled("resolution = \"29.1 um\"", "lines = 1024"),
+        "7:1: encoder.lines: unknown key; accepted here: resolution",
+    );
+    says(spoiled("29.1 um", "0 m"), "7:14: encoder.resolution: `0 m` must be above zero");
+    says(
+        spoiled("full_scale = \"10 N\"", ""),
+        "8:1: amplifier.full_scale: missing; write a force as N, mN or a number in N",
+    );
+    says(
+        spoiled("10 N", "10 N.m"),
+        "9:14: amplifier.full_scale: `10 N.m` is not a force: write N, mN or a number in N",
+    );
+    says(
+        spoiled("[clock]", "[bridge]\nsupply = 12\n[clock]"),
+        "10:1: bridge: a mass has a force amplifier and no bridge; write [amplifier]",
+    );
+    says(
+        spoiled("[clock]", "[model]\nbridge = \"averaged\"\n[clock]"),
+        "11:10: model.bridge: a mass has a force amplifier and no bridge; leave this out",
+    );
+    says(
+        refused("[clock]", "[amplifier]\nfull_scale = 1\n[clock]"),
+        "4:1: amplifier: a motor hangs on a bridge; write [bridge], or device.kind = \"mass\"",
+    );
+    says(
+        refused("[clock]", "[encoder]\nresolution = 1e-5\n[clock]"),
+        "5:1: encoder.resolution: unknown key; accepted here: lines",
+    );
+    // Its words are refused in its own units: 4095 counts a count are 4095 / 4096 of 10 N / 29.1 um.
+    let said = parse(&rail, &[("wall.stiffness", "1000 N/mm")]).unwrap_err();
+    assert!(said.contains("1000000 N/m does not fit (0,12,0); write at most 343558.71"), "{said}");
+}
+
+#[test]
+fn a_shaper_has_a_cutoff_and_holds_for_a_clock_at_least() {
+    let with = |keys: &str| parse(&on_rail(), &[("amplifier.shaper", keys)]);
+    let shaper = with("{ cutoff = \"2.5 Hz\" }").unwrap().amplifier.unwrap().shaper.unwrap();
+    assert_eq!((shaper.cutoff_hz, shaper.hold_s), (2.5, 1e-6));
+    let refused = |keys: &str, expected: &str| {
+        assert_eq!(with(keys).unwrap_err(), format!("--set amplifier.shaper={keys}: amplifier.shaper{expected}"));
+    };
+    refused("{}", ".cutoff: missing; write a frequency as Hz, MHz or a number in Hz");
+    refused("{ cutoff = 0 }", ".cutoff: `0` must be above zero");
+    refused("{ cutoff = 2.5, hold = \"5 ns\" }", ".hold: less than half a clock; write at least 2e-8 s");
+    refused("{ cutoff = 2.5, order = 2 }", ".order: unknown key; accepted here: cutoff, hold");
+    refused("3", ": a section is expected; write [amplifier.shaper]");
+}
+
+#[test]
+fn a_ramp_of_the_wall_has_an_end_that_fits_and_takes_time() {
+    let with = |keys: &str| parse(GOOD, &[("wall.ramp", keys)]);
+    let ramp = with("{ stiffness = 2, from = \"200 ms\", to = 0.5 }").unwrap().wall.ramp.unwrap();
+    assert_eq!((ramp.stiffness_nm_per_rad, ramp.scale, ramp.from_s, ramp.to_s), (Some(2.0), None, 0.2, 0.5));
+    let refused = |keys: &str, expected: &str| {
+        assert_eq!(with(keys).unwrap_err(), format!("--set wall.ramp={keys}: wall.ramp{expected}"));
+    };
+    refused("{ stiffness = 2, to = 1 }", ".from: missing; write a time as s, ms, min or a number in s");
+    refused(
+        "{ from = 0, to = 1 }",
+        ".stiffness: missing; write a torsional stiffness as N.m/rad, mN.m/rad, N.m/deg or a number in N.m/rad",
+    );
+    refused("{ stiffness = 2, from = 1, to = 1 }", ".to: 1 s is no clock after from, 1 s");
+    refused("{ stiffness = 2, from = 1, to = \"1000.000001 ms\" }", ".to: 1.000000001 s is no clock after from, 1 s");
+    refused(
+        "{ scale = 40, from = 0, to = 1 }",
+        ".scale: neither \"hybrid\" nor \"conventional\" scales its force; write stiffness instead",
+    );
+    refused("{ damping = 1 }", ".damping: unknown key; accepted here: stiffness, scale, from, to");
+    let said = with("{ stiffness = 200, from = 0, to = 1 }").unwrap_err();
+    assert!(said.contains("wall.ramp.stiffness: 200 N.m/rad does not fit (0,12,0); write at most 172.7"), "{said}");
+    let said = parse(GOOD, &[("wall.ramp", "{ stiffness = 2, from = 0, to = 1 }"), ("model.datapath", "linear")]);
+    assert!(said.unwrap_err().contains("wall.ramp: the linear law has one wall; write model.datapath = \"words\""));
 }
 
 #[test]
@@ -365,7 +456,7 @@ fn a_bad_override_is_told_as_the_override_it_is() {
     let set = |key, value| parse(GOOD, &[(key, value)]).unwrap_err();
     assert_eq!(
         set("wall.stifness", "2"),
-        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping"
+        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp"
     );
     assert!(set("wal.stiffness", "2").starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,"));
     assert_eq!(
