@@ -1,7 +1,8 @@
 //! An axis in motion: its state, its modes, and the energy it has exchanged.
 //!
 //! The state is kept at an *anchor* edge and flowed from there, never stepped. The anchor moves only when what drives the
-//! motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and stuck, diode and open circuit).
+//! motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and stuck, diode and open
+//! circuit).
 
 use hpu_signal::Real;
 

@@ -76,17 +76,18 @@ pub fn run_pictures(run: &Run) -> Vec<Picture> {
 }
 
 /// What became of the motion, in a few words.
-fn outcome(summary: &Summary) -> String {
+fn outcome(run: &Run) -> String {
+    let (summary, unit) = (run.summary, run.scene.device.units().position);
     match summary.verdict {
-        Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => "settled, below 0.01 mrad rms".into(),
-        Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} mrad rms", 1e3 * rms_rad),
+        Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
+        Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} m{unit} rms", 1e3 * rms_rad),
         Some(Verdict::LimitCycle { amplitude_rad, frequency_hz: 0.0, .. }) => {
-            format!("moving to the end, over {:.0} mrad", 2e3 * amplitude_rad)
+            format!("moving to the end, over {:.0} m{unit}", 2e3 * amplitude_rad)
         }
         Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
-            format!("limit cycle of {:.1} mrad at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
+            format!("limit cycle of {:.1} m{unit} at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }
-        Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} rad"),
+        Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} {unit}"),
         Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
             unreachable!("the verdicts of a drop test")
         }
@@ -115,7 +116,13 @@ fn conditions(run: &Run) -> String {
         Loop::Law(law) => format!("{} at {clock}, sampled at {sampled}", law.name().replace('_', " ")),
     };
     let product = if run.scene.method.saturate { "saturate" } else { "drop their upper bits" };
-    format!("{kind}; wall of {:.3} N\u{b7}m/rad; products {product}", realised.stiffness_nm_per_rad)
+    let unit = dotted(run.scene.device.units().stiffness);
+    format!("{kind}; wall of {:.3} {unit}; products {product}", realised.stiffness_nm_per_rad)
+}
+
+/// A unit as print has it.
+fn dotted(unit: &str) -> String {
+    unit.replace('.', "\u{b7}")
 }
 
 /// A page with title, conditions, and the command that made it.

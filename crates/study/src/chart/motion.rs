@@ -25,6 +25,12 @@ pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
     }
 }
 
+/// What the device's positions are.
+pub(super) fn angle_label(run: &Run) -> String {
+    let what = if matches!(run.scene.device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
+    format!("{what} in {}", run.scene.device.units().position)
+}
+
 fn hand(run: &Run) -> Option<Vec<(f64, f64)>> {
     let (Hand::SpringDamper { path, .. } | Hand::Prescribed { path }) = &run.scene.hand else { return None };
     let mut points: Vec<_> = path.iter().map(|point| (point.time_s, point.angle_rad)).collect();
@@ -44,7 +50,7 @@ fn close_up(run: &Run) -> (Range<f64>, &'static str) {
 /// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as it is
 /// counted.
 pub(super) fn position(run: &Run) -> Picture {
-    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run.summary)), &conditions(run), run.command);
+    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
     let x = 0.0..run.summary.motion_s;
     let wall_rad = run.words.realised.wall_position_rad;
     let hand = hand(run);
@@ -54,7 +60,9 @@ pub(super) fn position(run: &Run) -> Picture {
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
     wall(run, &top, &mut canvas);
     top.shade(&mut canvas, run.contact(), WALL, 0.07);
-    let mut legend = vec![("angle of the shaft in rad", BLUE), ("wall; shaded: contact", WALL)];
+    let units = run.scene.device.units();
+    let label = angle_label(run);
+    let mut legend = vec![(label.as_str(), BLUE), ("wall; shaded: contact", WALL)];
     if hand.is_some() {
         legend.push(("the hand's intention", QUIET));
     }
@@ -75,7 +83,8 @@ pub(super) fn position(run: &Run) -> Picture {
     let y = around(depths.clone().chain(counted.clone()).filter(shown).map(|point| point.1).chain([0.0]), 0.06);
     let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
     bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), WALL, 0.13);
-    let legend = [("penetration in mrad", BLUE), ("as counted by the datapath", ORANGE)];
+    let depth = format!("penetration in m{}", units.position);
+    let legend = [(depth.as_str(), BLUE), ("as counted by the datapath", ORANGE)];
     bottom.frame(&mut canvas, &legend, Some(x_label));
     bottom.steps(&mut canvas, counted, ORANGE, 3);
     bottom.curve(&mut canvas, depths, BLUE, 3);
@@ -84,10 +93,10 @@ pub(super) fn position(run: &Run) -> Picture {
 
 /// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
 pub(super) fn torque(run: &Run) -> Picture {
-    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run.summary)), &conditions(run), run.command);
+    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
     let quantum_mnm = 1e3 * run.words.realised.torque_quantum_nm;
     let asked = || run.words_of(COMMAND).map(|(t, word)| (t, word as f64 * quantum_mnm));
-    // A positive command turns against the positive angle; both are drawn as what pushes back.
+    // A positive command pushes against the positive direction; both are drawn as what pushes back.
     let came = || run.reals_of(TORQUE, -1e3);
     let rows = run.trace.real(TORQUE);
     let half = (0.5 * MEAN_S / run.trace.interval_s()).round() as usize;
@@ -100,6 +109,10 @@ pub(super) fn torque(run: &Run) -> Picture {
         run.trace.times_s().iter().enumerate().map(|(row, &t)| (t, -1e3 * mean(row))).collect();
     let end_s = run.summary.motion_s;
     let (near, near_label) = close_up(run);
+    let (asked_label, mean_label) = match run.scene.device {
+        Device::Motor(_) => ("commanded torque in mN\u{b7}m", "the motor's, mean over 1 ms"),
+        Device::Mass(_) => ("commanded force in mN", "the amplifier's, mean over 1 ms"),
+    };
     let panels = [(0.0..end_s, 210, 700, "time in s", 1.0), (near, 850, HEIGHT - 150, near_label, 1e3)];
     for (x, top, bottom, x_label, scale) in panels {
         let asked = asked().map(|(t, torque)| (t * scale, torque));
@@ -109,8 +122,8 @@ pub(super) fn torque(run: &Run) -> Picture {
         let panel = Panel { left: 170, top, right: WIDTH - 200, bottom, x: x.clone(), y };
         panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), WALL, 0.13);
         let legend = [
-            ("commanded torque in mN\u{b7}m", ORANGE),
-            ("the motor's, mean over 1 ms", GREEN),
+            (asked_label, ORANGE),
+            (mean_label, GREEN),
             ("sampled from its ripple", PALE),
             ("shaded: contact; positive pushes back", WALL),
         ];

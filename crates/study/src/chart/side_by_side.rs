@@ -3,7 +3,7 @@
 use hpu_signal::Format;
 
 use super::canvas::{Anchor, BLUE, HEIGHT, INK, ORANGE, QUIET, RED, WALL, WIDTH};
-use super::motion::{ANGLE, wall};
+use super::motion::{ANGLE, angle_label, wall};
 use super::panel::{Panel, around};
 use super::words::{PENETRATION, SPRING};
 use super::{Picture, Run, outcome, page};
@@ -33,12 +33,12 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
             false if run.scene.method.saturate => "product saturates",
             false => "product drops its upper bits",
         };
-        canvas.text((left, 190), format!("{name}: {}", outcome(run.summary)), 32, INK, Anchor::Left);
+        canvas.text((left, 190), format!("{name}: {}", outcome(run)), 32, INK, Anchor::Left);
         let x = 0.0..run.summary.motion_s;
 
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
         wall(run, &top, &mut canvas);
-        top.frame(&mut canvas, &[("angle of the shaft in rad", BLUE), ("wall", WALL)], None);
+        top.frame(&mut canvas, &[(angle_label(run).as_str(), BLUE), ("wall", WALL)], None);
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
 
         let middle = Panel { left, top: 640, right, bottom: 900, x, y: spring_range.clone() };
