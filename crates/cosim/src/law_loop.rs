@@ -23,8 +23,10 @@ pub struct LawConfig {
     pub surface: i64,
     /// Position of a count.
     pub count_m: f64,
-    /// Force of a full command.
+    /// Force of a command of `2^40`.
     pub full_scale_n: f64,
+    /// The most that the actuator gives.
+    pub limit_n: f64,
     /// Formats of stiffness, damping and scale, which tell how far a ramp has come.
     pub formats: [Format; 3],
     /// The words of stiffness and scale at the start.
@@ -80,8 +82,9 @@ impl LawLoop {
     }
 
     fn command(&self, force_n: f64) -> i64 {
-        let full = Format::unsigned(COMMAND_BITS).max() as f64;
-        (force_n / self.config.full_scale_n * full).round().clamp(-full, full) as i64
+        let limit_n = self.config.limit_n;
+        let full = Format::unsigned(COMMAND_BITS).max() as f64 + 1.0;
+        (force_n.clamp(-limit_n, limit_n) / self.config.full_scale_n * full).round() as i64
     }
 }
 

@@ -177,7 +177,7 @@ impl Units<'_> {
 /// The reference law of a scene, and what its loop needs.
 fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionError> {
     let Realised { torque_quantum_nm, count_rad, .. } = words.realised;
-    let full_scale_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;
+    let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;
     let surface = Format::signed(words.config.position_width).wrap(words.reference.into());
     let (period_s, start_m) = (scene.sample_period_s(), -(surface as f64) * count_rad);
     let (k, b) = (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
@@ -201,11 +201,11 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
         }
         Loop::Law(LawMethod::PassivityController { observer, credit_j, .. }) => {
             let credit_j = credit_j.unwrap_or(f64::INFINITY);
-            let controller = law::PassivityController::new(wall(1), observer, credit_j, full_scale_n, start_m);
+            let controller = law::PassivityController::new(wall(1), observer, credit_j, limit_n, start_m);
             AnyLaw::PassivityController(controller)
         }
         Loop::Law(LawMethod::EnergyBounding { form, .. }) => {
-            AnyLaw::EnergyBounding(law::EnergyBounding::new(wall(1), form, full_scale_n, start_m))
+            AnyLaw::EnergyBounding(law::EnergyBounding::new(wall(1), form, limit_n, start_m))
         }
         Loop::Law(LawMethod::PassiveSpring { alpha, beta, revive, .. }) => {
             let mut spring = law::PassiveSpring::new(k, revive, start_m);
@@ -222,7 +222,8 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
         live: scene.method.kind.is_live(),
         surface,
         count_m: count_rad,
-        full_scale_n,
+        full_scale_n: limit_n + torque_quantum_nm,
+        limit_n,
         formats: [words.config.stiffness, words.config.damping, words.config.scale],
         start: [words.stiffness, words.scale],
         period_width: words.config.period_width,

@@ -6,7 +6,8 @@ use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Shaping};
-use crate::scene::{self, BridgeModel, PathPoint, Scene};
+use crate::law_loop::COMMAND_BITS;
+use crate::scene::{self, BridgeModel, Datapath, PathPoint, Scene};
 use crate::world::Pins;
 
 /// Why a scene has no plant of this kind.
@@ -120,7 +121,8 @@ impl Plant {
 
 /// What drives the scene's device.
 fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
-    let full_scale = 2f64.powi(scene.method.pwm.bits as i32);
+    let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
+    let full_scale = 2f64.powi(bits.cast_signed());
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
         (scene::Device::Motor(_), _, BridgeModel::Averaged) => Ok(Actuator::Averaged(full_scale)),

@@ -165,11 +165,10 @@ pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMeth
     }))
 }
 
-fn sampled_wall(
-    s: &Section,
-    axis: &Axis,
-    small: &dyn Fn(&str, u64, u64, u64) -> Result<u32, SceneError>,
-) -> Result<SampledWallMethod, SceneError> {
+/// Reads a small number: key, least, most, default.
+type Small<'a> = dyn Fn(&str, u64, u64, u64) -> Result<u32, SceneError> + 'a;
+
+fn sampled_wall(s: &Section, axis: &Axis, small: &Small) -> Result<SampledWallMethod, SceneError> {
     let estimators = [
         ("difference", Estimator::Difference),
         ("filtered", Estimator::Filtered),

@@ -2,8 +2,8 @@
 
 use hpu_signal::Clock;
 
-use super::law::LawMethod;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
+use super::law::LawMethod;
 use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Model, Ramp, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, amplifier, bridge, device, encoder};
@@ -38,7 +38,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
-    let words = model.datapath == Datapath::Words;
+    let words = model.datapath != Datapath::Linear;
     let parts = Scene {
         name: scene_name(file),
         about,
@@ -138,7 +138,8 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
             return refused("wall.ramp.scale", reason);
         }
         Loop::Law(LawMethod::VirtualCoupling { .. }) => {
-            let reason = "behind a coupling the wall's stiffness is part of constants, which do not change; leave it out";
+            let reason =
+                "behind a coupling the wall's stiffness is part of constants, which do not change; leave it out";
             return refused("wall.ramp", reason.into());
         }
         _ => {}
