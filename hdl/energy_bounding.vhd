@@ -145,6 +145,13 @@ architecture rtl of energy_bounding is
     return choose(DIFFERENCE(DIFFERENCE'high), b, a);
   end function;
 
+  -- clamp(value, -limit, limit). No negative constant: GHDL 2.0 writes those of
+  -- more than 32 bits wrongly into a Verilog netlist.
+  function symmetric(value, limit : wide_word) return wide_word is
+  begin
+    return -smaller(-smaller(value, limit), limit);
+  end function;
+
   function wide(value : signed) return wide_word is
   begin
     return resize(value, WIDE_WIDTH);
@@ -161,14 +168,17 @@ architecture rtl of energy_bounding is
     return wide(to_signed(bound, BOUND_WIDTH + 1) * distance);
   end function;
 
+  -- The floor and the ceiling of a word with BOUND_FRAC fraction bits.
+  -- A slice, not shift_right: GHDL 2.0 writes that into a Verilog netlist without
+  -- the sign.
   function below(value : wide_word) return wide_word is
   begin
-    return shift_right(value, BOUND_FRAC);
+    return resize(value(WIDE_WIDTH - 1 downto BOUND_FRAC), WIDE_WIDTH);
   end function;
 
   function above(value : wide_word) return wide_word is
   begin
-    return -shift_right(-value, BOUND_FRAC);
+    return -below(-value);
   end function;
 
   -- Between 0 and all ones, gated again.
@@ -182,13 +192,13 @@ architecture rtl of energy_bounding is
     return unsigned((WORD(energy_word'range) or more) and not WORD(WORD'high));
   end function;
 
-  -- bound * energy * 2^places. A product of signed words, here too: GHDL 2.0 writes
-  -- one of unsigned words wrongly into a netlist.
+  -- bound * energy * 2^places. A product of signed words, here too: of one of
+  -- unsigned words GHDL 2.0 loses the top bit in a VHDL netlist.
   function under_root(bound : natural; energy : energy_word; places : natural) return unsigned is
-    constant PRODUCT : signed(BOUND_WIDTH + ENERGY_WIDTH + 1 downto 0)
+    constant FULL : signed(BOUND_WIDTH + ENERGY_WIDTH + 1 downto 0)
       := to_signed(bound, BOUND_WIDTH + 1) * signed('0' & energy);
   begin
-    return shift_left(resize(unsigned(PRODUCT), ROOT_WIDTH), places);
+    return shift_left(resize(unsigned(FULL), ROOT_WIDTH), places);
   end function;
 
 begin
@@ -313,7 +323,7 @@ begin
       if ready = '1' then
         if LEAST_CONSERVATIVE then
           highest := smaller(below(wide(unsigned(root))), TOP);
-          total   := larger(smaller(demand, highest), -highest);
+          total   := symmetric(demand, highest);
         else
           highest := below(product(C2, moved) + wide(unsigned(root)));
           lowest  := above(product(C2, moved) - wide(unsigned(root)));
@@ -325,7 +335,7 @@ begin
             total := total + below(product(C1, moved));
             total := larger(smaller(smaller(demand, total), highest), lowest);
           end if;
-          total  := larger(smaller(total, TOP), -TOP);
+          total  := symmetric(total, TOP);
           filled := clamp(wide(energy) + wide(total(TORQUE_WIDTH downto 0) * moved));
         end if;
 

@@ -88,8 +88,8 @@ architecture rtl of passive_spring is
   constant ALPHA_WIDTH     : positive := 32;
 
   -- Room for x^2 + 2 * x * ALPHA * d with 2*EXTENSION_FRAC fraction bits, and for
-  -- stiffness * x * scale. All products are of signed words: GHDL 2.0 writes those
-  -- of unsigned words wrongly into a netlist.
+  -- stiffness * x * scale. All products are of signed words: of one of
+  -- unsigned words GHDL 2.0 loses the top bit in a VHDL netlist.
   constant SQUARE_WIDTH    : positive := ROOT_WIDTH + ALPHA_WIDTH + 2;
   constant FORCE_FRAC      : natural  := STIFFNESS_FRAC + EXTENSION_FRAC + SCALE_FRAC;
   constant FORCE_WIDTH     : positive

@@ -121,34 +121,40 @@ architecture rtl of passivity_controller is
     return choose(DIFFERENCE(DIFFERENCE'high), a, b);
   end function;
 
-  function larger(a, b : wide_word) return wide_word is
-    constant DIFFERENCE : wide_word := a - b;
-  begin
-    return choose(DIFFERENCE(DIFFERENCE'high), b, a);
-  end function;
-
-  -- The energy's largest word, or less.
-  function ceiling return wide_word is
-    constant HIGHEST : wide_word := not shift_left(to_signed(-1, WIDE_WIDTH), ENERGY_WIDTH - 1);
-  begin
-    if CREDIT = 0 or to_signed(CREDIT, WIDE_WIDTH) > HIGHEST then
-      return HIGHEST;
-    end if;
-    return to_signed(CREDIT, WIDE_WIDTH);
-  end function;
-
   function wide(value : signed) return wide_word is
   begin
     return resize(value, WIDE_WIDTH);
   end function;
 
-  function clamp(value, low, high : wide_word) return wide_word is
+  -- Between -TOP and TOP. No negative constant: GHDL 2.0 writes those of more than
+  -- 32 bits wrongly into a Verilog netlist.
+  function limited(value : wide_word) return wide_word is
   begin
-    return larger(smaller(value, high), low);
+    return -smaller(-smaller(value, TOP), TOP);
   end function;
 
-  constant MOST  : wide_word := ceiling;
-  constant LEAST : wide_word := shift_left(to_signed(-1, WIDE_WIDTH), ENERGY_WIDTH - 1);
+  -- The bits above an energy's must all be its sign; where they are not, all others
+  -- become the opposite of the sign. Gated again.
+  function saturate(value : wide_word) return energy_word is
+    constant SIGN : std_logic := value(value'high);
+    constant WORD : std_logic_vector(ENERGY_WIDTH - 2 downto 0)
+      := std_logic_vector(value(ENERGY_WIDTH - 2 downto 0));
+    variable over : std_logic := '0';
+  begin
+    for i in ENERGY_WIDTH - 1 to WIDE_WIDTH - 2 loop
+      over := over or (value(i) xor SIGN);
+    end loop;
+    return signed(SIGN & ((WORD and not over) or (over and not SIGN)));
+  end function;
+
+  -- Not abs: GHDL 2.0 writes it into a Verilog netlist as it stands.
+  function magnitude(value : signed) return std_logic_vector is
+  begin
+    if value(value'high) = '1' then
+      return std_logic_vector(-value);
+    end if;
+    return std_logic_vector(value);
+  end function;
 
 begin
 
@@ -253,14 +259,16 @@ begin
           else
             total := wide(energy) + wide(signed(wanted) * signed(d)) + wide(correction * moved);
           end if;
-          total    := clamp(total, LEAST, MOST);
-          energy   := total(energy'range);
+          if CREDIT > 0 then
+            total := smaller(total, to_signed(CREDIT, WIDE_WIDTH));
+          end if;
+          energy   := saturate(total);
           moved    := signed(d);
           demand   := wide(signed(wanted));
           previous <= position;
           memory   <= std_logic_vector(energy);
-          deficit  <= std_logic_vector(abs energy);
-          distance <= std_logic_vector(abs moved);
+          deficit  <= magnitude(energy);
+          distance <= magnitude(moved);
           start    <= '1';
         end if;
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
@@ -272,9 +280,9 @@ begin
         total := demand;
         if energy(energy'high) = '1' and moved /= 0 then
           if moved(moved'high) = '1' then
-            total := clamp(demand - wide(signed('0' & need)), -TOP, TOP);
+            total := limited(demand - wide(signed('0' & need)));
           else
-            total := clamp(demand + wide(signed('0' & need)), -TOP, TOP);
+            total := limited(demand + wide(signed('0' & need)));
           end if;
         end if;
         shown      := total(shown'range);

@@ -101,30 +101,35 @@ architecture rtl of virtual_coupling is
   subtype total_word     is signed(TOTAL_WIDTH - 1 downto 0);
   subtype force_word     is signed(FORCE_WIDTH - 1 downto 0);
 
-  constant HIGHEST : extension_word
-    := not shift_left(to_signed(-1, EXTENSION_WIDTH), EXTENSION_WIDTH - 1);
-
   -- gain * word / 2^GAIN_FRAC, with its fraction still there.
   function gained(gain : natural; word : extension_word) return total_word is
   begin
     return resize(to_signed(gain, GAIN_FRAC + 2) * word, TOTAL_WIDTH);
   end function;
 
-  -- A value fits when it survives the way to an extension and back. Compared as
-  -- plain vectors, so that an unknown value stays unknown.
+  -- The floor of what gained made, saturated: the bits above an extension's must all
+  -- be its sign; where they are not, all others become the opposite of the sign.
+  -- Gated instead of chosen, so that an unknown value stays unknown.
   function saturate(value : total_word) return extension_word is
-    constant WORD : extension_word := value(EXTENSION_WIDTH - 1 downto 0);
-    constant BACK : total_word     := resize(WORD, TOTAL_WIDTH);
+    constant SIGN : std_logic := value(value'high);
+    constant WORD : std_logic_vector(EXTENSION_WIDTH - 2 downto 0)
+      := std_logic_vector(value(GAIN_FRAC + EXTENSION_WIDTH - 2 downto GAIN_FRAC));
+    variable over : std_logic := '0';
   begin
-    if std_logic_vector(BACK) = std_logic_vector(value) then
-      return WORD;
-    elsif value(value'high) = '1' then
-      return not HIGHEST;
-    end if;
-    return HIGHEST;
+    for i in GAIN_FRAC + EXTENSION_WIDTH - 1 to TOTAL_WIDTH - 2 loop
+      over := over or (value(i) xor SIGN);
+    end loop;
+    return signed(SIGN & ((WORD and not over) or (over and not SIGN)));
   end function;
 
-  -- Gated instead of chosen, for the unknown words again.
+  -- The floor of a product with `places` fraction bits. A slice, not shift_right:
+  -- GHDL 2.0 writes that into a Verilog netlist without the sign.
+  function floored(value : signed; places : natural) return force_word is
+  begin
+    return resize(value(value'high downto places), FORCE_WIDTH);
+  end function;
+
+  -- Gated again.
   function choose(first : std_logic; a, b : extension_word) return extension_word is
   begin
     return signed((std_logic_vector(a) and first) or (std_logic_vector(b) and not first));
@@ -160,18 +165,15 @@ begin
     if rising_edge(clk) then
       if countdown = 0 then
         depth   := shift_left(resize(signed(delta), EXTENSION_WIDTH), EXTENSION_FRAC);
-        loose   := saturate(shift_right(gained(FREE, extension), GAIN_FRAC));
-        reached := saturate(shift_right(gained(SHARE, depth) + gained(HELD, extension),
-                                        GAIN_FRAC));
+        loose   := saturate(gained(FREE, extension));
+        reached := saturate(gained(SHARE, depth) + gained(HELD, extension));
         outside := resize(loose, EXTENSION_WIDTH + 1) - depth;
         inside  := outside(outside'high);
 
         stretch := resize(reached, EXTENSION_WIDTH + 1) - extension;
-        spring  := resize(signed('0' & stiffness) * reached, FORCE_WIDTH);
-        drag    := resize(signed('0' & damping) * stretch, FORCE_WIDTH);
-        torque  <= "00" & (clamp(shift_right(spring, STIFFNESS_FRAC + EXTENSION_FRAC)
-                                 + shift_right(drag, DAMPING_FRAC + EXTENSION_FRAC))
-                           and inside);
+        spring  := floored(signed('0' & stiffness) * reached, STIFFNESS_FRAC + EXTENSION_FRAC);
+        drag    := floored(signed('0' & damping) * stretch, DAMPING_FRAC + EXTENSION_FRAC);
+        torque  <= "00" & (clamp(spring + drag) and inside);
 
         extension := choose(inside, reached, loose);
         memory    <= std_logic_vector(extension);
