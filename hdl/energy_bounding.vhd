@@ -112,8 +112,6 @@ architecture rtl of energy_bounding is
   subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
   subtype energy_word is unsigned(ENERGY_WIDTH - 1 downto 0);
 
-  constant TOP : wide_word := to_signed(2**TORQUE_WIDTH - 1, WIDE_WIDTH);
-
   signal previous : std_logic_vector(WIDTH - 1 downto 0);
   signal d        : std_logic_vector(WIDTH - 1 downto 0);
   signal spring   : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
@@ -145,11 +143,24 @@ architecture rtl of energy_bounding is
     return choose(DIFFERENCE(DIFFERENCE'high), b, a);
   end function;
 
-  -- clamp(value, -limit, limit). No negative constant: GHDL 2.0 writes those of
-  -- more than 32 bits wrongly into a Verilog netlist.
-  function symmetric(value, limit : wide_word) return wide_word is
+  -- min(value, 2^TORQUE_WIDTH - 1), gated again. No constants: GHDL 2.0 writes those
+  -- of more than 32 bits wrongly into a Verilog netlist.
+  function topped(value : wide_word) return wide_word is
+    constant WORD : std_logic_vector(wide_word'range) := std_logic_vector(value);
+    variable over : std_logic := '0';
   begin
-    return -smaller(-smaller(value, limit), limit);
+    for i in TORQUE_WIDTH to WIDE_WIDTH - 2 loop
+      over := over or WORD(i);
+    end loop;
+    over := over and not WORD(WORD'high);
+    return signed((WORD(WIDE_WIDTH - 1 downto TORQUE_WIDTH) and not over)
+                  & (WORD(TORQUE_WIDTH - 1 downto 0) or over));
+  end function;
+
+  -- The same on both sides.
+  function limited(value : wide_word) return wide_word is
+  begin
+    return -topped(-topped(value));
   end function;
 
   function wide(value : signed) return wide_word is
@@ -322,8 +333,8 @@ begin
 
       if ready = '1' then
         if LEAST_CONSERVATIVE then
-          highest := smaller(below(wide(unsigned(root))), TOP);
-          total   := symmetric(demand, highest);
+          highest := topped(below(wide(unsigned(root))));
+          total   := larger(smaller(demand, highest), -highest);
         else
           highest := below(product(C2, moved) + wide(unsigned(root)));
           lowest  := above(product(C2, moved) - wide(unsigned(root)));
@@ -335,7 +346,7 @@ begin
             total := total + below(product(C1, moved));
             total := larger(smaller(smaller(demand, total), highest), lowest);
           end if;
-          total  := symmetric(total, TOP);
+          total  := limited(total);
           filled := clamp(wide(energy) + wide(total(TORQUE_WIDTH downto 0) * moved));
         end if;
 

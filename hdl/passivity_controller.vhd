@@ -93,8 +93,6 @@ architecture rtl of passivity_controller is
   subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
   subtype energy_word is signed(ENERGY_WIDTH - 1 downto 0);
 
-  constant TOP : wide_word := to_signed(2**TORQUE_WIDTH - 1, WIDE_WIDTH);
-
   signal previous : std_logic_vector(WIDTH - 1 downto 0);
   signal d        : std_logic_vector(WIDTH - 1 downto 0);
   signal spring   : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
@@ -109,28 +107,30 @@ architecture rtl of passivity_controller is
   signal ready    : std_logic;
   signal busy     : std_logic;
 
-  -- Gated instead of chosen, so that an unknown value stays unknown.
-  function choose(first : std_logic; a, b : wide_word) return wide_word is
-  begin
-    return signed((std_logic_vector(a) and first) or (std_logic_vector(b) and not first));
-  end function;
-
-  function smaller(a, b : wide_word) return wide_word is
-    constant DIFFERENCE : wide_word := a - b;
-  begin
-    return choose(DIFFERENCE(DIFFERENCE'high), a, b);
-  end function;
-
   function wide(value : signed) return wide_word is
   begin
     return resize(value, WIDE_WIDTH);
   end function;
 
-  -- Between -TOP and TOP. No negative constant: GHDL 2.0 writes those of more than
-  -- 32 bits wrongly into a Verilog netlist.
+  -- min(value, 2^TORQUE_WIDTH - 1). Gated instead of chosen, so that an unknown value
+  -- stays unknown; and no constant: GHDL 2.0 writes one of more than 32 bits wrongly
+  -- into a Verilog netlist.
+  function topped(value : wide_word) return wide_word is
+    constant WORD : std_logic_vector(wide_word'range) := std_logic_vector(value);
+    variable over : std_logic := '0';
+  begin
+    for i in TORQUE_WIDTH to WIDE_WIDTH - 2 loop
+      over := over or WORD(i);
+    end loop;
+    over := over and not WORD(WORD'high);
+    return signed((WORD(WIDE_WIDTH - 1 downto TORQUE_WIDTH) and not over)
+                  & (WORD(TORQUE_WIDTH - 1 downto 0) or over));
+  end function;
+
+  -- The same on both sides.
   function limited(value : wide_word) return wide_word is
   begin
-    return -smaller(-smaller(value, TOP), TOP);
+    return -topped(-topped(value));
   end function;
 
   -- The bits above an energy's must all be its sign; where they are not, all others
@@ -248,6 +248,7 @@ begin
     variable shown      : signed(TORQUE_WIDTH + 1 downto 0);
     variable correction : signed(TORQUE_WIDTH + 1 downto 0);
     variable total      : wide_word;
+    variable excess     : wide_word;                   -- what CREDIT does not hold
   begin
     if rising_edge(clk) then
       start <= '0';
@@ -260,7 +261,8 @@ begin
             total := wide(energy) + wide(signed(wanted) * signed(d)) + wide(correction * moved);
           end if;
           if CREDIT > 0 then
-            total := smaller(total, to_signed(CREDIT, WIDE_WIDTH));
+            excess := total - CREDIT;
+            total  := total - signed(std_logic_vector(excess) and not excess(excess'high));
           end if;
           energy   := saturate(total);
           moved    := signed(d);
