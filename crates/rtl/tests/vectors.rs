@@ -81,7 +81,19 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
     let widened = |entry: &str| entry.contains(" widening ") || entry == "biquad default y f";
     // The cosines of angles below a right one are positive, and at most 1.
     let positive = |entry: &str| entry.starts_with("trig_table ") && entry.ends_with(" cosine ff800000");
-    idle.retain(|entry| !widened(entry) && !positive(entry));
+    // A velocity of whole counts.
+    let whole = |entry: &str| {
+        let labels = ["default memory ff", "8_bit memory f", "live memory f", "window memory f"];
+        entry.strip_prefix("sampled_wall ").is_some_and(|rest| labels.contains(&rest))
+    };
+    // A shaped torque never pulls: neither its sign nor the gates that only a negative command opens.
+    let pushing = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
+        ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
+        ["sampled_wall_loop", "8_bit", "b_high", _] => true,
+        ["sampled_wall_loop", "immediate", "a_low" | "b_high", _] => true,
+        _ => false,
+    };
+    idle.retain(|entry| !widened(entry) && !positive(entry) && !whole(entry) && !pushing(entry));
     let by_design = [
         "saturator limit_0 limited 1ff",
         // Even the greatest command is off once a period, and then again in dead time until the period ends.

@@ -1,4 +1,4 @@
-//! Stimuli for laws: motions into a wall and out again, all coordinates of which agree.
+//! Stimuli for laws: motions into a wall and out again, all coordinates of which agree; and for the shaper behind them.
 
 use hpu_cosim::SplitMix64;
 use hpu_signal::{Format, Signal};
@@ -76,6 +76,18 @@ pub(super) fn gain(random: &mut SplitMix64, signal: &Signal) -> i64 {
 fn gains(format: Format, turn: usize) -> i64 {
     let one = 1i128 << format.frac();
     format.wrap([one, 3 * one + 1, format.max() / 3, 0, format.max()][turn])
+}
+
+/// Steps of the torque, long enough for a high-pass to let go of them, then samples further apart.
+pub(super) fn steps(inputs: &[Signal]) -> Vec<Stimulus> {
+    let torque = inputs[0].format;
+    let mut rows = vec![reset(vec![0; inputs.len()])];
+    for (period, edges) in [(1, 900), (3, 40)] {
+        for level in [torque.max(), torque.max() / 3, 0, torque.min(), 1, torque.max() / 2] {
+            rows.extend(vec![edge(vec![torque.wrap(level), period]); edges]);
+        }
+    }
+    rows
 }
 
 /// From reset, the same motion at several periods and gains; then corners of all words that need not agree.
