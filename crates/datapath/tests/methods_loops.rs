@@ -1,8 +1,9 @@
 //! The method loops against a straight-line model of their data sheet, watched while they leap, and as they are connected.
 
 use hpu_datapath::{
-    Block, Estimator, Generic, Instance, Law, LawIn, LawOut, LawWidths, LoopIn, MethodLoop, MethodLoopConfig,
-    PwmConfig, SampledWall, SampledWallConfig, Shaping, Wiring, flatten,
+    Block, BoundingConfig, CouplingConfig, EnergyBounding, Estimator, Generic, Instance, Law, LawIn, LawOut, LawWidths,
+    LoopIn, MethodLoop, MethodLoopConfig, PassiveSpring, PassivityConfig, PassivityController, PwmConfig, SampledWall,
+    SampledWallConfig, Shaping, SpringConfig, VirtualCoupling, Wiring, flatten,
 };
 use hpu_signal::{Format, Signal};
 use proptest::prelude::*;
@@ -272,6 +273,17 @@ proptest! {
         leaping_equals_ticking(toy(), config, scene, &motion);
         for estimator in Estimator::ALL {
             leaping_equals_ticking(wall(estimator, spring_held), config, scene, &motion);
+        }
+        let widths = uneven();
+        let coupling = CouplingConfig { widths, gain_frac: 8, share: 154, free: 64, held: 26, ..Default::default() };
+        leaping_equals_ticking(VirtualCoupling::new(coupling).unwrap(), config, scene, &motion);
+        for mode in [false, true] {
+            let control = PassivityConfig { widths, exact: mode, ..Default::default() };
+            leaping_equals_ticking(PassivityController::new(control).unwrap(), config, scene, &motion);
+            let bounding = BoundingConfig { widths, least_conservative: mode, ..Default::default() };
+            leaping_equals_ticking(EnergyBounding::new(bounding).unwrap(), config, scene, &motion);
+            let spring = SpringConfig { widths, revive: mode, ..Default::default() };
+            leaping_equals_ticking(PassiveSpring::new(spring).unwrap(), config, scene, &motion);
         }
     }
 }
