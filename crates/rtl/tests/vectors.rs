@@ -81,19 +81,34 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
     let widened = |entry: &str| entry.contains(" widening ") || entry == "biquad default y f";
     // The cosines of angles below a right one are positive, and at most 1.
     let positive = |entry: &str| entry.starts_with("trig_table ") && entry.ends_with(" cosine ff800000");
-    // A velocity of whole counts.
-    let whole = |entry: &str| {
-        let labels = ["default memory ff", "8_bit memory f", "live memory f", "window memory f"];
-        entry.strip_prefix("sampled_wall ").is_some_and(|rest| labels.contains(&rest))
+    // Memories: velocities and couplings of whole counts, a coupling that is never pulled, energies in multiples of C1, and
+    // those of longer motions than these.
+    let memory = |entry: &str| {
+        let known = [
+            "sampled_wall default memory ff",
+            "sampled_wall 8_bit memory f",
+            "sampled_wall live memory f",
+            "sampled_wall window memory f",
+            "virtual_coupling default memory 800ff",
+            "virtual_coupling soft memory 80000",
+            "virtual_coupling 8_bit memory 400",
+            "energy_bounding default memory ff000000",
+            "energy_bounding 8_bit memory 8000",
+            "energy_bounding least_conservative memory f",
+        ];
+        known.contains(&entry)
     };
-    // A shaped torque never pulls: neither its sign nor the gates that only a negative command opens.
+    // Laws and shapers that never pull: neither the two upper bits of a torque or the sign of a shaped one, nor the gates
+    // that only a negative command opens.
     let pushing = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
+        ["virtual_coupling" | "passive_spring", _, "torque", bits] => bits == "3000" || bits == "c0",
+        ["virtual_coupling_loop" | "passive_spring_loop", "default", "b_high", _] => true,
         ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
-        ["sampled_wall_loop", "8_bit", "b_high", _] => true,
+        [name, "8_bit", "b_high", _] => name.ends_with("_loop"),
         ["sampled_wall_loop", "immediate", "a_low" | "b_high", _] => true,
         _ => false,
     };
-    idle.retain(|entry| !widened(entry) && !positive(entry) && !whole(entry) && !pushing(entry));
+    idle.retain(|entry| !widened(entry) && !positive(entry) && !memory(entry) && !pushing(entry));
     let by_design = [
         "saturator limit_0 limited 1ff",
         // Even the greatest command is off once a period, and then again in dead time until the period ends.
