@@ -372,7 +372,7 @@ fn nets_and_generics_are_in_the_order_of_the_data_sheet() {
     assert_eq!(
         wiring.generics().into_iter().map(value).collect::<Vec<_>>().join(" "),
         "POSITION_WIDTH=6 STIFFNESS_WIDTH=5 STIFFNESS_FRAC=2 DAMPING_WIDTH=3 DAMPING_FRAC=1 PERIOD_WIDTH=9 SCALE_WIDTH=4 \
-         SCALE_FRAC=1 PWM_WIDTH=5 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPED=true SHAPER_PHASE=5 \
+         SCALE_FRAC=1 PWM_WIDTH=5 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=true SHAPER_PHASE=5 \
          SHAPER_B0=536870912 SHAPER_B1=-536870912 SHAPER_B2=0 SHAPER_A1=-268435456 SHAPER_A2=0 OWN=7"
     );
 }
