@@ -13,6 +13,7 @@ mod map;
 mod map_text;
 mod pictures;
 mod reproduce;
+mod reproduce_beside;
 mod reproduce_cost;
 mod reproduce_cost_text;
 mod reproduce_drop;

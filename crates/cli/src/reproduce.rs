@@ -1,10 +1,11 @@
 //! `hpu reproduce`: a published study, run again.
 
 use clap::Subcommand;
+use hpu_study::reproduce::{hybrid, scaling, shaper};
 
 use crate::exit::{Exit, Failure};
 use crate::reproduce_drop::{self, Name};
-use crate::{reproduce_cost, reproduce_words};
+use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 
 /// Run a published study again and hold it against what was printed
 ///
@@ -35,6 +36,15 @@ enum Study {
     /// What blocks and loops cost in an FPGA, and what a bit costs
     #[command(name = "phantom-cost")]
     Cost(reproduce_cost::Args),
+    /// The hybrid loop against the conventional one (Vasudevan et al. 2007)
+    #[command(name = "hybrid-loop")]
+    Hybrid(reproduce_beside::Args),
+    /// Stable stiffness with the analog input shaper and with energy bounding
+    #[command(name = "input-shaper")]
+    Shaper(reproduce_beside::Args),
+    /// Two figures of a power-scaled spring, by both readings of its law
+    #[command(name = "power-scaling")]
+    Scaling(reproduce_beside::Args),
 }
 
 /// `hpu reproduce`.
@@ -45,5 +55,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Study::Formats(args) => reproduce_words::formats(args),
         Study::Sines(args) => reproduce_words::sines(args),
         Study::Cost(args) => reproduce_cost::run(args),
+        Study::Hybrid(args) => reproduce_beside::run(&hybrid::comparison(), args),
+        Study::Shaper(args) => reproduce_beside::run(&shaper::comparison(), args),
+        Study::Scaling(args) => reproduce_beside::run(&scaling::comparison(), args),
     }
 }

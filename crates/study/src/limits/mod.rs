@@ -13,7 +13,7 @@ use hpu_cosim::scene::Scene;
 
 use crate::criteria::{self, Criterion, Silent};
 
-pub use words::InWords;
+pub use words::{InWords, in_words};
 
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]

@@ -24,8 +24,12 @@ pub struct InWords {
 /// Wall time that one run may take.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// The limit of a scene as it stands, searched from a stiffness.
-pub(super) fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
+/// The limit of a scene as it stands, searched from a stiffness in SI units.
+///
+/// # Errors
+///
+/// The reason why there is none: no words, no free motion, or the same verdict at every stiffness that the words hold.
+pub fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
     match scene.model.datapath {
         Datapath::Words => {}
         Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),

@@ -8,12 +8,16 @@
 //! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what the
 //! tables hold, [`sines`] compares four sources of sine.
 
+pub mod beside;
 mod claims;
 pub mod formats;
 mod formats_text;
+pub mod hybrid;
 pub mod ladder;
 pub mod postures;
 mod published;
+pub mod scaling;
+pub mod shaper;
 pub mod sines;
 mod table;
 mod text;

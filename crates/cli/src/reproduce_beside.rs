@@ -1,0 +1,89 @@
+//! `hpu reproduce` of a paper's statements, line by line.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread;
+
+use hpu_study::reproduce::beside::{Comparison, beside_csv, beside_text};
+use hpu_study::units;
+use serde_json::json;
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::interrupt;
+use crate::journal::{self, Journal};
+use crate::terminal::{print, print_json, with_progress};
+
+/// Where to.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Write text and CSV into this folder, and go on there after an interruption
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads [default: all cores]
+    #[arg(short, long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Measures every line, prints them beside what was published.
+pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
+    let command = format!("hpu reproduce {}", comparison.name);
+    let lines = comparison.lines.len();
+    let parts: Vec<String> = comparison.lines.iter().map(|line| format!("{}/{}", line.group, line.what)).collect();
+    let header = journal::header("study", parts.iter().map(String::as_bytes), &command)?;
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, lines)).transpose()?;
+    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let control = interrupt::heed();
+    let left = (lines - done.len()) as u64;
+    let rows = with_progress(left, "lines", control, || {
+        let unit = |index: usize, control: &_| (comparison.lines[index].measure)(control);
+        units::run(lines, jobs, done, control, unit, |index, row| {
+            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+        })
+    })?;
+    let Some(rows) = rows else {
+        let rest = match &args.out {
+            Some(dir) => format!("; the same command goes on in {}", dir.display()),
+            None => String::new(),
+        };
+        eprintln!("interrupted{rest}");
+        return Ok(Exit::Interrupted);
+    };
+    let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
+    let mut places = Vec::new();
+    if let Some(mut folder) = folder.take() {
+        folder.write(&format!("{}.txt", comparison.name), &text)?;
+        folder.write(&format!("{}.csv", comparison.name), &beside_csv(comparison, &rows, &command))?;
+        places = folder.places().map(PathBuf::from).collect();
+        folder.commit()?;
+    }
+    if args.json {
+        let lines = comparison.lines.iter().zip(&rows).map(|(line, row)| {
+            json!({
+                "group": line.group,
+                "what": line.what,
+                "published": line.published,
+                "emulated": row.as_ref().ok(),
+                "reason": row.as_ref().err(),
+            })
+        });
+        let object = json!({
+            "study": comparison.name,
+            "complete": true,
+            "command": command,
+            "lines": lines.collect::<Vec<_>>(),
+            "notes": comparison.notes,
+            "files": places,
+        });
+        print_json(&object)?;
+    } else {
+        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
+        print(&format!("{text}{files}"))?;
+    }
+    Ok(Exit::when(rows.iter().all(Result::is_ok)))
+}
