@@ -35,6 +35,9 @@ pub struct Args {
     /// A layer of its own, as in '1khz:method.kind=conventional,method.sample_rate=1 kHz' [default: the scene's method]
     #[arg(long, value_name = "LABEL:KEY=VALUE,...")]
     method: Vec<Method>,
+    /// A layer for every method there is, with constants that the device's own damping pays for
+    #[arg(long)]
+    all_methods: bool,
     #[command(flatten)]
     set: scene::Set,
     /// Run every cell
@@ -75,6 +78,9 @@ impl Args {
             let set: Vec<String> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
             command += &format!(" --method {}", quoted(&format!("{label}:{}", set.join(","))));
         }
+        if self.all_methods {
+            command += " --all-methods";
+        }
         command + &set_options(&self.set.set)
     }
 
@@ -92,11 +98,14 @@ impl Args {
 
     fn map(&self) -> Result<Map, Failure> {
         let source = scene::source(&self.scene)?;
-        let methods = if self.method.is_empty() {
-            vec![Method { label: "scene".into(), set: Vec::new() }]
-        } else {
-            self.method.clone()
-        };
+        let mut methods = self.method.clone();
+        if self.all_methods {
+            let experiment = source.parse(&self.set.set)?;
+            let axis = experiment.axis().ok_or_else(|| Failure::usage("--all-methods: they are those of an axis"))?;
+            methods.extend(Method::all(&axis));
+        } else if methods.is_empty() {
+            methods.push(Method { label: "scene".into(), set: Vec::new() });
+        }
         let mut load = |file: &str| source.load(file);
         let axes = (self.x.clone(), self.y.clone());
         Map::new((&source.name, &source.text), &self.set.set, axes, methods, &mut load).map_err(|error| match error {

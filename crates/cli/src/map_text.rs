@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hpu_cosim::scene::OutcomeKind;
-use hpu_study::map::{Axis, Cell, Curve, Found, Map, OUTCOMES, outcome, outcome_name};
+use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, outcome, outcome_name};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -64,6 +64,11 @@ impl Mapped {
         (of_kind().count(), run().find(borders).or(run().next()))
     }
 
+    /// Where a method's region of rest ends, and why.
+    fn edge(&self, method: usize) -> Edge {
+        Edge::new(&self.map, &self.found, self.curves[method].as_ref().ok(), method)
+    }
+
     /// What went wrong in the cells of a layer, each reason once, with how often.
     fn reasons(&self, method: usize) -> Vec<(&str, usize)> {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
@@ -101,11 +106,29 @@ pub fn text(mapped: &Mapped) -> String {
         if reasons.len() > 5 {
             text += &format!("failed     and {} reasons more\n", reasons.len() - 5);
         }
+        if let Some(edge) = mapped.edge(method).text() {
+            text += &format!("edge       {edge}\n");
+        }
         match &curves[method] {
             Err(why) => text += &format!("no curves: {why}\n"),
-            Ok(curves) => text.extend(curves.curves.iter().map(|Curve { name, assumptions, met, limits }| {
-                format!("curve      {name}, assumptions met at {met} of {} points: {assumptions}\n", limits.len())
-            })),
+            Ok(curves) => {
+                let met: Vec<String> = curves
+                    .curves
+                    .iter()
+                    .map(|Curve { name, met, limits, .. }| format!("{name} ({met} of {})", limits.len()))
+                    .collect();
+                text += &format!("curves     {}\n", met.join(", "));
+            }
+        }
+    }
+    let mut told: Vec<&str> = Vec::new();
+    for Curve { name, assumptions, .. } in curves.iter().flatten().flat_map(|curves| &curves.curves) {
+        if !told.contains(name) {
+            if told.is_empty() {
+                text += "\nEach curve assumes (met at so many points of the other axis):\n";
+            }
+            told.push(name);
+            text += &format!("{name}: {assumptions}\n");
         }
     }
     text + &mapped.files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
@@ -151,6 +174,7 @@ pub fn object(mapped: &Mapped) -> Value {
             "label": layer.label,
             "run": runs,
             "outcomes": counts.collect::<serde_json::Map<_, _>>(),
+            "edge": edge(&mapped.edge(method)),
             "curves": curves,
         })
     });
@@ -182,6 +206,22 @@ pub fn object(mapped: &Mapped) -> Value {
     })
 }
 
+fn edge(edge: &Edge) -> Value {
+    let shares = edge.shares.iter().map(|share| {
+        json!({
+            "reason": share.reason.text(),
+            "places": share.places,
+            "frequency_hz": share.frequency_hz,
+            "amplitude_counts": share.amplitude_counts,
+        })
+    });
+    json!({
+        "places": edge.places,
+        "reasons": shares.collect::<Vec<_>>(),
+        "nearest": edge.nearest.map(|(name, ratio)| json!({ "criterion": name, "edge_over_limit": ratio })),
+    })
+}
+
 fn numbers(value: &mut Value, cell: &Cell) {
     value["rms"] = json!(cell.rms);
     value["amplitude"] = json!(cell.amplitude);
@@ -191,5 +231,6 @@ fn numbers(value: &mut Value, cell: &Cell) {
     value["dissipated_j"] = json!(cell.dissipated_j);
     value["displayed_stiffness"] = json!(cell.displayed_stiffness);
     value["displayed_ratio"] = json!(cell.displayed_ratio);
+    value["overflow_share"] = json!(cell.overflow_share);
     value["edges"] = json!(cell.edges);
 }

@@ -123,7 +123,8 @@ pub fn source(scene: &str) -> Result<Source, Failure> {
 }
 
 impl Source {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
+    /// The scene under overrides.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
         let mut load = |file: &str| self.load(file);
         Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
     }

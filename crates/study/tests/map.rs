@@ -143,6 +143,7 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         dissipated_j: 0.0,
         displayed_stiffness: None,
         displayed_ratio: None,
+        overflow_share: 0.125,
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));

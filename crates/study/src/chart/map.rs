@@ -3,10 +3,10 @@
 use hpu_cosim::scene::OutcomeKind;
 use plotters::style::RGBColor;
 
-use crate::map::{Cell, Curves, Found, Map, nearest, outcome, outcome_name};
+use crate::map::{Cell, Curves, Edge, Found, Map, nearest, outcome, outcome_name};
 
 use super::canvas::{Anchor, BLUE, Canvas, GREEN, INK, ORANGE, QUIET, RED, WALL, WIDTH, text_width};
-use super::map_frame::frames;
+use super::map_frame::{frames, heading};
 use super::{Picture, page};
 
 /// How much a cell that was not run is washed out.
@@ -95,7 +95,7 @@ fn outcome_color(outcome: Option<OutcomeKind>) -> RGBColor {
 fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
     let runs = found.iter().filter(|found| matches!(found, Found::Run(_))).count();
     let inferred = if runs < found.len() { "; paler cells are inferred from those around them" } else { "" };
-    let conditions = format!("{runs} of {} cells were run{inferred}", found.len());
+    let conditions = format!("{}{runs} of {} cells were run{inferred}", head(map), found.len());
     let title = format!("{}: what becomes of the motion", name(map));
     let mut canvas = page(&title, &conditions, command);
     let mut key: Vec<(String, RGBColor)> = Vec::new();
@@ -112,6 +112,9 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
             if !key.contains(&entry) && curve.limits.iter().any(Option::is_some) {
                 key.push(entry);
             }
+        }
+        if let Some(reason) = Edge::new(map, found, curves[method].as_ref().ok(), method).short() {
+            frame.note(&mut canvas, map, &reason);
         }
     }
     let mut x = 60;
@@ -182,7 +185,8 @@ fn numbers(
     let inferred = found.iter().any(|found| matches!(found, Found::As(_)));
     let conditions =
         if inferred { "paler cells were not run: they show the nearest that was" } else { "every cell was run" };
-    let mut canvas = page(&format!("{}: {}", name(map), quantity.title), conditions, command);
+    let conditions = head(map) + conditions;
+    let mut canvas = page(&format!("{}: {}", name(map), quantity.title), &conditions, command);
     let scale = |value: f64| if quantity.log { libm::log(value) } else { value };
     let share = |value: f64| if high > low { (scale(value) - scale(low)) / (scale(high) - scale(low)) } else { 0.5 };
     for frame in frames(map) {
@@ -202,6 +206,11 @@ fn numbers(
     let scale = if quantity.log { ", by ratio" } else { "" };
     entry(&mut canvas, (x + 12 * 33 + 20, y), &format!("{}{scale}", label(high)), INK, 28);
     canvas.render(quantity.name)
+}
+
+/// The axes, where the panels do not name them.
+fn head(map: &Map) -> String {
+    heading(map).map_or(String::new(), |axes| axes + "; ")
 }
 
 fn three_digits(value: f64) -> String {

@@ -4,7 +4,7 @@ use plotters::style::RGBColor;
 
 use crate::map::{Axis, Map};
 
-use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 use super::panel::ticks;
 
 const SMALL: i32 = 26;
@@ -25,12 +25,28 @@ pub(super) fn frames(map: &Map) -> Vec<Frame> {
     let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
     let rows = methods.div_ceil(columns);
     let (width, height) = ((WIDTH - 60) / columns as i32, (HEIGHT - 70 - 200) / rows as i32);
+    // Few panels name their axes each; of many, the page's head does.
+    let (margin, foot) = if methods <= FEW { (170, 100 + NOTE) } else { (100, 50 + NOTE) };
     let frame = |method: usize| {
         let (left, top) = (width * (method % columns) as i32, 200 + height * (method / columns) as i32);
-        Frame { method, left: left + 170, top: top + 56, right: left + width, bottom: top + height - 100 }
+        Frame { method, left: left + margin, top: top + 56, right: left + width, bottom: top + height - foot }
     };
     (0..methods).map(frame).collect()
 }
+
+/// The names of the axes for the page's head, where the panels are too many to have them.
+pub(super) fn heading(map: &Map) -> Option<String> {
+    (map.methods.len() > FEW).then(|| format!("up: {}; across: {}", name(&map.y), name(&map.x)))
+}
+
+fn name(axis: &Axis) -> String {
+    if axis.unit().is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), axis.unit()) }
+}
+
+/// Panels up to which each names its axes.
+const FEW: usize = 3;
+/// Room below a panel for a note.
+const NOTE: i32 = 84;
 
 impl Frame {
     /// The pixel of a place in cells, of which each reaches half a cell to either side of its number.
@@ -73,14 +89,34 @@ impl Frame {
             canvas.line(vec![(left - 10, y), (left, y)], INK, 2);
             canvas.text((left - 18, y), label, SMALL, QUIET, Anchor::Right);
         }
-        let name = |axis: &Axis| {
-            if axis.unit().is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), axis.unit()) }
-        };
+        if map.methods.len() > FEW {
+            canvas.text((left, top - 26), map.methods[self.method].label.as_str(), 30, INK, Anchor::Left);
+            return;
+        }
         canvas.text(((left + right) / 2, bottom + 70), name(&map.x), SMALL, INK, Anchor::Centre);
         let above = name(&map.y);
         canvas.text((left, top - 26), above.as_str(), SMALL, INK, Anchor::Left);
         if map.methods.len() > 1 {
             canvas.text((right, top - 26), map.methods[self.method].label.as_str(), 30, INK, Anchor::Right);
+        }
+    }
+
+    /// A note below the panel, in as many lines as it takes.
+    pub fn note(&self, canvas: &mut Canvas, map: &Map, text: &str) {
+        const SIZE: i32 = 22;
+        let mut lines: Vec<String> = Vec::new();
+        for word in text.split(' ') {
+            match lines.last_mut() {
+                Some(line) if text_width(&format!("{line} {word}"), SIZE) < self.right - self.left => {
+                    *line += " ";
+                    *line += word;
+                }
+                _ => lines.push(word.to_string()),
+            }
+        }
+        let top = self.bottom + if map.methods.len() > FEW { 64 } else { 108 };
+        for (line, text) in lines.into_iter().enumerate() {
+            canvas.text((self.left, top + 28 * line as i32), text, SIZE, QUIET, Anchor::Left);
         }
     }
 

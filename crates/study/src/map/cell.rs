@@ -29,6 +29,8 @@ pub struct Cell {
     pub displayed_stiffness: Option<f64>,
     /// The same over what the scene asks for.
     pub displayed_ratio: Option<f64>,
+    /// Share of the edges at which the net that overflowed most had overflowed.
+    pub overflow_share: f64,
     /// Clock edges that were run.
     pub edges: u64,
 }
@@ -66,6 +68,7 @@ impl Cell {
             known(Some(self.dissipated_j)),
             known(self.displayed_stiffness),
             known(self.displayed_ratio),
+            known(Some(self.overflow_share)),
         ];
         format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
     }
@@ -74,7 +77,9 @@ impl Cell {
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
-        let [outcome, rms, amplitude, frequency, hand, source, dissipated, displayed, ratio, edges] = fields[..] else {
+        let [outcome, rms, amplitude, frequency, hand, source, dissipated, displayed, ratio, overflow, edges] =
+            fields[..]
+        else {
             return None;
         };
         let known = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
@@ -88,6 +93,7 @@ impl Cell {
             dissipated_j: dissipated.parse().ok()?,
             displayed_stiffness: known(displayed)?,
             displayed_ratio: known(ratio)?,
+            overflow_share: overflow.parse().ok()?,
             edges: edges.parse().ok()?,
         })
     }
@@ -148,6 +154,8 @@ impl Cell {
             dissipated_j: summary.energy.dissipated_j,
             displayed_stiffness: displayed.map(|(displayed, _)| displayed),
             displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
+            overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
+                / summary.edges.max(1) as f64,
             edges: summary.edges,
         }))
     }

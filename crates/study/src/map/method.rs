@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use hpu_cosim::scene::{Device, Scene};
+
 /// A layer of a map.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Method {
@@ -28,6 +30,49 @@ impl FromStr for Method {
         };
         let changes = parts(changes).into_iter().filter(|change| !change.trim().is_empty());
         Ok(Self { label: label.trim().to_string(), set: changes.map(pair).collect::<Result<_, String>>()? })
+    }
+}
+
+impl Method {
+    /// Every method that a scene's device can run, with the constants that its own damping `b` pays for at the scene's sample
+    /// rate: energy bounding by `c = b/T`, a coupling of `b/T` to a wall of the scene's stiffness. Each is sampled at that rate
+    /// but the hybrid loop's spring; dual rate takes the velocity every tenth sample.
+    #[must_use]
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let period_s = scene.sample_period_s();
+        let (damping, unit) = match &scene.device {
+            Device::Motor(motor) => {
+                let resistance_ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
+                let k = motor.torque_constant_nm_per_a;
+                (motor.viscous_friction_nm_s_per_rad + k * k / resistance_ohm, "N.m/rad")
+            }
+            Device::Mass(mass) => (mass.damping_n_s_per_m, "N/m"),
+        };
+        let c = format!("{:.6} {unit}", damping / period_s);
+        let method = |label: &str, kind: &str, set: &[(&str, &str)]| {
+            let kind = [("method.kind", kind)];
+            let set = kind.iter().chain(set).map(|(key, value)| (key.to_string(), value.to_string())).collect();
+            Self { label: label.into(), set }
+        };
+        let mut all = vec![
+            method("conventional", "conventional", &[]),
+            method("hybrid", "hybrid", &[]),
+            method("dual rate", "sampled_wall", &[("method.velocity_every", "10")]),
+            method("FOAW", "sampled_wall", &[("method.estimator", "foaw")]),
+            method("input shaper", "sampled_wall", &[("method.shaper.cutoff", "2.5 Hz")]),
+            method("PO/PC", "passivity_controller", &[]),
+            method("PO/PC, held force", "passivity_controller", &[("method.observer", "held_force")]),
+            method("passive spring", "passive_spring", &[]),
+        ];
+        if damping > 0.0 {
+            let rigid = ("method.rigid", "true");
+            all.extend([
+                method("coupling b/T", "virtual_coupling", &[("method.coupling_stiffness", &c), rigid]),
+                method("energy bounding", "energy_bounding", &[("method.c1", &c)]),
+                method("force bound", "energy_bounding", &[("method.form", "force_bound"), ("method.c1", &c)]),
+            ]);
+        }
+        all
     }
 }
 

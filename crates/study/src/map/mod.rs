@@ -7,6 +7,7 @@
 mod axis;
 mod cell;
 mod curves;
+mod edges;
 mod fill;
 mod method;
 mod refine;
@@ -22,6 +23,7 @@ use hpu_cosim::{Ready, Rig};
 pub use axis::Axis;
 pub use cell::{Cell, OUTCOMES, outcome_name};
 pub use curves::{Curve, Curves};
+pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
 pub use method::Method;
 pub use refine::{Refinement, STRIDE};

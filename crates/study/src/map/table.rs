@@ -13,7 +13,7 @@ use parquet::schema::parser::parse_message_type;
 use super::{Found, Map, outcome, outcome_name};
 
 /// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
-pub const COLUMNS: [&str; 17] = [
+pub const COLUMNS: [&str; 18] = [
     "method",
     "ix",
     "iy",
@@ -29,12 +29,13 @@ pub const COLUMNS: [&str; 17] = [
     "dissipated_j",
     "displayed_stiffness",
     "displayed_ratio",
+    "overflow_share",
     "edges",
     "reason",
 ];
 
 /// Names of the columns that measurements are in.
-const MEASURED: [&str; 8] = [
+const MEASURED: [&str; 9] = [
     "rms",
     "amplitude",
     "frequency_hz",
@@ -43,6 +44,7 @@ const MEASURED: [&str; 8] = [
     "dissipated_j",
     "displayed_stiffness",
     "displayed_ratio",
+    "overflow_share",
 ];
 
 /// Units and meanings: keys and values of the files' heads.
@@ -69,6 +71,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("dissipated_j", "J that became heat".into()),
         ("displayed_stiffness", "N.m/rad, mean torque of the motor over mean penetration in a settled contact".into()),
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
+        ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
         ("edges", "clock edges".into()),
         ("replay", "the command that runs the cell again".into()),
     ];
@@ -82,7 +85,7 @@ struct Fields<'a> {
     at: [f64; 2],
     outcome: &'static str,
     run: bool,
-    measured: [Option<f64>; 8],
+    measured: [Option<f64>; 9],
     edges: Option<u64>,
     reason: &'a str,
 }
@@ -99,7 +102,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
         at: [map.x.values()[point.ix], map.y.values()[point.iy]],
         outcome: outcome_name(outcome(found, index)),
         run: matches!(found[index], Found::Run(_)),
-        measured: cell.map_or([None; 8], |cell| {
+        measured: cell.map_or([None; 9], |cell| {
             [
                 cell.rms,
                 cell.amplitude,
@@ -109,6 +112,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
                 Some(cell.dissipated_j),
                 cell.displayed_stiffness,
                 cell.displayed_ratio,
+                Some(cell.overflow_share),
             ]
         }),
         edges: cell.map(|cell| cell.edges),

@@ -1,0 +1,195 @@
+//! Why a method's region of rest ends where it does: what becomes of the motion just beyond its edge, and which criterion puts
+//! an edge there.
+
+use hpu_cosim::scene::{Experiment, OutcomeKind};
+
+use super::{Cell, Curves, Found, Map, Point, nearest, outcome};
+
+/// What a motion does just beyond the edge.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Reason {
+    /// It grows without end.
+    Grows,
+    /// It swings, and the command or a product is at its end for a hundredth of the time or more.
+    FullScale,
+    /// It swings by no more than a few counts: what the encoder hides from the law.
+    Counts,
+    /// It swings by more than that, within what all words hold.
+    Swings,
+    /// It has not come to rest yet, and has no period.
+    Wanders,
+}
+
+/// Amplitude up to which the encoder is to blame, in counts.
+pub const FEW_COUNTS: f64 = 2.5;
+/// Share of the time for which a word overflows, from which on full scale is.
+pub const OFTEN: f64 = 0.01;
+
+impl Reason {
+    /// In words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Grows => "grows without end",
+            Self::FullScale => "swings at full scale",
+            Self::Counts => "rattles between counts",
+            Self::Swings => "swings",
+            Self::Wanders => "wanders",
+        }
+    }
+
+    /// Of a cell that is not at rest, with the size of a count.
+    fn of(cell: &Cell, count: Option<f64>) -> Self {
+        let counts = cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count);
+        match cell.outcome {
+            OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => Self::Grows,
+            _ if counts.is_some_and(|counts| counts <= FEW_COUNTS) => Self::Counts,
+            _ if cell.overflow_share >= OFTEN => Self::FullScale,
+            _ if cell.frequency_hz == Some(0.0) => Self::Wanders,
+            _ => Self::Swings,
+        }
+    }
+}
+
+/// A reason, how often it is one, and what was measured there.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Share {
+    /// Why.
+    pub reason: Reason,
+    /// At how many places of the edge.
+    pub places: usize,
+    /// Least and greatest frequency of a limit cycle.
+    pub frequency_hz: Option<(f64, f64)>,
+    /// Least and greatest amplitude, in counts.
+    pub amplitude_counts: Option<(f64, f64)>,
+}
+
+/// The edge of a method's region of rest.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Edge {
+    /// Pairs of neighbours of which one comes to rest and the other does not.
+    pub places: usize,
+    /// Why, the most frequent reason first.
+    pub shares: Vec<Share>,
+    /// The criterion that is nearest to the edge, by the median ratio of edge over limit, and that ratio.
+    pub nearest: Option<(&'static str, f64)>,
+}
+
+impl Edge {
+    /// The edge of a method; `curves` are its criteria's.
+    #[must_use]
+    pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
+        let rests = |point: Point| match outcome(found, map.index(point)) {
+            Some(OutcomeKind::Settled | OutcomeKind::Passive) => Some(true),
+            Some(_) => Some(false),
+            None => None,
+        };
+        let mut edge = Self { places: 0, shares: Vec::new(), nearest: None };
+        let mut ratios: Vec<(&'static str, Vec<f64>)> = Vec::new();
+        for iy in 0..map.y.cells() {
+            for ix in 0..map.x.cells() {
+                let here = Point { method, ix, iy };
+                for (along_x, there) in [(true, Point { ix: ix + 1, ..here }), (false, Point { iy: iy + 1, ..here })] {
+                    if there.ix == map.x.cells() || there.iy == map.y.cells() {
+                        continue;
+                    }
+                    let beyond = match (rests(here), rests(there)) {
+                        (Some(true), Some(false)) => there,
+                        (Some(false), Some(true)) => here,
+                        _ => continue,
+                    };
+                    edge.note(map, found, beyond);
+                    if let Some(curves) = curves.filter(|curves| curves.over_x == along_x) {
+                        compare(&mut ratios, map, curves, here);
+                    }
+                }
+            }
+        }
+        edge.shares.sort_by_key(|share| (std::cmp::Reverse(share.places), share.reason));
+        let median = |ratios: &mut Vec<f64>| {
+            ratios.sort_by(f64::total_cmp);
+            ratios[ratios.len() / 2]
+        };
+        let most = ratios.iter().map(|(_, all)| all.len()).max().unwrap_or(0);
+        // A criterion that speaks of half of the edge or less explains none of it.
+        let medians = ratios.iter_mut().filter(|(_, all)| 2 * all.len() > most).map(|(name, all)| (*name, median(all)));
+        let distance = |ratio: f64| libm::log(ratio).abs();
+        edge.nearest = medians.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        edge
+    }
+
+    fn note(&mut self, map: &Map, found: &[Found], beyond: Point) {
+        let Some(cell) = nearest(found, map.index(beyond)) else { return };
+        let count = match map.experiment(beyond) {
+            Ok(Experiment::Axis(scene)) => Some(scene.encoder.count_rad()).filter(|count| *count > 0.0),
+            _ => None,
+        };
+        let reason = Reason::of(cell, count);
+        self.places += 1;
+        let at = self.shares.iter().position(|share| share.reason == reason).unwrap_or_else(|| {
+            self.shares.push(Share { reason, places: 0, frequency_hz: None, amplitude_counts: None });
+            self.shares.len() - 1
+        });
+        let share = &mut self.shares[at];
+        share.places += 1;
+        let widen = |range: &mut Option<(f64, f64)>, value: Option<f64>| {
+            if let Some(value) = value.filter(|value| value.is_finite()) {
+                *range = Some(range.map_or((value, value), |(low, high)| (low.min(value), high.max(value))));
+            }
+        };
+        widen(&mut share.frequency_hz, cell.frequency_hz.filter(|hz| *hz > 0.0));
+        widen(&mut share.amplitude_counts, cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count));
+    }
+
+    /// In one line; `None` where the map has no edge.
+    #[must_use]
+    pub fn text(&self) -> Option<String> {
+        if self.places == 0 {
+            return None;
+        }
+        let shares: Vec<String> = self.shares.iter().map(|share| share.text(self.places)).collect();
+        let nearest =
+            self.nearest.map(|(name, ratio)| format!("; nearest criterion {name}: the edge is at {ratio:.2} of it"));
+        Some(shares.join(", ") + &nearest.unwrap_or_default())
+    }
+}
+
+impl Share {
+    fn percent(&self, places: usize) -> f64 {
+        100.0 * self.places as f64 / places as f64
+    }
+
+    /// Amplitude, of what is one of counts, and frequency.
+    fn measured(&self) -> Vec<String> {
+        let range = |(low, high): (f64, f64), unit: &str| {
+            let decimals = usize::from(low < 10.0);
+            let (low, high) = (format!("{low:.decimals$}"), format!("{high:.decimals$}"));
+            if low == high { format!("{low} {unit}") } else { format!("{low} to {high} {unit}") }
+        };
+        let counts = self.amplitude_counts.filter(|_| self.reason == Reason::Counts);
+        [counts.map(|counts| range(counts, "counts")), self.frequency_hz.map(|hz| range(hz, "Hz"))]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    fn text(&self, places: usize) -> String {
+        let measured: String = self.measured().iter().map(|part| format!(", {part}")).collect();
+        format!("{} {:.0} %{measured}", self.reason.text(), self.percent(places))
+    }
+}
+
+/// Holds an edge between a cell and the next one along the stiffnesses against every criterion.
+fn compare(ratios: &mut Vec<(&'static str, Vec<f64>)>, map: &Map, curves: &Curves, here: Point) {
+    let (stiffness, at, other) = if curves.over_x { (&map.x, here.ix, here.iy) } else { (&map.y, here.iy, here.ix) };
+    let (low, high) = (stiffness.values()[at], stiffness.values()[at + 1]);
+    let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * high };
+    for curve in &curves.curves {
+        if let Some(limit) = curve.limits[other].filter(|limit| *limit > 0.0) {
+            match ratios.iter_mut().find(|(name, _)| *name == curve.name) {
+                Some((_, all)) => all.push(middle / limit),
+                None => ratios.push((curve.name, vec![middle / limit])),
+            }
+        }
+    }
+}
