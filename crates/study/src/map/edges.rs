@@ -148,9 +148,18 @@ impl Edge {
             return None;
         }
         let shares: Vec<String> = self.shares.iter().map(|share| share.text(self.places)).collect();
-        let nearest =
-            self.nearest.map(|(name, ratio)| format!("; nearest criterion {name}: the edge is at {ratio:.2} of it"));
-        Some(shares.join(", ") + &nearest.unwrap_or_default())
+        let nearest = self.nearest.map(|(name, ratio)| format!("; at {ratio:.2} of the nearest criterion, {name}"));
+        Some(shares.join("; ") + &nearest.unwrap_or_default())
+    }
+
+    /// For a picture: what there is at a tenth of the edge or more.
+    #[must_use]
+    pub fn short(&self) -> Option<String> {
+        let often = self.shares.iter().filter(|share| share.percent(self.places) >= 10.0);
+        let shares: Vec<String> =
+            often.map(|share| [vec![share.reason.text().to_string()], share.measured()].concat().join(", ")).collect();
+        let nearest = self.nearest.map(|(name, ratio)| format!("; at {ratio:.2} of {}", name.replace('_', " ")));
+        (self.places > 0).then(|| format!("beyond its edge: {}{}", shares.join("; "), nearest.unwrap_or_default()))
     }
 }
 
