@@ -15,16 +15,23 @@
 //! | `[amplifier.shaper]` if there is one | `cutoff` of the analog input shaper, `hold` \[1 us\] of its output |
 //! | `[bridge]` of a motor | `supply` \[24 V\], `on_resistance` \[0\] of a switch, `diode_drop` \[0.7 V\] |
 //! | `[clock]` | `frequency`, a whole number of hertz |
-//! | `[method]` | `kind` (`hybrid`, `conventional`), `sample_rate`, `position_bits` \[12\], `stiffness_format` \["(0,12,0)"\], `damping_format` \["(0,12,0)"\], `velocity_bits` \[12\], `period_bits` \[24\], `product` \[`saturate`\] (`drop_upper`), `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
+//! | `[method]` | `kind`, `sample_rate`, `position_bits` \[12\], `stiffness_format` \["(0,12,0)"\], `damping_format` \["(0,12,0)"\], `period_bits` \[24\], and what the kind needs |
+//! | … `hybrid`, `conventional` | `velocity_bits` \[12\], `product` \[`saturate`\] (`drop_upper`), `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
+//! | … `sampled_wall` | `spring` \[`held`\] (`live`), `estimator` \[`difference`\] (`filtered`, `window`, `foaw`, `edge_timer`), `velocity_every` \[1\] samples, `filter_shift` \[3\], `window` \[8\], `noise` \[1\] count, `velocity_frac` \[8\], `negative_damping` \[0\] everywhere |
+//! | … `virtual_coupling` | `coupling_stiffness`, `coupling_damping` \[0\], `rigid` \[false\]: the wall, whatever its stiffness |
+//! | … `passivity_controller` | `observer` \[`velocity`\] (`held_force`), `credit` \[unbounded\], `energy_bits` \[32\] |
+//! | … `energy_bounding` | `form` \[`c1_c2`\] (`force_bound`), `c1`, `c2` \[`c1`\], `bound_format` \["(0,10,4)"\], `energy_bits` \[32\] |
+//! | … `passive_spring` | `alpha` \[1\], `beta` \[1\] in `scale_format` \["(0,8,8)"\], `revive` \[true\], `extension_frac` \[8\] |
+//! | `[method.shaper]` behind a law, if there is one | `cutoff` of the digital input shaper |
 //! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\] |
 //! | `[wall]` | `position`, `stiffness`, `damping` \[0\] |
-//! | `[wall.ramp]` if it changes | `stiffness` at the end, `from`, `to`: the word goes there in a straight line |
+//! | `[wall.ramp]` if it changes | `stiffness` at the end, or `scale` of a `passive_spring` (its `beta`), `from`, `to`: the word goes there in a straight line |
 //! | `[hand]` `kind = "none"` | |
 //! | `[hand]` `kind = "constant_torque"` | `torque` |
 //! | `[hand]` `kind = "spring_damper"` | `stiffness`, `damping`, `path = [[time, angle], ...]` or `file` (CSV) |
 //! | `[hand]` `kind = "prescribed"` | `path` or `file` (CSV) |
 //! | `[hand]` `kind = "capture"` | `file` (VCD), `channel_a`, `channel_b` |
-//! | `[model]` | `datapath` \[`words`\] (`linear`), `bridge` \[`switching`\] (`averaged`), `delay` \[0\] of the linear law |
+//! | `[model]` | `datapath` \[`words`\] (`law`: in floats on counts, for masses and averaged bridges; `linear`), `bridge` \[`switching`\] (`averaged`), `delay` \[0\] of the linear law |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[10 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
