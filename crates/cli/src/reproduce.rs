@@ -1,7 +1,7 @@
 //! `hpu reproduce`: a published study, run again.
 
 use clap::Subcommand;
-use hpu_study::reproduce::{hybrid, scaling, shaper};
+use hpu_study::reproduce::{errs, hybrid, scaling, shaper};
 
 use crate::exit::{Exit, Failure};
 use crate::reproduce_drop::{self, Name};
@@ -42,6 +42,9 @@ enum Study {
     /// Stable stiffness with the analog input shaper and with energy bounding
     #[command(name = "input-shaper")]
     Shaper(reproduce_beside::Args),
+    /// On which side each criterion of stability errs, for five devices
+    #[command(name = "criteria")]
+    Criteria(reproduce_beside::Args),
     /// Two figures of a power-scaled spring, by both readings of its law
     #[command(name = "power-scaling")]
     Scaling(reproduce_beside::Args),
@@ -57,6 +60,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Study::Cost(args) => reproduce_cost::run(args),
         Study::Hybrid(args) => reproduce_beside::run(&hybrid::comparison(), args),
         Study::Shaper(args) => reproduce_beside::run(&shaper::comparison(), args),
+        Study::Criteria(args) => reproduce_beside::run(&errs::comparison(), args),
         Study::Scaling(args) => reproduce_beside::run(&scaling::comparison(), args),
     }
 }

@@ -47,7 +47,9 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<String, String>]) 
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let what = width(&mut comparison.lines.iter().map(|line| line.what.chars().count()));
     let published = width(&mut comparison.lines.iter().map(|line| line.published.chars().count())).max(9);
-    let mut text = format!("{:what$}  {:published$}  emulated\n", "", "published");
+    let is_paper = comparison.lines.iter().any(|line| !line.published.is_empty());
+    let column = |text: &str| if is_paper { format!("{text:published$}  ") } else { String::new() };
+    let mut text = format!("{:what$}  {}emulated\n", "", column("published"));
     let mut group = "";
     for (line, result) in comparison.lines.iter().zip(results) {
         if line.group != group {
@@ -58,7 +60,7 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<String, String>]) 
             Ok(found) => found.clone(),
             Err(reason) => format!("not measured: {reason}"),
         };
-        text += &format!("{:what$}  {:published$}  {found}\n", line.what, line.published);
+        text += &format!("{:what$}  {}{found}\n", line.what, column(line.published));
     }
     for note in comparison.notes {
         text += &format!("\n{note}\n");

@@ -10,6 +10,7 @@
 
 pub mod beside;
 mod claims;
+pub mod errs;
 pub mod formats;
 mod formats_text;
 pub mod hybrid;

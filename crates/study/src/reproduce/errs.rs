@@ -1,0 +1,120 @@
+//! On which side each criterion errs: its limit over the stiffness at which the scene as it stands, in words, ceases to settle.
+//!
+//! Nothing here is a paper's: the devices are four that the papers tell of or assume, each with its quantisation, its friction
+//! and its hand. Above one, a criterion calls stable what is not; below one, it forbids what holds.
+
+use std::sync::{Arc, OnceLock};
+
+use hpu_cosim::scene::{Experiment, Scene};
+
+use super::beside::{Comparison, Line, Measure, shipped_scene};
+use crate::limits::{Limits, limits};
+
+/// A device: its heading, the shipped scene and what is changed of it.
+type Device = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+const DEVICES: [Device; 5] = [
+    (
+        "Motor of Vasudevan et al. 2007 (data assumed), sampled at 1 kHz, pressed by a hand",
+        "conventional-wall-1khz",
+        &[("wall.damping", "0")],
+    ),
+    (
+        "The same with 1.2 mN.m of friction",
+        "conventional-wall-1khz",
+        &[("wall.damping", "0"), ("device.coulomb_friction", "1.2 mN.m")],
+    ),
+    ("The same, hybrid: the spring is not sampled", "hybrid-wall", &[("wall.damping", "0")]),
+    (
+        "A PHANToM as a mass of 90 g, b and friction after Diolaiti et al. 2006, dropped by 0.15 N",
+        "rail-drop",
+        &[("method.stiffness_format", "(0,14,10)")],
+    ),
+    ("An Impulse Engine's axis (data inferred), pushed by 2 N", "impulse-engine", &[]),
+];
+
+/// Criteria that can speak of one of them.
+const CRITERIA: [&str; 9] = [
+    "spectral_radius",
+    "routh",
+    "low_frequency",
+    "gil_hulin",
+    "colgate_schenkel",
+    "abbott_okamura",
+    "diolaiti",
+    "describing_function",
+    "drop_threshold",
+];
+
+/// A line for each criterion and device.
+#[must_use]
+pub fn comparison() -> Comparison {
+    let mut lines = Vec::new();
+    for (group, name, set) in DEVICES {
+        let of = Arc::new(OnceLock::new());
+        lines.push(Line { group, what: "in words".into(), published: "", measure: measure(&of, name, set, in_words) });
+        for criterion in CRITERIA {
+            let told = move |limits: &Limits| told(limits, criterion);
+            lines.push(Line { group, what: criterion.into(), published: "", measure: measure(&of, name, set, told) });
+        }
+    }
+    Comparison {
+        name: "criteria",
+        title: "Criteria of stability against the emulator, in words, with friction, hand and contact",
+        lines,
+        notes: &[
+            "Over: the criterion's limit over the stiffness at which the scene in words ceases to settle. Above 1 it calls stable what is not.",
+            "A criterion's assumptions are told by `hpu limits` for each scene; `!` marks those of which one or more is not met.",
+        ],
+    }
+}
+
+/// What all lines of a device share is found once.
+fn measure(
+    of: &Arc<OnceLock<Result<Limits, String>>>,
+    name: &'static str,
+    set: &'static [(&'static str, &'static str)],
+    tell: impl Fn(&Limits) -> String + Sync + 'static,
+) -> Measure {
+    let of = Arc::clone(of);
+    Box::new(move |_| {
+        let found = of.get_or_init(|| scene(name, set).map(|scene| limits(&scene)));
+        Some(found.as_ref().map(&tell).map_err(String::clone))
+    })
+}
+
+fn scene(name: &str, set: &[(&str, &str)]) -> Result<Scene, String> {
+    match shipped_scene(name, set)? {
+        Experiment::Axis(scene) => Ok(scene),
+        Experiment::Phantom(_) => Err(format!("{name} is no axis")),
+    }
+}
+
+fn in_words(limits: &Limits) -> String {
+    match &limits.in_words {
+        Ok(words) => {
+            let found = words.emulated;
+            format!(
+                "{:.5} {}, by {} runs, to {:.2} %",
+                found.limit,
+                found.unit,
+                words.runs,
+                100.0 * found.uncertainty / found.limit
+            )
+        }
+        Err(why) => why.clone(),
+    }
+}
+
+fn told(limits: &Limits, name: &str) -> String {
+    if let Some(criterion) = limits.criteria.iter().find(|criterion| criterion.name == name) {
+        let mark = if criterion.assumptions_met() { ' ' } else { '!' };
+        let over = match &limits.in_words {
+            Ok(words) => format!(", over {:.3}", criterion.limit / words.emulated.limit),
+            Err(_) => String::new(),
+        };
+        return format!("{mark} {:.5} {}{over}", criterion.limit, criterion.unit);
+    }
+    let silent = limits.silent.iter().find(|silent| silent.name == name);
+    silent.map_or("says nothing of it".into(), |silent| format!("silent: {}", silent.why))
+}

@@ -1,0 +1,28 @@
+//! Criteria against the emulator: what is known of the devices stands in the lines.
+
+use hpu_cosim::Control;
+use hpu_study::reproduce::beside::{beside_csv, beside_text};
+use hpu_study::reproduce::errs;
+
+#[test]
+fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tried() {
+    let mut comparison = errs::comparison();
+    comparison.lines.retain(|line| line.group.starts_with("A PHANToM"));
+    let results: Vec<_> =
+        comparison.lines.iter().map(|line| (line.measure)(&Control::default()).expect("nobody stops it")).collect();
+    let of = |what: &str| {
+        let at = comparison.lines.iter().position(|line| line.what == what).expect("a line");
+        results[at].as_ref().expect("measured").trim_start_matches(['!', ' ']).to_string()
+    };
+    let number = |text: String| text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).expect("a number");
+    // 2 b / T and the bounce's threshold.
+    assert_eq!(number(of("abbott_okamura")), 10.0);
+    assert_eq!(number(of("drop_threshold")), 9785.13552);
+    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m; in words it is one of the stiffnesses between.
+    let words = number(of("in words"));
+    assert!((8000.0..10_000.0).contains(&words), "{words}");
+    let text = beside_text(&comparison, &results);
+    assert!(text.contains("drop_threshold") && !text.contains("published"), "{text}");
+    let csv = beside_csv(&comparison, &results, "hpu reproduce criteria");
+    assert_eq!(csv.lines().count(), 2 + comparison.lines.len());
+}
