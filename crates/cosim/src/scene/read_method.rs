@@ -30,6 +30,10 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
         ("energy_bounding", "energy_bounding"),
         ("passive_spring", "passive_spring"),
     ];
+    if s.get("kind").and_then(|kind| kind.as_str()) == Some("midpoint_spring") {
+        let reason = "not causal: it needs the position to which its own force leads; write \"passive_spring\"";
+        return Err(s.error("kind", reason));
+    }
     let kind = s.choice("kind", &kinds, None)?;
     match law::keys(kind) {
         // A law's velocity is as wide as its position, and the shaper stands behind a law.
