@@ -7,7 +7,7 @@ use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
-use hpu_study::chart::{NETS, PHANTOM_NETS};
+use hpu_study::chart::{self, PHANTOM_NETS};
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
@@ -165,7 +165,7 @@ fn write(
 /// The nets that are drawn and tabled.
 fn nets(session: &Ready) -> &'static [&'static str] {
     match session {
-        Ready::Axis(_) => &NETS,
+        Ready::Axis(session) => chart::nets(session.scene()),
         Ready::Phantom(_) => &PHANTOM_NETS,
     }
 }

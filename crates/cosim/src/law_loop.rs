@@ -49,8 +49,9 @@ pub struct LawLoop {
 }
 
 const POSITION: usize = 11;
-const COMMAND: usize = 12;
-const NETS: usize = 13;
+const PENETRATION: usize = 12;
+const COMMAND: usize = 13;
+const NETS: usize = 14;
 
 impl LawLoop {
     /// A loop as it stands after reset.
@@ -139,6 +140,7 @@ impl Block for LawLoop {
         }
         let mut port = self.words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);
+        self.words[PENETRATION] = (self.words[POSITION] - self.config.surface).max(0);
         self.words[COMMAND] = self.command(self.force_n);
         if moved || sampled {
             self.meter.range(&self.words);
@@ -162,6 +164,7 @@ impl Wiring for LawLoop {
         let mut all = flatten(&self.inputs());
         all.extend(flatten(&self.outputs()));
         all.push(Signal::new("position", Format::signed(32), "count", "Counts from the start"));
+        all.push(Signal::new("penetration", Format::unsigned(32), "count", "Depth inside the wall"));
         let command = Format::signed(COMMAND_BITS + 1);
         all.push(Signal::new("command", command, "full scale/2^40", "Force against the penetration"));
         all

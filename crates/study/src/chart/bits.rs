@@ -5,26 +5,29 @@ use hpu_cosim::NetUse;
 use super::canvas::{Anchor, BLUE, Canvas, GRID, HEIGHT, INK, QUIET, RED, WIDTH};
 use super::panel::{Panel, around};
 use super::words::COMMAND;
-use super::{NETS, Picture, Run, conditions, page};
+use super::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;
 
 /// Every traced word as steps, the edges at which it had overflowed in red, and the share of its format that it used.
 pub(super) fn bits(run: &Run) -> Picture {
-    let uses: Vec<&NetUse> =
-        NETS.iter().filter_map(|name| run.summary.nets.iter().find(|net| net.signal.name == *name)).collect();
+    let uses: Vec<&NetUse> = nets(run.scene)
+        .iter()
+        .filter_map(|name| run.summary.nets.iter().find(|net| net.signal.name == *name))
+        .collect();
     let title = format!("{}: {}", run.scene.name, lost(run, &uses));
     let mut canvas = page(&title, &conditions(run), run.command);
     let top = 200;
-    let pitch = (HEIGHT - 95 - top) / NETS.len() as i32;
+    let pitch = (HEIGHT - 95 - top) / uses.len() as i32;
     canvas.text((RIGHT + 60, top - 42), "range used of the format", 26, INK, Anchor::Left);
     for (net, used) in uses.iter().enumerate() {
-        let last = net == COMMAND;
-        let words = run.words_of(net).map(|(t, word)| (t, word as f64));
+        let name = used.signal.name;
+        let last = name == COMMAND;
+        let words = run.words_of(name).map(|(t, word)| (t, word as f64));
         let y = around(words.clone().map(|point| point.1), 0.08);
         let (top, x) = (top + net as i32 * pitch, 0.0..run.summary.motion_s);
         let panel = Panel { left: 170, top, right: RIGHT, bottom: top + pitch - 66, x, y };
-        let overflows = run.overflowed(net);
+        let overflows = run.overflowed(name);
         let overflowed = run.trace.times_s().iter().copied().zip(overflows.iter().copied());
         panel.shade(&mut canvas, overflowed.clone(), RED, 0.22);
         let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };

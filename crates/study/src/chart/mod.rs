@@ -17,7 +17,7 @@ mod sines;
 mod table_2;
 mod words;
 
-use hpu_cosim::scene::{Loop, LoopWords, Scene};
+use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Summary, Trace, Verdict};
 
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
@@ -31,7 +31,14 @@ pub use sines::sines;
 pub use table_2::{rms, table_2};
 
 /// The nets that a run's trace must hold for its pictures, in this order.
-pub const NETS: [&str; 6] = ["position", "penetration", "spring", "velocity", "drag", "command"];
+#[must_use]
+pub fn nets(scene: &Scene) -> &'static [&'static str] {
+    match (scene.model.datapath, scene.method.kind) {
+        (Datapath::Law, _) => &["position", "penetration", "command"],
+        (_, Loop::Hybrid | Loop::Conventional) => &["position", "penetration", "spring", "velocity", "drag", "command"],
+        (_, Loop::Law(_)) => &["position", "penetration", "torque", "memory", "shaped", "command"],
+    }
+}
 
 /// The nets that the pictures of a PHANToM want; an FPGA beside a host has the commands alone.
 pub const PHANTOM_NETS: [&str; 9] =
@@ -44,7 +51,7 @@ pub struct Run<'a> {
     pub scene: &'a Scene,
     /// Its words.
     pub words: &'a LoopWords,
-    /// Its trace, of [`NETS`].
+    /// Its trace, of [`nets`].
     pub trace: &'a Trace,
     /// What it was.
     pub summary: &'a Summary,

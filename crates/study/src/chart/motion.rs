@@ -94,7 +94,7 @@ pub(super) fn position(run: &Run) -> Picture {
 /// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
 pub(super) fn torque(run: &Run) -> Picture {
     let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
-    let quantum_mnm = 1e3 * run.words.realised.torque_quantum_nm;
+    let quantum_mnm = 1e3 * run.quantum() * run.words.realised.torque_quantum_nm;
     let asked = || run.words_of(COMMAND).map(|(t, word)| (t, word as f64 * quantum_mnm));
     // A positive command pushes against the positive direction; both are drawn as what pushes back.
     let came = || run.reals_of(TORQUE, -1e3);

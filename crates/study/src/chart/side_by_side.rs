@@ -8,6 +8,12 @@ use super::panel::{Panel, around};
 use super::words::{PENETRATION, SPRING};
 use super::{Picture, Run, outcome, page};
 
+/// How hard the wall pushes, in PWM counts, over time.
+fn push<'a>(run: &Run<'a>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+    let quantum = run.quantum();
+    run.words_of(run.push()).map(move |(t, word)| (t, word as f64 * quantum))
+}
+
 /// Runs in one picture: angle and spring word over time, and the spring word over the penetration it is made of.
 ///
 /// # Panics
@@ -20,9 +26,10 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
     let angles = runs.iter().flat_map(|run| run.trace.angles_rad().iter().copied());
     let walls = runs.iter().map(|run| run.words.realised.wall_position_rad);
     let angle_range = around(angles.chain(walls), 0.08);
-    let words = |net: usize| runs.iter().flat_map(move |run| run.words_of(net).map(|(_, word)| word as f64));
-    let spring_range = around(words(SPRING).chain([0.0]), 0.08);
-    let depth_range = around(words(PENETRATION).chain([0.0]), 0.0);
+    let pushes = runs.iter().flat_map(|run| push(run).map(|(_, counts)| counts));
+    let spring_range = around(pushes.chain([0.0]), 0.08);
+    let depths = runs.iter().flat_map(|run| run.words_of(PENETRATION).map(|(_, word)| word as f64));
+    let depth_range = around(depths.chain([0.0]), 0.0);
 
     let width = (WIDTH - 100) / runs.len() as i32;
     for (index, run) in runs.iter().enumerate() {
@@ -42,22 +49,29 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
 
         let middle = Panel { left, top: 640, right, bottom: 900, x, y: spring_range.clone() };
-        let overflowed = run.overflowed(SPRING);
+        let overflowed = run.overflowed(run.push());
         middle.shade(&mut canvas, run.trace.times_s().iter().copied().zip(overflowed), RED, 0.22);
-        let legend = [("spring in PWM counts", ORANGE), ("overflowed", RED)];
-        middle.frame(&mut canvas, &legend, Some("time in s"));
-        middle.steps(&mut canvas, run.words_of(SPRING).map(|(t, word)| (t, word as f64)), ORANGE, 3);
+        let label = format!("{} in PWM counts", run.push());
+        middle.frame(&mut canvas, &[(&label, ORANGE), ("overflowed", RED)], Some("time in s"));
+        middle.steps(&mut canvas, push(run), ORANGE, 3);
 
         let y = spring_range.clone();
         let bottom = Panel { left, top: 1050, right, bottom: HEIGHT - 150, x: depth_range.clone(), y };
-        bottom.frame(&mut canvas, &[("spring over penetration", ORANGE)], Some("penetration in encoder counts"));
+        let label = format!("{} over penetration", run.push());
+        bottom.frame(&mut canvas, &[(&label, ORANGE)], Some("penetration in encoder counts"));
         let full = Format::unsigned(run.words.config.pwm.width).max() as f64;
         canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], QUIET, 3);
         canvas.text((right, bottom.top - 27), "line: full scale", 26, QUIET, Anchor::Right);
-        let law = (0..=depth_range.end as i64).map(|depth| (depth as f64, run.spring_at(depth) as f64));
-        bottom.steps(&mut canvas, law, ORANGE, 3);
-        if let Some((depth, word)) = run.trace.words(PENETRATION).last().zip(run.trace.words(SPRING).last()) {
-            let (x, y) = bottom.at(*depth as f64, *word as f64);
+        let depths = run.words_of(PENETRATION).map(|(_, word)| word as f64);
+        if run.push() == SPRING {
+            let law = (0..=depth_range.end as i64).map(|depth| (depth as f64, run.spring_at(depth) as f64));
+            bottom.steps(&mut canvas, law, ORANGE, 3);
+        } else {
+            // A method's force depends on what came before: the path that the run took.
+            bottom.curve(&mut canvas, depths.clone().zip(push(run).map(|(_, counts)| counts)), ORANGE, 2);
+        }
+        if let Some((depth, (_, word))) = depths.last().zip(push(run).last()) {
+            let (x, y) = bottom.at(depth, word);
             canvas.fill([(x - 10, y - 10), (x + 10, y + 10)], INK, 1.0);
             let (to, anchor) = if 2 * x < left + right { (x + 22, Anchor::Left) } else { (x - 22, Anchor::Right) };
             let above = if y - 40 > bottom.top { y - 26 } else { y + 34 };

@@ -1,20 +1,38 @@
 //! What the rows of a trace say about the loop's words.
 
+use hpu_cosim::COMMAND_BITS;
+use hpu_cosim::scene::Datapath;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 
-use super::Run;
+use super::{Run, nets};
 
-/// Indices into [`super::NETS`].
-pub(super) const PENETRATION: usize = 1;
-pub(super) const SPRING: usize = 2;
-pub(super) const VELOCITY: usize = 3;
-pub(super) const DRAG: usize = 4;
-pub(super) const COMMAND: usize = 5;
+pub(super) const PENETRATION: &str = "penetration";
+pub(super) const SPRING: &str = "spring";
+pub(super) const COMMAND: &str = "command";
 
 impl<'a> Run<'a> {
+    /// The words of one of the nets.
+    pub(super) fn words_in(&self, net: &str) -> &'a [i64] {
+        let index = nets(self.scene).iter().position(|name| *name == net);
+        self.trace.words(index.expect("the trace holds the nets of its pictures"))
+    }
+
     /// Times and words of one of the nets.
-    pub(super) fn words_of(&self, net: usize) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
-        self.trace.times_s().iter().copied().zip(self.trace.words(net).iter().copied())
+    pub(super) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
+        self.trace.times_s().iter().copied().zip(self.words_in(net).iter().copied())
+    }
+
+    /// The net that says how hard the wall pushes: the spring, where it has a net of its own.
+    pub(super) fn push(&self) -> &'static str {
+        if nets(self.scene).contains(&SPRING) { SPRING } else { COMMAND }
+    }
+
+    /// PWM counts of the least bit of a command, or of what the wall pushes with.
+    pub(super) fn quantum(&self) -> f64 {
+        match self.scene.model.datapath {
+            Datapath::Law => 2f64.powi(self.words.config.pwm.width.cast_signed() - COMMAND_BITS.cast_signed()),
+            Datapath::Words | Datapath::Linear => 1.0,
+        }
     }
 
     /// Times and values of one of the plant's outputs, by `scale`.
@@ -40,24 +58,29 @@ impl<'a> Run<'a> {
     }
 
     /// When a net had overflowed: the exact product or sum behind it, narrowed again.
-    pub(super) fn overflowed(&self, net: usize) -> Vec<bool> {
+    pub(super) fn overflowed(&self, net: &str) -> Vec<bool> {
         let config = &self.words.config;
         let fits = |from_frac: i32, to: Format, value: i128| {
             let narrowing = Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Wrap };
             narrowing.apply(value).overflowed
         };
         let method = &self.scene.method;
-        let words = |net: usize| self.trace.words(net).iter().map(|&word| i128::from(word));
-        let product = |factor: usize, gain: i64, frac: i32, to: Format| {
+        let words = |net: &str| self.words_in(net).iter().map(|&word| i128::from(word));
+        let product = |factor: &str, gain: i64, frac: i32, to: Format| {
             words(factor).map(|word| fits(frac, to, word * i128::from(gain))).collect()
         };
         let unsigned = Format::unsigned(config.pwm.width);
         let signed = Format::signed(config.pwm.width + 1);
+        let is_plain = nets(self.scene).contains(&SPRING);
         match net {
+            COMMAND if nets(self.scene).contains(&"shaped") => {
+                words("shaped").map(|torque| torque.abs() > unsigned.max()).collect()
+            }
+            _ if !is_plain => vec![false; self.trace.times_s().len()],
             SPRING => product(PENETRATION, self.words.stiffness, method.stiffness_format.frac(), unsigned),
-            DRAG => product(VELOCITY, self.words.damping, method.damping_format.frac(), signed),
+            "drag" => product("velocity", self.words.damping, method.damping_format.frac(), signed),
             COMMAND => words(PENETRATION)
-                .zip(words(SPRING).zip(words(DRAG)))
+                .zip(words(SPRING).zip(words("drag")))
                 .map(|(depth, (spring, drag))| depth != 0 && (spring + drag).abs() > unsigned.max())
                 .collect(),
             _ => vec![false; self.trace.times_s().len()],
