@@ -1,0 +1,41 @@
+//! A PHANToM's delay and its transmission.
+
+use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
+use hpu_cosim::{Control, Driver, Ready, Rig};
+
+fn outcome(name: &str, overrides: &[(&str, &str)]) -> Option<OutcomeKind> {
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let scene = shipped().iter().find(|scene| scene.name == name).expect("shipped");
+    let scene: Experiment = scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"));
+    let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default()).outcome()
+}
+
+#[test]
+fn one_sample_of_delay_divides_the_stiffness_that_a_rigid_mass_rests_on_by_nine() {
+    // Rest where a bounce gains what friction takes: ln((w + f) / (w - f)) = pi omega (T/2 + t_d), of 90 g.
+    let limit_n_per_m = |delay_s: f64| {
+        let share: f64 = (0.15 + 0.038) / (0.15 - 0.038);
+        0.09 * (share.ln() / (std::f64::consts::PI * (0.5e-3 + delay_s))).powi(2)
+    };
+    let (prompt, late) = (limit_n_per_m(0.0), limit_n_per_m(1e-3));
+    assert!((prompt - 9785.13552).abs() < 1e-4 && (late - 1087.23728).abs() < 1e-4, "{prompt} {late}");
+    // The arm's own mass depends on its pose: a quarter either way.
+    assert_eq!(outcome("phantom-late", &[("room.stiffness", &(0.75 * late).to_string())]), Some(OutcomeKind::Passive));
+    assert_eq!(
+        outcome("phantom-late", &[("room.stiffness", &(1.25 * late).to_string())]),
+        Some(OutcomeKind::NonPassive)
+    );
+    assert_eq!(outcome("phantom-late", &[]), Some(OutcomeKind::HighlyUnstable));
+    assert_eq!(outcome("phantom-late", &[("model.delay", "0")]), Some(OutcomeKind::Passive));
+    assert_eq!(
+        outcome("phantom-late", &[("model.delay", "0"), ("room.stiffness", &(0.75 * prompt).to_string())]),
+        Some(OutcomeKind::Passive)
+    );
+}
+
+#[test]
+fn a_soft_transmission_chatters_on_a_wall_that_a_rigid_one_rests_on() {
+    assert_eq!(outcome("phantom-flexible", &[]), Some(OutcomeKind::NonPassive));
+    assert_eq!(outcome("phantom-flexible", &[("model.transmission_stiffness", "0")]), Some(OutcomeKind::Passive));
+}
