@@ -61,6 +61,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         "pwm" => modulation(inputs[0].format),
         _ if !block.clocked() => combinations(&inputs),
         "input_shaper" => [walls::steps(&inputs), samples(&inputs)].concat(),
+        "energy_bounding" => [walls::motions(&inputs), walls::haul(block, &inputs)].concat(),
         _ if is_law(&inputs) => walls::motions(&inputs),
         _ if let Some(width) = generic(block, "PWM_WIDTH")
             && inputs[0].name == "a_pin" =>

@@ -1,9 +1,10 @@
 //! Stimuli for laws: motions into a wall and out again, all coordinates of which agree; and for the shaper behind them.
 
 use hpu_cosim::SplitMix64;
+use hpu_datapath::AnyBlock;
 use hpu_signal::{Format, Signal};
 
-use super::{corners, edge, reset};
+use super::{corners, edge, generic, reset};
 use crate::Stimulus;
 
 /// Whether these are the inputs of a law: the wall's coordinates come first.
@@ -124,4 +125,26 @@ pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
         rows.extend(vec![edge(row); 45]);
     }
     rows
+}
+
+/// Deep inside the hardest wall, the counter turning forward: every capture takes in the work of the greatest torque over
+/// almost half a turn, until the energy's word is full.
+pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
+    let [root, energy, torque] =
+        ["ROOT_WIDTH", "ENERGY_WIDTH", "TORQUE_WIDTH"].map(|name| generic(block, name).expect("a generic of the law"));
+    let mut words: Vec<_> = inputs.iter().map(|signal| signal.format.max() as i64).collect();
+    for (word, signal) in words.iter_mut().zip(inputs) {
+        *word = if signal.name == "period" { 1 } else { *word };
+    }
+    // From a capture to the next, which is at the edge after the load.
+    let between = root / 2 + 3;
+    let stride = i128::from(words[1] / between);
+    // A torque is almost 2^torque, a motion almost 2^motion: an eighth more captures, and two, for what they lack.
+    let motion = i64::from(inputs[1].format.width()) - 1;
+    let captures = (1 << (energy - torque - motion)) * 9 / 8 + 2;
+    let rows = (0..between * captures).map(|turn| {
+        words[0] = inputs[0].format.wrap(i128::from(turn) * stride);
+        edge(words.clone())
+    });
+    [reset(vec![0; inputs.len()])].into_iter().chain(rows).collect()
 }
