@@ -81,8 +81,7 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
     let widened = |entry: &str| entry.contains(" widening ") || entry == "biquad default y f";
     // The cosines of angles below a right one are positive, and at most 1.
     let positive = |entry: &str| entry.starts_with("trig_table ") && entry.ends_with(" cosine ff800000");
-    // Memories: velocities and couplings of whole counts, a coupling that is never pulled, energies in multiples of C1, and
-    // those of longer motions than these.
+    // Memories: velocities and couplings of whole counts, and a coupling that is never pulled.
     let memory = |entry: &str| {
         let known = [
             "sampled_wall default memory ff",
@@ -92,9 +91,6 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
             "virtual_coupling default memory 800ff",
             "virtual_coupling soft memory 80000",
             "virtual_coupling 8_bit memory 400",
-            "energy_bounding default memory ff000000",
-            "energy_bounding 8_bit memory 8000",
-            "energy_bounding least_conservative memory f",
         ];
         known.contains(&entry)
     };
@@ -104,7 +100,8 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         ["virtual_coupling" | "passive_spring", _, "torque", bits] => bits == "3000" || bits == "c0",
         ["virtual_coupling_loop" | "passive_spring_loop", "default", "b_high", _] => true,
         ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
-        [name, "8_bit", "b_high", _] => name.ends_with("_loop"),
+        // These are shaped.
+        [name, label, "b_high", _] if label.ends_with("8_bit") => name.ends_with("_loop"),
         ["sampled_wall_loop", "immediate", "a_low" | "b_high", _] => true,
         _ => false,
     };

@@ -165,11 +165,14 @@ impl Tally {
     /// A bound that says anything, in PWM counts: a fortieth of the greatest torque.
     pub const WIDE: f64 = 100.0;
 
-    /// Holds words against the law.
+    /// Holds words against the law; what is held within a wider bound than that does not count.
     pub fn hold(&mut self, sample: &Sample, word: f64, law: f64, bound: f64) {
         let off = (word - law).abs();
         let Sample { delta, motion, .. } = sample;
         assert!(off <= bound + FLOATS, "sample {}: {word} instead of {law}, bound {bound} ({delta}, {motion})", self.held);
+        if bound > Self::WIDE {
+            return;
+        }
         self.held += 1;
         self.touching += u64::from(sample.touches());
         self.worst = self.worst.max(off);
