@@ -80,10 +80,12 @@ fn the_conventional_loop_in_vhdl_equals_the_emulator_at_every_edge() {
 
 #[test]
 fn the_loop_of_every_method_in_vhdl_equals_the_emulator_at_every_edge() {
-    for name in
-        ["bounded-wall", "coupled-wall", "observed-wall", "dual-rate-wall", "energy-level-wall", "shaped-wall"]
+    for name in ["bounded-wall", "coupled-wall", "observed-wall", "dual-rate-wall", "energy-level-wall", "shaped-wall"]
     {
-        equal(&fast(name, &[("method.sample_rate", "20 kHz"), ("device.initial_angle", "0"), ("hand", "{ kind = \"none\" }")]));
+        equal(&fast(
+            name,
+            &[("method.sample_rate", "20 kHz"), ("device.initial_angle", "0"), ("hand", "{ kind = \"none\" }")],
+        ));
     }
 }
 
@@ -159,8 +161,12 @@ fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
     let hpu_cosim::TheLoop::Hybrid(wiring) = session.wiring() else { panic!("a hybrid loop") };
     let all = scene_vectors(&session, EDGES);
-    let mut run =
-        hpu_cosim::ClosedLoop::new(wiring.clone(), AxisWorld::new(session.plant(), 0, Schedule::default()), session.input(), u64::MAX);
+    let mut run = hpu_cosim::ClosedLoop::new(
+        wiring.clone(),
+        AxisWorld::new(session.plant(), 0, Schedule::default()),
+        session.input(),
+        u64::MAX,
+    );
     let instances = wiring.instances();
     assert_eq!(all.len(), 1 + instances.len());
     for edge in 1..=EDGES as usize {

@@ -82,7 +82,12 @@ fn a_virtual_coupling_is_within_the_words_of_its_shares_and_its_extension() {
 }
 
 /// Runs of a passivity controller of an undamped wall, which wants the same in words and in floats.
-fn controlled(observer: Observer, rate_hz: u32, samples: u32, hold: impl Fn(&Recorded, PassivityController, &mut Tally)) {
+fn controlled(
+    observer: Observer,
+    rate_hz: u32,
+    samples: u32,
+    hold: impl Fn(&Recorded, PassivityController, &mut Tally),
+) {
     let (name, method) = match observer {
         Observer::Velocity => ("velocity", "kind = \"passivity_controller\""),
         Observer::HeldForce => ("held_force", "kind = \"passivity_controller\"\nobserver = \"held_force\""),

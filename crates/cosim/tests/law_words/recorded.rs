@@ -103,7 +103,8 @@ impl Push {
         let duration_s = f64::from(*samples) / f64::from(*rate_hz);
         let mut path = String::from("[0, 0]");
         for point in 1..=(duration_s / 0.02) as u32 {
-            write!(path, ", [{}, {}]", f64::from(point) * 0.02, random.below(300) as f64 * 1e-3).expect("a string grows");
+            write!(path, ", [{}, {}]", f64::from(point) * 0.02, random.below(300) as f64 * 1e-3)
+                .expect("a string grows");
         }
         format!(
             "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\n[clock]\nfrequency = \"5 MHz\"\n\
@@ -169,7 +170,11 @@ impl Tally {
     pub fn hold(&mut self, sample: &Sample, word: f64, law: f64, bound: f64) {
         let off = (word - law).abs();
         let Sample { delta, motion, .. } = sample;
-        assert!(off <= bound + FLOATS, "sample {}: {word} instead of {law}, bound {bound} ({delta}, {motion})", self.held);
+        assert!(
+            off <= bound + FLOATS,
+            "sample {}: {word} instead of {law}, bound {bound} ({delta}, {motion})",
+            self.held
+        );
         if bound > Self::WIDE {
             return;
         }
@@ -183,7 +188,10 @@ impl Tally {
     /// 1e5 samples were held, a fifth of them inside the wall.
     pub fn done(&self, name: &str) {
         let Self { held, touching, worst, widest, sum } = self;
-        println!("{name}: {held} samples, {touching} in contact, off by {worst:.3} PWM counts, bounds to {widest:.3}, mean {:.3}", sum / *held as f64);
+        println!(
+            "{name}: {held} samples, {touching} in contact, off by {worst:.3} PWM counts, bounds to {widest:.3}, mean {:.3}",
+            sum / *held as f64
+        );
         assert!(*held >= 100_000 && *touching >= held / 5, "{held} samples, {touching} in contact");
     }
 }
