@@ -40,6 +40,29 @@ fn exponential(a: &Matrix) -> Matrix {
     (0..squarings).fold(sum, |power, _| product(&power, &power))
 }
 
+/// The plant with its hand and its input as one more state: x' = A x + b u, u' = 0; its position comes last before u.
+fn plant(scene: &Scene) -> Matrix {
+    let (grip, grip_damping) = scene.hand.grip();
+    match &scene.device {
+        Device::Motor(motor) => {
+            let (r, l) = (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm, motor.inductance_h);
+            let (k, j) = (motor.torque_constant_nm_per_a, motor.inertia_kg_m2());
+            let b = motor.viscous_friction_nm_s_per_rad + grip_damping;
+            // The effort is the torque at stall: u R / K in volts.
+            vec![
+                vec![-r / l, -k / l, 0.0, r / (k * l)],
+                vec![k / j, -b / j, -grip / j, 0.0],
+                vec![0.0, 1.0, 0.0, 0.0],
+                vec![0.0; 4],
+            ]
+        }
+        Device::Mass(mass) => {
+            let (m, b) = (mass.mass_kg, mass.damping_n_s_per_m + grip_damping);
+            vec![vec![-b / m, -grip / m, 1.0 / m], vec![1.0, 0.0, 0.0], vec![0.0; 3]]
+        }
+    }
+}
+
 /// The loop of a scene, linear and unquantised, from sample to sample.
 pub struct SampledLoop {
     map: Matrix,
@@ -51,26 +74,7 @@ impl SampledLoop {
     /// A hand that is a spring and damper pulls back with them. States: those of the plant, the position of the sample before, and the efforts on their way.
     #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
-        let (grip, grip_damping) = scene.hand.grip();
-        // The plant with its input as one more state: x' = A x + b u, u' = 0; its position comes last before u.
-        let mut plant = match &scene.device {
-            Device::Motor(motor) => {
-                let (r, l) = (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm, motor.inductance_h);
-                let (k, j) = (motor.torque_constant_nm_per_a, motor.inertia_kg_m2());
-                let b = motor.viscous_friction_nm_s_per_rad + grip_damping;
-                // The effort is the torque at stall: u R / K in volts.
-                vec![
-                    vec![-r / l, -k / l, 0.0, r / (k * l)],
-                    vec![k / j, -b / j, -grip / j, 0.0],
-                    vec![0.0, 1.0, 0.0, 0.0],
-                    vec![0.0; 4],
-                ]
-            }
-            Device::Mass(mass) => {
-                let (m, b) = (mass.mass_kg, mass.damping_n_s_per_m + grip_damping);
-                vec![vec![-b / m, -grip / m, 1.0 / m], vec![1.0, 0.0, 0.0], vec![0.0; 3]]
-            }
-        };
+        let mut plant = plant(scene);
         let states = plant.len() - 1;
         let position = states - 1;
         let mut spring = stiffness;
@@ -116,6 +120,30 @@ impl SampledLoop {
             map[effort][effort - 1] = 1.0;
         }
         Self { map }
+    }
+
+    /// The loop of a scene with a sampled spring whose damping is refreshed every `every` samples only, from one refresh to the
+    /// next; without delay.
+    #[must_use]
+    pub fn dual_rate(scene: &Scene, stiffness: f64, damping: f64, every: u32) -> Self {
+        let plant = plant(scene);
+        let effort = plant.len() - 1;
+        let flow = exponential(&scaled(&plant, scene.sample_period_s()));
+        // The plant's states, the position at the refresh before, and the damping's effort.
+        let (position, previous, drag) = (effort - 1, effort, effort + 1);
+        let mut sample = identity(drag + 1);
+        for (to, row) in sample.iter_mut().zip(&flow).take(effort) {
+            to[..effort].copy_from_slice(&row[..effort]);
+            to[position] -= stiffness * row[effort];
+            to[drag] = row[effort];
+        }
+        let mut refresh = identity(drag + 1);
+        let damper = damping / (scene.sample_period_s() * f64::from(every));
+        refresh[drag] = vec![0.0; drag + 1];
+        (refresh[drag][position], refresh[drag][previous]) = (-damper, damper);
+        refresh[previous] = vec![0.0; drag + 1];
+        refresh[previous][position] = 1.0;
+        Self { map: (0..every).fold(refresh, |map, _| product(&sample, &map)) }
     }
 
     /// The greatest size of an eigenvalue: the growth of the motion from one sample to the next.

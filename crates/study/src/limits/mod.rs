@@ -8,7 +8,7 @@ mod words;
 
 use std::fmt;
 
-use hpu_cosim::LinearLoop;
+use hpu_cosim::{Control, LinearLoop};
 use hpu_cosim::scene::Scene;
 
 use crate::criteria::{self, Criterion, Silent};
@@ -78,7 +78,7 @@ pub fn limits(scene: &Scene) -> Limits {
             Err(why) => silent.push(why),
         }
     }
-    let in_words = words::in_words(scene, emulated.map_or(start(scene), |linear| linear.limit));
+    let in_words = words::in_words(scene, emulated.map_or(start(scene), |linear| linear.limit), &Control::default());
     Limits { criteria, silent, emulated, in_words }
 }
 
@@ -103,7 +103,7 @@ pub(crate) fn unit(scene: &Scene) -> &'static str {
 }
 
 /// The verdict of the linear loop; `None` where the motion neither grows nor decays by more than is known.
-fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
+pub(crate) fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     const FEWEST: usize = 1 << 11;
     const MOST: usize = 1 << 22;
     let law = LinearLoop::new(scene, stiffness, scene.wall.damping_nm_s_per_rad);

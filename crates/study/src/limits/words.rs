@@ -28,8 +28,9 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 ///
 /// # Errors
 ///
-/// The reason why there is none: no words, no free motion, or the same verdict at every stiffness that the words hold.
-pub fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
+/// The reason why there is none: no words, no free motion, the same verdict at every stiffness that the words hold, or that
+/// `control` stopped it.
+pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords, String> {
     match scene.model.datapath {
         Datapath::Words => {}
         Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
@@ -49,8 +50,8 @@ pub fn in_words(scene: &Scene, start: f64) -> Result<InWords, String> {
         runs += 1;
         let mut scene = scene.clone();
         scene.wall.stiffness_nm_per_rad = words as f64 * word;
-        let cell = Cell::run(&Experiment::Axis(scene), TIMEOUT, &Control::default())?;
-        Ok(cell.is_some_and(|cell| cell.outcome == OutcomeKind::Settled))
+        let cell = Cell::run(&Experiment::Axis(scene), TIMEOUT, control)?.ok_or("stopped")?;
+        Ok(cell.outcome == OutcomeKind::Settled)
     };
     let first = ((start / word) as i128).clamp(1, format.max());
     let (mut low, mut high) = (first, first);

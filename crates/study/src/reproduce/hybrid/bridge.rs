@@ -1,0 +1,74 @@
+//! What a bridge that brakes in its off phase adds to one that floats.
+
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Device, Experiment};
+
+use super::super::beside::Line;
+use super::{Leaning, axis, line, stiffest};
+use crate::map::Cell;
+
+const GROUP: &str = "The stiffest wall with a bridge that brakes, against one that floats, in words";
+
+pub(super) fn lines() -> Vec<Line> {
+    let mut lines = Vec::new();
+    for hand in [Leaning::Push(20), Leaning::Shipped] {
+        for (what, scene, rate, published) in [
+            ("conventional, 100 Hz", "conventional-wall-1khz", "100 Hz", "+33.3 %"),
+            ("conventional, 1 kHz", "conventional-wall-1khz", "1 kHz", "+16.6 %"),
+            ("hybrid", "hybrid-wall", "1 kHz", "no perceivable change"),
+        ] {
+            lines.push(line(GROUP, format!("{what}, {}", hand.text()), published, move |control| {
+                let brake = Held::find(hand, scene, rate, "brake", control)?;
+                let float = Held::find(hand, scene, rate, "float", control)?;
+                Ok(format!("{}, floating {}{}", brake.text(), float.text(), brake.gain_over(&float)))
+            }));
+        }
+    }
+    lines.push(line(GROUP, "other damping that would make the short's share 33.3 %, 16.6 %", "", |_| {
+        let Device::Motor(motor) = axis("hybrid-wall", &[])?.device else { return Err("no motor".into()) };
+        let short = motor.torque_constant_nm_per_a.powi(2) / motor.resistance_ohm;
+        let [slow, fast] = [0.333, 0.166].map(|share| short / share * 1e3);
+        Ok(format!("{slow:.2}, {fast:.2} mN.m.s/rad beside the short's {:.3}", short * 1e3))
+    }));
+    lines
+}
+
+/// The stiffest wall that holds.
+struct Held {
+    /// As it is asked for, in N·m/rad; or why there is none.
+    asked: Result<f64, String>,
+    /// As it is felt.
+    felt: Option<f64>,
+}
+
+impl Held {
+    fn find(hand: Leaning, scene: &str, rate: &str, off: &str, control: &Control) -> Result<Self, String> {
+        let mut scene = hand.scene(scene, &[("method.sample_rate", rate), ("method.pwm.off", off)])?;
+        let found = match stiffest(&scene, 0.5, control) {
+            Ok(found) => found,
+            Err(reason) => return Ok(Self { asked: Err(reason), felt: None }),
+        };
+        scene.wall.stiffness_nm_per_rad = found.limit - 0.5 * found.uncertainty;
+        let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(20), control)?.ok_or("stopped")?;
+        Ok(Self { asked: Ok(found.limit), felt: cell.displayed_stiffness })
+    }
+
+    fn text(&self) -> String {
+        match (&self.asked, self.felt) {
+            (Ok(asked), Some(felt)) => format!("{asked:.3} N.m/rad (felt {felt:.3})"),
+            (Ok(asked), None) => format!("{asked:.3} N.m/rad"),
+            (Err(reason), _) => reason.clone(),
+        }
+    }
+
+    fn gain_over(&self, other: &Self) -> String {
+        let more = |own: Option<f64>, other: Option<f64>| Some(format!("{:+.0} %", (own? / other? - 1.0) * 100.0));
+        match (more(self.asked.clone().ok(), other.asked.clone().ok()), more(self.felt, other.felt)) {
+            (Some(asked), Some(felt)) => format!(": {asked} (felt {felt})"),
+            (Some(asked), None) => format!(": {asked}"),
+            (None, _) => String::new(),
+        }
+    }
+}

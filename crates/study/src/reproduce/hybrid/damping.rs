@@ -1,0 +1,88 @@
+//! The least virtual damping that holds a given wall.
+
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
+
+use super::super::beside::Line;
+use super::{Leaning, line, linear_settles};
+use crate::map::Cell;
+
+const GROUP: &str = "The least virtual damping that holds a wall, pushed by 20 mN.m";
+
+/// The loops, and what makes them of a shipped scene.
+const LOOPS: [(&str, &str, &str); 6] = [
+    ("conventional, 100 Hz", "conventional-wall-1khz", "100 Hz"),
+    ("conventional, 1 kHz", "conventional-wall-1khz", "1 kHz"),
+    ("conventional, 2 kHz", "conventional-wall-1khz", "2 kHz"),
+    ("conventional, 5 kHz", "conventional-wall-1khz", "5 kHz"),
+    ("conventional, 10 kHz", "conventional-wall-1khz", "10 kHz"),
+    ("hybrid, 1 kHz", "hybrid-wall", "1 kHz"),
+];
+
+pub(super) fn lines() -> Vec<Line> {
+    let mut lines = Vec::new();
+    for stiffness in ["0.06", "0.6", "1.8"] {
+        for (what, scene, rate) in LOOPS {
+            let published = if rate == "1 kHz" && scene != "hybrid-wall" { "less at higher rates" } else { "" };
+            lines.push(line(GROUP, format!("{stiffness} N.m/rad, {what}"), published, move |control| {
+                let scene = damped(scene, stiffness, rate)?;
+                let linear = least(&scene, |scene| Ok(linear_settles(scene)))?;
+                let words = least(&scene, |scene| runs_settled(scene, control))?;
+                Ok(format!("linear {}, in words {}", text(linear, &scene), text(words, &scene)))
+            }));
+        }
+    }
+    lines
+}
+
+fn damped(scene: &str, stiffness: &str, rate: &str) -> Result<Scene, String> {
+    let set =
+        [("wall.stiffness", stiffness), ("method.sample_rate", rate), ("method.damping_format", "(0,12,8)")];
+    Leaning::Push(20).scene(scene, &set)
+}
+
+fn runs_settled(scene: &Scene, control: &Control) -> Result<bool, String> {
+    let cell = Cell::run(&Experiment::Axis(scene.clone()), Duration::from_secs(20), control)?.ok_or("stopped")?;
+    Ok(cell.outcome == OutcomeKind::Settled)
+}
+
+/// The least damping that is stable, to 2 % : the first of a scan upwards in steps of a square root of two, then bisection;
+/// `None` when none is, up to 32 mN·m·s/rad.
+fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) -> Result<Option<f64>, String> {
+    let mut holds = |damping: f64| {
+        let mut scene = scene.clone();
+        scene.wall.damping_nm_s_per_rad = damping;
+        stable(&scene)
+    };
+    if holds(0.0)? {
+        return Ok(Some(0.0));
+    }
+    let (mut low, mut high) = (0.0, 1e-6);
+    while !holds(high)? {
+        (low, high) = (high, high * std::f64::consts::SQRT_2);
+        if high > 32e-3 {
+            return Ok(None);
+        }
+    }
+    while high - low > 0.02 * high && high > 1e-6 {
+        let middle = 0.5 * (low + high);
+        *(if holds(middle)? { &mut high } else { &mut low }) = middle;
+    }
+    Ok(Some(high))
+}
+
+/// A damping, and the gain in counts that it is when a velocity is a difference of counts.
+fn text(damping: Option<f64>, scene: &Scene) -> String {
+    let realised = scene.words().map(|words| words.realised);
+    match (damping, realised) {
+        (None, _) => "none does".into(),
+        (Some(0.0), _) => "0".into(),
+        (Some(damping), Ok(realised)) => {
+            let quantum = realised.torque_quantum_nm / realised.count_rad;
+            format!("{:.4} mN.m.s/rad (gain {:.2})", damping * 1e3, damping * realised.sample_rate_hz / quantum)
+        }
+        (Some(damping), Err(_)) => format!("{:.4} mN.m.s/rad", damping * 1e3),
+    }
+}

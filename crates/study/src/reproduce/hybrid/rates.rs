@@ -1,0 +1,122 @@
+//! Position at 20 kHz and velocity at 2 kHz, against both at 20 kHz.
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::Scene;
+
+use super::super::beside::Line;
+use super::{axis, line, stiffest};
+use crate::SampledLoop;
+use crate::limits::bisect;
+
+const MOTOR: &str = "The stiffest wall at 20 kHz, velocity at 20 and at 2 kHz: this motor, 100 MHz, pushed by 20 mN.m";
+const INERTIA: &str = "The stiffest wall at 20 kHz, velocity at 20 and at 2 kHz: an assumed inertia of 2e-3 kg.m2";
+const HAND: &str = "{ kind = \"constant_torque\", torque = \"20 mN.m\" }";
+
+pub(super) fn lines() -> Vec<Line> {
+    let mut lines: Vec<Line> = ["0", "0.1e-3", "0.3e-3", "1e-3", "2e-3", "3e-3", "5e-3"]
+        .map(|damping| {
+            line(MOTOR, format!("{} mN.m.s/rad", milli(damping)), "", move |control| both(motor, damping, control))
+        })
+        .into();
+    lines.push(line(MOTOR, "a count a sample asks for all torque from", "", |_| saturating(motor)));
+    for (damping, published) in [
+        ("0", "two rates 150 to 360 N.m/rad"),
+        ("0.01", "two rates 150 to 360 N.m/rad"),
+        ("0.03", "two rates 150 to 360 N.m/rad"),
+        ("0.1", "uniform falls to 0 above this"),
+        ("0.3", "uniform 0, two rates 150 to 360"),
+        ("1", "uniform 0, two rates 150 to 360"),
+    ] {
+        let what = format!("{damping} N.m.s/rad");
+        lines.push(line(INERTIA, what, published, move |control| both(inertia, damping, control)));
+    }
+    lines.push(line(INERTIA, "a count a sample asks for all torque from", "", |_| saturating(inertia)));
+    lines
+}
+
+fn milli(damping: &str) -> f64 {
+    damping.parse::<f64>().map_or(f64::NAN, |damping| damping * 1e3)
+}
+
+/// A motor's scene, with this damping, its velocity every so many samples.
+fn motor(damping: &str, every: &str) -> Result<Scene, String> {
+    axis(
+        "hybrid-wall",
+        &[
+            ("clock.frequency", "100 MHz"),
+            ("method.kind", "sampled_wall"),
+            ("method.sample_rate", "20 kHz"),
+            ("method.velocity_every", every),
+            ("method.stiffness_format", "(0,12,4)"),
+            ("method.damping_format", "(0,16,4)"),
+            ("wall.position", "0.05 rad"),
+            ("wall.damping", damping),
+            ("hand", HAND),
+        ],
+    )
+}
+
+/// The same of an inertia: a mass whose kg, m and N are kg·m², rad and N·m.
+fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
+    axis(
+        "impulse-engine",
+        &[
+            ("device.mass", "2e-3"),
+            ("device.damping", "5e-3"),
+            ("device.coulomb", "5e-3"),
+            ("encoder.resolution", "1.5707963e-3"),
+            ("amplifier.full_scale", "3.14159265"),
+            ("method.kind", "sampled_wall"),
+            ("method.sample_rate", "20 kHz"),
+            ("method.velocity_every", every),
+            ("method.stiffness_format", "(0,24,0)"),
+            ("method.damping_format", "(0,24,0)"),
+            ("wall.position", "10e-3"),
+            ("wall.stiffness", "200"),
+            ("wall.damping", damping),
+            ("hand.torque", "0.5"),
+            ("run.duration", "4 s"),
+        ],
+    )
+}
+
+fn both(
+    device: fn(&str, &str) -> Result<Scene, String>,
+    damping: &str,
+    control: &Control,
+) -> Result<String, String> {
+    let (one, ten) = (device(damping, "1")?, device(damping, "10")?);
+    let words = [&one, &ten].map(|scene| stiffest(scene, 1.0, control).map(|found| found.limit));
+    let linear = [(&one, 1), (&ten, 10)].map(|(scene, every)| linear(scene, every));
+    let share = |of: &[Result<f64, String>; 2]| match of {
+        [Ok(one), Ok(ten)] => format!(" ({:.2} of it)", ten / one),
+        _ => String::new(),
+    };
+    let text = |limit: &Result<f64, String>| match limit {
+        Ok(limit) => format!("{limit:.4}"),
+        Err(reason) => reason.clone(),
+    };
+    let told = |of: [Result<f64, String>; 2]| format!("{}, two rates {}{}", text(&of[0]), text(&of[1]), share(&of));
+    Ok(format!("in words {}; linear {}", told(words), told(linear)))
+}
+
+/// The limit of the linear loop.
+fn linear(scene: &Scene, every: u32) -> Result<f64, String> {
+    let damping = scene.wall.damping_nm_s_per_rad;
+    let stable = |stiffness| {
+        let radius = SampledLoop::dual_rate(scene, stiffness, damping, every).spectral_radius();
+        Some(radius < 1.0)
+    };
+    bisect(1.0, 1e-6, stable).map(|(low, high)| 0.5 * (low + high)).map_err(|_| "none".to_string())
+}
+
+/// The damping at which one count in a sample asks for the full torque, at either rate of the velocity.
+fn saturating(device: fn(&str, &str) -> Result<Scene, String>) -> Result<String, String> {
+    let from = |every: &str, samples: f64| {
+        let scene = device("0", every)?;
+        let realised = scene.words().map_err(|error| error.to_string())?.realised;
+        let full = realised.torque_quantum_nm * f64::from(1u32 << scene.method.pwm.bits);
+        Ok::<_, String>(full * scene.sample_period_s() * samples / realised.count_rad)
+    };
+    Ok(format!("{:.4} N.m.s/rad, two rates {:.4}", from("1", 1.0)?, from("10", 10.0)?))
+}

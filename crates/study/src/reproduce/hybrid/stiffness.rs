@@ -1,0 +1,61 @@
+//! How much stiffer the hybrid loop's wall may be.
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::Scene;
+
+use super::super::beside::Line;
+use super::{Leaning, axis, line, stiffest};
+use crate::criteria;
+use crate::limits::emulated;
+
+const GROUP: &str = "The stiffest wall, without virtual damping";
+const RATIO: &str = "4 to 5 times";
+
+pub(super) fn lines() -> Vec<Line> {
+    let mut lines = vec![
+        line(GROUP, "linear, conventional at 1 kHz", "", |_| Ok(format!("{:.6} N.m/rad", conventional()?))),
+        line(GROUP, "linear, hybrid, the spring never sampled", RATIO, |_| {
+            let hybrid = linear(&axis("hybrid-wall", &BARE)?)?;
+            Ok(format!("{hybrid:.5} N.m/rad, {:.3} times", hybrid / conventional()?))
+        }),
+        line(GROUP, "Routh's limit of the same", "", |_| {
+            let criteria = criteria::all(&axis("hybrid-wall", &BARE)?);
+            let routh = criteria.into_iter().flatten().find(|criterion| criterion.name == "routh");
+            routh.map(|routh| format!("{:.5} N.m/rad", routh.limit)).ok_or_else(|| "no such criterion".into())
+        }),
+    ];
+    for (clock, rate) in [("25.175 MHz", "6146.240234375 Hz"), ("50 MHz", "12207.03125 Hz")] {
+        let what = format!("linear, hybrid, sampled by its 12-bit PWM at {clock}");
+        lines.push(line(GROUP, what, RATIO, move |_| {
+            let set = [&BARE[..], &[("clock.frequency", clock), ("method.sample_rate", rate)]].concat();
+            let latched = linear(&axis("conventional-wall-1khz", &set)?)?;
+            Ok(format!("{latched:.5} N.m/rad, {:.3} times", latched / conventional()?))
+        }));
+    }
+    for hand in [Leaning::Push(20), Leaning::Push(50), Leaning::Push(100), Leaning::Push(200), Leaning::Shipped] {
+        let what = format!("in words, {}", hand.text());
+        lines.push(line(GROUP, what, RATIO, move |control| in_words(hand, control)));
+    }
+    lines
+}
+
+const BARE: [(&str, &str); 2] = [("wall.damping", "0"), ("hand", "{ kind = \"none\" }")];
+
+fn linear(scene: &Scene) -> Result<f64, String> {
+    emulated(scene, 0.5e-9).map(|found| found.limit).map_err(|error| error.to_string())
+}
+
+fn conventional() -> Result<f64, String> {
+    linear(&axis("conventional-wall-1khz", &BARE)?)
+}
+
+fn in_words(hand: Leaning, control: &Control) -> Result<String, String> {
+    let limit = |name| Ok::<_, String>(stiffest(&hand.scene(name, &[])?, 0.5, control)?.limit);
+    let conventional = limit("conventional-wall-1khz")?;
+    let (hybrid, early) = (limit("hybrid-wall")?, limit("hybrid-wall-25mhz")?);
+    Ok(format!(
+        "{conventional:.3} N.m/rad, hybrid {hybrid:.3}, {:.2} times; at 25.175 MHz {early:.3}, {:.2} times",
+        hybrid / conventional,
+        early / conventional
+    ))
+}

@@ -1,0 +1,60 @@
+//! The text's own numbers.
+
+use hpu_cosim::scene::{Experiment, Scene};
+use hpu_cosim::{Control, Driver, Ready, Rig};
+
+use super::super::beside::Line;
+use super::{axis, line};
+
+const GROUP: &str = "The text's numbers";
+
+pub(super) fn lines() -> Vec<Line> {
+    vec![
+        line(GROUP, "torque of one PWM count", "265 mN.m in 2^12 counts", |_| {
+            Ok(format!("{:.6} uN.m", words(&[])?.torque_quantum_nm * 1e6))
+        }),
+        line(GROUP, "stiffness of a gain of one", "", |_| {
+            let words = words(&[])?;
+            let quantum = words.torque_quantum_nm / words.count_rad;
+            Ok(format!("{quantum:.10} N.m/rad at the shaft, {:.4} at the wheel", quantum * 49.0))
+        }),
+        line(GROUP, "B_c at 1 kHz, read as a gain of 31/32", "0.9687 \"N s/m\"", |_| gain(31.0 / 32.0)),
+        line(GROUP, "B at 1 kHz, read as a gain of 2/55", "36.36e-3 \"N s/m\"", |_| gain(2.0 / 55.0)),
+        line(GROUP, "torque 0.5 rad deep in 1.5 N.m/rad", "265 mN.m", |control| torque("saturate", control)),
+        line(GROUP, "the same, the product's upper 12 bits dropped", "", |control| torque("drop_upper", control)),
+    ]
+}
+
+fn words(set: &[(&str, &str)]) -> Result<hpu_cosim::scene::Realised, String> {
+    axis("hybrid-wall", set)?.words().map(|words| words.realised).map_err(|error| error.to_string())
+}
+
+/// A gain on the difference of two positions at 1 kHz, in SI units, and beside what the motor has of its own.
+fn gain(gain: f64) -> Result<String, String> {
+    let scene: Scene = axis("hybrid-wall", &[])?;
+    let words = scene.words().map_err(|error| error.to_string())?.realised;
+    let damping = gain * words.torque_quantum_nm / words.count_rad / words.sample_rate_hz;
+    let hpu_cosim::scene::Device::Motor(motor) = scene.device else { return Err("no motor".into()) };
+    let own = motor.viscous_friction_nm_s_per_rad
+        + motor.torque_constant_nm_per_a.powi(2) / motor.resistance_ohm;
+    Ok(format!("{:.3} uN.m.s/rad, {:.4} of the motor's own", damping * 1e6, damping / own))
+}
+
+/// The mean of the motor's torque in the later half of a run that holds the shaft in the wall.
+fn torque(product: &str, control: &Control) -> Result<String, String> {
+    let scene = axis(
+        "hybrid-wall",
+        &[
+            ("method.product", product),
+            ("hand", "{ kind = \"prescribed\", path = [[0, 2.0]] }"),
+            ("run.duration", "50 ms"),
+        ],
+    )?;
+    let experiment = Experiment::Axis(scene);
+    let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
+    let mut trace = ready.trace(&[]);
+    ready.run(Driver::Events, &mut trace, &mut (), control);
+    let torques = &trace.real(3)[trace.real(3).len() / 2..];
+    let mean = -torques.iter().sum::<f64>() / torques.len() as f64;
+    Ok(format!("{:.3} mN.m", mean * 1e3))
+}
