@@ -8,8 +8,8 @@ mod words;
 
 use std::fmt;
 
-use hpu_cosim::{Control, LinearLoop};
 use hpu_cosim::scene::Scene;
+use hpu_cosim::{Control, LinearLoop};
 
 use crate::criteria::{self, Criterion, Silent};
 

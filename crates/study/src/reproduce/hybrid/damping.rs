@@ -23,7 +23,7 @@ const LOOPS: [(&str, &str, &str); 6] = [
 
 pub(super) fn lines() -> Vec<Line> {
     let mut lines = Vec::new();
-    for stiffness in ["0.06", "0.6", "1.8"] {
+    for stiffness in ["0.6", "1.8", "2.5"] {
         for (what, scene, rate) in LOOPS {
             let published = if rate == "1 kHz" && scene != "hybrid-wall" { "less at higher rates" } else { "" };
             lines.push(line(GROUP, format!("{stiffness} N.m/rad, {what}"), published, move |control| {
@@ -38,8 +38,7 @@ pub(super) fn lines() -> Vec<Line> {
 }
 
 fn damped(scene: &str, stiffness: &str, rate: &str) -> Result<Scene, String> {
-    let set =
-        [("wall.stiffness", stiffness), ("method.sample_rate", rate), ("method.damping_format", "(0,12,8)")];
+    let set = [("wall.stiffness", stiffness), ("method.sample_rate", rate), ("method.damping_format", "(0,12,8)")];
     Leaning::Push(20).scene(scene, &set)
 }
 

@@ -36,12 +36,13 @@ pub fn comparison() -> Comparison {
              supply, then ceases, and nothing brakes. The same duty then makes less torque, so a word is a softer and a bent \
              spring; \"felt\" is torque over depth at rest in the stiffest wall that holds. The citing page does not say how its \
              undamped motor was driven, nor what else damped it.",
-            "Two rates: the published device is not known. The mass stands for an inertia of 2e-3 kg.m2 with 5e-3 N.m.s/rad, 5 mN.m \
-             of Coulomb friction, 4000 counts a turn and 3.14 N.m, all assumed, pushed by 0.5 N.m; full scale and counts are \
-             chosen so that a count a sample at 20 kHz asks for all of it at the published 0.1 N.m.s/rad. A benefit of two rates \
-             as published does not come out: neither linear, where the lag of the slow rate only costs, nor in words, where a \
-             count's kick is damping times count at either rate until it saturates. What else the published device had \
-             (lagging amplifier, flexible drive, another verdict) is not modelled.",
+            "Two rates: the published device is not known. The motor's PWM has a period of 41 us at 100 MHz. The inertia is a mass \
+             whose kg, m and N are kg.m2, rad and N.m: 2e-3 kg.m2, 5e-3 N.m.s/rad, 5 mN.m of Coulomb friction, 20000 counts a \
+             turn and 20 N.m, all assumed, pushed by 0.5 N.m. The published benefit does not come out: linear, the slow \
+             rate's lag only costs; in words, a count's kick is damping times count at either rate as long as the torque \
+             holds it. The published 0.1 and 1 N.m.s/rad are as far apart as the rates, and so are the dampings from which one \
+             count a sample asks for all torque: which hints at a word or an amplifier that overflowed. What else that device \
+             had, a lagging amplifier, a flexible drive, another verdict, is not modelled.",
         ],
     }
 }

@@ -64,8 +64,8 @@ fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
             ("device.mass", "2e-3"),
             ("device.damping", "5e-3"),
             ("device.coulomb", "5e-3"),
-            ("encoder.resolution", "1.5707963e-3"),
-            ("amplifier.full_scale", "3.14159265"),
+            ("encoder.resolution", "3.1415927e-4"),
+            ("amplifier.full_scale", "20"),
             ("method.kind", "sampled_wall"),
             ("method.sample_rate", "20 kHz"),
             ("method.velocity_every", every),
@@ -80,11 +80,7 @@ fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
     )
 }
 
-fn both(
-    device: fn(&str, &str) -> Result<Scene, String>,
-    damping: &str,
-    control: &Control,
-) -> Result<String, String> {
+fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control: &Control) -> Result<String, String> {
     let (one, ten) = (device(damping, "1")?, device(damping, "10")?);
     let words = [&one, &ten].map(|scene| stiffest(scene, 1.0, control).map(|found| found.limit));
     let linear = [(&one, 1), (&ten, 10)].map(|(scene, every)| linear(scene, every));

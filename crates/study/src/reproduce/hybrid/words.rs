@@ -35,8 +35,7 @@ fn gain(gain: f64) -> Result<String, String> {
     let words = scene.words().map_err(|error| error.to_string())?.realised;
     let damping = gain * words.torque_quantum_nm / words.count_rad / words.sample_rate_hz;
     let hpu_cosim::scene::Device::Motor(motor) = scene.device else { return Err("no motor".into()) };
-    let own = motor.viscous_friction_nm_s_per_rad
-        + motor.torque_constant_nm_per_a.powi(2) / motor.resistance_ohm;
+    let own = motor.viscous_friction_nm_s_per_rad + motor.torque_constant_nm_per_a.powi(2) / motor.resistance_ohm;
     Ok(format!("{:.3} uN.m.s/rad, {:.4} of the motor's own", damping * 1e6, damping / own))
 }
 
