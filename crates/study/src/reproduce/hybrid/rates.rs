@@ -82,8 +82,12 @@ fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
 
 fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control: &Control) -> Result<String, String> {
     let (one, ten) = (device(damping, "1")?, device(damping, "10")?);
-    let words = [&one, &ten].map(|scene| stiffest(scene, 1.0, control).map(|found| found.limit));
     let linear = [(&one, 1), (&ten, 10)].map(|(scene, every)| linear(scene, every));
+    // From the linear limit: far below it a wall is too soft to come to rest within the run.
+    let words = [(&one, &linear[0]), (&ten, &linear[1])].map(|(scene, linear)| {
+        let start = linear.as_ref().map_or(1.0, |limit| *limit);
+        stiffest(scene, start, control).map(|found| found.limit)
+    });
     let share = |of: &[Result<f64, String>; 2]| match of {
         [Ok(one), Ok(ten)] => format!(" ({:.2} of it)", ten / one),
         _ => String::new(),
