@@ -58,7 +58,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
         folder.write(&format!("{}.txt", comparison.name), &text)?;
-        folder.write(&format!("{}.csv", comparison.name), &beside_csv(comparison, &rows, &command))?;
+        folder.write(&format!("{}.csv", comparison.name), beside_csv(comparison, &rows, &command))?;
         places = folder.places().map(PathBuf::from).collect();
         folder.commit()?;
     }
