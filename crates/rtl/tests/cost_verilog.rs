@@ -82,10 +82,14 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     last_value(&vcd, "different")
 }
 
-/// Whether Yosys simulates the block within seconds: tables of thousands of words take it minutes. Such blocks are held
-/// in their variants of shorter tables.
+/// Whether Yosys simulates the block within seconds: tables of thousands of words, and windows of thousands of bits, take it
+/// minutes. Such blocks are held in their variants of shorter ones.
 fn has_short_tables(block: &dyn AnyBlock) -> bool {
-    let long = |(name, value): (&str, Generic)| matches!((name, value), ("DEPTH_WIDTH" | "QUARTER_WIDTH", Generic::Integer(bits)) if bits > 9);
+    let long = |(name, value): (&str, Generic)| match (name, value) {
+        ("DEPTH_WIDTH" | "QUARTER_WIDTH", Generic::Integer(bits)) => bits > 9,
+        ("WINDOW", Generic::Integer(samples)) => samples > 32,
+        _ => false,
+    };
     !block.generics().into_iter().any(long)
 }
 
