@@ -63,12 +63,22 @@ pub fn comparison() -> Comparison {
         (100.0, "0.035360856 (derived)"),
         (130.0, "0.027198927 (derived)"),
     ] {
-        line("|1 - H| of the filter", format!("{frequency_hz} Hz"), left, Box::new(move |_| Some(Ok(gains(frequency_hz)))));
+        line(
+            "|1 - H| of the filter",
+            format!("{frequency_hz} Hz"),
+            left,
+            Box::new(move |_| Some(Ok(gains(frequency_hz)))),
+        );
     }
-    line("|1 - H| of the filter", "greatest of a step's answer".into(), "1.2078796 (derived)", Box::new(|_| {
-        let [exact, analog, digital] = gain::overshoots();
-        Some(Ok(format!("closed form {exact:.7}, analog {analog:.7}, words {digital:.5}")))
-    }));
+    line(
+        "|1 - H| of the filter",
+        "greatest of a step's answer".into(),
+        "1.2078796 (derived)",
+        Box::new(|_| {
+            let [exact, analog, digital] = gain::overshoots();
+            Some(Ok(format!("closed form {exact:.7}, analog {analog:.7}, words {digital:.5}")))
+        }),
+    );
 
     const STABLE: &str = "Stable stiffness, walls of 10 to 100 kN/m in steps of 5";
     let published = [
@@ -80,7 +90,12 @@ pub fn comparison() -> Comparison {
         line(STABLE, shaper.name().into(), published, Box::new(move |control| ladder(&shaper.wall(), control)));
     }
     for shaper in Shaper::ALL {
-        line("The same, word by word (bisection)", shaper.name().into(), "", Box::new(move |_| Some(turn(&shaper.wall()))));
+        line(
+            "The same, word by word (bisection)",
+            shaper.name().into(),
+            "",
+            Box::new(move |_| Some(turn(&shaper.wall()))),
+        );
     }
     for (what_if, set) in WHAT_IFS {
         for shaper in Shaper::ALL {
@@ -94,9 +109,14 @@ pub fn comparison() -> Comparison {
             for c1 in [10, 20, 30, 40, 50] {
                 let set = with(&bounded(form, c1, friction), &shaper.set());
                 let published = published[shaper as usize];
-                line(group, format!("{}, c1 = {c1} N.s/m", shaper.name()), published, Box::new(move |control| {
-                    Some(made::run("bounded-impulse-engine", &set, control)?.map(|made| felt(&made)))
-                }));
+                line(
+                    group,
+                    format!("{}, c1 = {c1} N.s/m", shaper.name()),
+                    published,
+                    Box::new(move |control| {
+                        Some(made::run("bounded-impulse-engine", &set, control)?.map(|made| felt(&made)))
+                    }),
+                );
             }
         }
     }
@@ -111,26 +131,20 @@ const BOUNDED: [(&str, &str, &str, [&str; 3]); 4] = [
     ("What if: the greatest passive force with 0.14 N of friction", "force_bound", "0.14 N", [""; 3]),
 ];
 
-const SAID: [&str; 3] = ["larger c1: stiffer, less stable", "stable for larger c1 than without", "enhances stability too"];
+const SAID: [&str; 3] =
+    ["larger c1: stiffer, less stable", "stable for larger c1 than without", "enhances stability too"];
 
 /// Physics that the shipped scene does not have, each by itself.
 const WHAT_IFS: [(&str, &[(&str, &str)]); 5] = [
     ("What if: 0.05 N of Coulomb friction", &[("device.coulomb", "0.05 N")]),
-    (
-        "What if: 0.14 N of Coulomb friction (the device's bound, by general knowledge)",
-        &[("device.coulomb", "0.14 N")],
-    ),
+    ("What if: 0.14 N of Coulomb friction (the device's bound, by general knowledge)", &[("device.coulomb", "0.14 N")]),
     (
         "What if: 0.14 N of Coulomb friction on 37.5 g, which 25 kN/m swings at 130 Hz",
         &[("device.coulomb", "0.14 N"), ("device.mass", "37.5 g")],
     ),
     (
         "What if: counts ten times finer",
-        &[
-            ("encoder.resolution", "2.2 um"),
-            ("method.position_bits", "14"),
-            ("method.stiffness_format", "(0,13,8)"),
-        ],
+        &[("encoder.resolution", "2.2 um"), ("method.position_bits", "14"), ("method.stiffness_format", "(0,13,8)")],
     ),
     (
         "What if: a hand of 1 kN/m and 5 N.s/m besides, led to 2 mm inside",
