@@ -171,6 +171,7 @@ const NOTES: &[&str] = &[
      by either: Proposition 2 asks for finitely many critical points of the spring's energy, and a swing has no end of them.",
     "The energy-level spring is passive, sample by sample, yet a swing about rest grows with it as with a plain one: what it loses against a \
      spring that follows, k dx^2/2 a sample, moves its rest towards the user, whose constant 10 N pays for the swing.",
+    "Where a plain spring ceases to grow is T = 2(b/k - t): some 4 clocks of 1 us pass from the encoder's edge to the force, 8 us off 0.5 ms.",
     "A slow ramp is slow but for its beginning: rest moves at once, and adds 1.5 mm to the swing of 2 cm, or takes them off (15 % of energy).",
     "The fixture here pushes to one side only, as a datapath's wall does: the swing that the ramp feeds leaves it at x = 0 and comes back by the \
      user's pull. The energy-level spring is dead at x = 0 (its energy is gone, and with it its sign): it engages again at the surface, by \
