@@ -1,5 +1,7 @@
 //! The analog input shaper, and energy bounding behind it: stiffness that holds, and what is felt of it.
 
+use std::sync::atomic::Ordering;
+
 use hpu_cosim::Control;
 
 use super::beside::{Comparison, Line, Measure, shipped_scene};
@@ -94,7 +96,7 @@ pub fn comparison() -> Comparison {
             "The same, word by word (bisection)",
             shaper.name().into(),
             "",
-            Box::new(move |_| Some(turn(&shaper.wall()))),
+            Box::new(move |control| turn(&shaper.wall(), control)),
         );
     }
     for (what_if, set) in WHAT_IFS {
@@ -179,12 +181,20 @@ fn gains(frequency_hz: f64) -> String {
     format!("closed form {exact:.8}, analog {analog:.6}; bilinear {digital:.6}, words {words:.6}")
 }
 
-fn turn(set: &Set) -> Result<String, String> {
+/// Where the verdict turns; `None` when stopped.
+fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
-    let scene = shipped_scene("impulse-engine", &set)?.axis().ok_or("no axis")?;
-    let found = in_words(&scene, scene.wall.stiffness_nm_per_rad)?;
-    let kn_per_m = found.emulated.limit * 1e-3;
-    Ok(format!("settles below {kn_per_m:.3} kN/m, not above ({} runs)", found.runs))
+    let found = shipped_scene("impulse-engine", &set).and_then(|experiment| {
+        let scene = experiment.axis().ok_or("no axis")?;
+        in_words(&scene, scene.wall.stiffness_nm_per_rad, control)
+    });
+    if control.stop.load(Ordering::Relaxed) {
+        return None;
+    }
+    Some(found.map(|found| {
+        let kn_per_m = found.emulated.limit * 1e-3;
+        format!("settles below {kn_per_m:.3} kN/m, not above ({} runs)", found.runs)
+    }))
 }
 
 /// What became of the walls of the ladder.
