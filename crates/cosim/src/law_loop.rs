@@ -35,7 +35,7 @@ pub struct LawConfig {
     pub period_width: u32,
 }
 
-/// See the [module](self).
+/// A loop whose law is computed in floats, on counts: what the datapaths in words are held against. No PWM, and no VHDL.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LawLoop {
     config: LawConfig,

@@ -15,12 +15,12 @@
 //! | [`InputShaper`] | `input_shaper` | the digital twin of the analog shaper |
 
 mod any;
-mod bounding;
-mod coupling;
-mod passivity;
-mod shaper;
-mod spring;
-mod wall;
+pub mod bounding;
+pub mod coupling;
+pub mod passivity;
+pub mod shaper;
+pub mod spring;
+pub mod wall;
 
 pub use any::AnyLaw;
 pub use bounding::{BoundingForm, EnergyBounding};
