@@ -52,7 +52,16 @@ fn a_map_writes_its_tables_and_pictures_and_draws_itself_in_letters() {
     expected.sort();
     assert_eq!(names(&out), expected);
     let said = stdout(&output);
-    for word in ["settled", "limit_cycle", "spectral_radius, assumptions met at 5 of 5", "routh", "9 by 5 cells"] {
+    for word in [
+        "settled",
+        "limit_cycle",
+        "curves     spectral_radius (",
+        " of 5)",
+        "spectral_radius: ",
+        "edge       ",
+        "routh",
+        "9 by 5 cells",
+    ] {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert_eq!(said.lines().filter(|line| line.starts_with("  |")).count(), 5, "{said}");
@@ -71,12 +80,12 @@ fn the_command_in_a_row_runs_that_cell_again_to_the_last_digit() {
     let rows = rows(&out);
     let mut outcomes = Vec::new();
     for line in rows.iter().skip(1) {
-        let fields: Vec<&str> = line.splitn(18, ',').collect();
+        let fields: Vec<&str> = line.splitn(19, ',').collect();
         if fields[6] == "0" || outcomes.contains(&fields[5]) {
             continue;
         }
         outcomes.push(fields[5]);
-        let replay = fields[17].trim_matches('"').replace("\"\"", "\"");
+        let replay = fields[18].trim_matches('"').replace("\"\"", "\"");
         let replay = replay.replacen("hpu", env!("CARGO_BIN_EXE_hpu"), 1) + " --json";
         let output = Command::new("sh").args(["-c", &replay]).current_dir(ROOT).output().expect("a shell");
         assert!([0, 1].contains(&code(&output)), "{replay}: {}", stderr(&output));

@@ -254,8 +254,10 @@ fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
 
 #[test]
 fn a_choice_that_is_none_is_refused_with_the_choices() {
-    says(refused("\"hybrid\"", "\"hybird\""), "7:8: method.kind: `hybird` is none of \"hybrid\", \"conventional\"");
-    says(refused("\"hybrid\"", "3"), "7:8: method.kind: `3` is none of \"hybrid\", \"conventional\"");
+    let choices = "\"hybrid\", \"conventional\", \"sampled_wall\", \"virtual_coupling\", \"passivity_controller\", \
+                   \"energy_bounding\", \"passive_spring\"";
+    says(refused("\"hybrid\"", "\"hybird\""), &format!("7:8: method.kind: `hybird` is none of {choices}"));
+    says(refused("\"hybrid\"", "3"), &format!("7:8: method.kind: `3` is none of {choices}"));
 }
 
 #[test]
@@ -422,7 +424,7 @@ fn a_ramp_of_the_wall_has_an_end_that_fits_and_takes_time() {
     refused("{ stiffness = 2, from = 1, to = \"1000.000001 ms\" }", ".to: 1.000000001 s is no clock after from, 1 s");
     refused(
         "{ scale = 40, from = 0, to = 1 }",
-        ".scale: neither \"hybrid\" nor \"conventional\" scales its force; write stiffness instead",
+        ".scale: \"hybrid\" does not scale its force, \"passive_spring\" does; write stiffness instead",
     );
     refused("{ damping = 1 }", ".damping: unknown key; accepted here: stiffness, scale, from, to");
     let said = with("{ stiffness = 200, from = 0, to = 1 }").unwrap_err();

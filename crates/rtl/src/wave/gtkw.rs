@@ -14,11 +14,14 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Sines", &["sine", "cosine", "valid"]),
     ("Tip", &["x", "y", "z", "radius"]),
     ("Room", &["x_low", "x_high", "y_low", "y_high", "z_low", "z_high", "room", "force_x", "force_y", "force_z"]),
-    ("Torque path", &["stiffness", "spring", "scale", "damping", "drag", "torque", "scaled", "host", "command"]),
+    (
+        "Torque path",
+        &["stiffness", "spring", "scale", "damping", "drag", "torque", "memory", "scaled", "shaped", "host", "command"],
+    ),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
 /// Nets drawn as curves.
-const CURVES: [&str; 17] = [
+const CURVES: [&str; 19] = [
     "position",
     "count",
     "held",
@@ -34,6 +37,8 @@ const CURVES: [&str; 17] = [
     "spring",
     "drag",
     "torque",
+    "memory",
+    "shaped",
     "host",
     "command",
 ];
