@@ -118,7 +118,10 @@ fn maps_that_cannot_be_are_refused_before_a_cell_is_run() {
         ("expect", "{}"),
     ];
     let position = "wall.position=0..1:5";
-    holds(refused(&mass, "wall.stiffness=1..2 N/m:5", position, &["a"]), &["mass", "method a"]);
+    holds(
+        refused(&mass, "wall.stiffness=1..2 N/m:5", position, &["a"]),
+        &["encoder.resolution", "missing", "method a"],
+    );
     let recording = map_of("replay-capture", &[], stiffness, damping, &["a"]).expect_err("refused");
     assert_eq!(recording, MapError::Recording);
     let phantom = map_of(
@@ -327,11 +330,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(18, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(19, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[17] = replay(index);
+        expected[18] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }
