@@ -81,6 +81,8 @@ fn a_ramp_is_of_what_the_method_reads() {
     let coupled = [("method.kind", "virtual_coupling"), ("method.coupling_stiffness", "0.3")];
     let ramp = ramp("{ stiffness = 2, from = \"1 s\", to = \"2 s\" }");
     refused(&[coupled[0], coupled[1], ramp], &["wall.ramp", "coupling"]);
+    let from_nothing = [("wall.stiffness", "0"), ("model.datapath", "law"), ("model.bridge", "averaged"), ramp];
+    refused(&from_nothing, &["wall.ramp", "share", "above"]);
 }
 
 #[test]

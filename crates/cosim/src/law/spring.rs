@@ -10,10 +10,11 @@
 //!
 //! With `β = α = 1` the spring is passive as it stands; otherwise power is scaled by `β/α`, and `β k s²/(2α)` is the storage.
 //!
-//! **Sources**: the seed on power scaling (its `e_c = e_d/β` is here a `β` below 1); Stramigioli et al. 2005 for the sample-and-hold; the energy level
-//! after the energy-leap idea of Stramigioli and Secchi (general knowledge).
+//! **Sources**: the seed on power scaling (its `e_c = e_d/β` is here a `β` below 1); Stramigioli et al. 2005 for the
+//! sample-and-hold; the energy level after the energy-leap idea of Stramigioli and Secchi (general knowledge).
 //! **Known failures**: against `s + Δx` it loses `k Δx²/2` a sample, so its rest position drifts; at `s = 0` it is dead until it
-//! engages anew; a retreat by more than `s/2` within one sample takes out more than is stored (`overdrawn_j`); a `β` that changes while the spring rings scales power by another factor on the way in than on the way out.
+//! engages anew; a retreat by more than `s/2` within one sample takes out more than is stored (`overdrawn_j`); a `β` that
+//! changes while the spring rings scales power by another factor on the way in than on the way out.
 
 use super::SampledLaw;
 

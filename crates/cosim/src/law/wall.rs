@@ -43,9 +43,7 @@ impl Wall {
             samples: 0,
         }
     }
-}
 
-impl Wall {
     /// The force at a position, with the velocity of the latest sample.
     #[must_use]
     pub fn force_n(&self, x_m: f64) -> f64 {

@@ -144,6 +144,11 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
         }
         _ => {}
     }
+    if scene.model.datapath == Datapath::Law && scene.wall.stiffness_nm_per_rad == 0.0 {
+        let reason =
+            "the law in floats takes a ramp as a share of the wall's stiffness, which is 0; write one above it";
+        return refused("wall.ramp", reason.into());
+    }
     if scene.clock.edges(ramp.to_s) <= scene.clock.edges(ramp.from_s) {
         let reason = format!("{} s is no clock after from, {} s", ramp.to_s, ramp.from_s);
         return refused("wall.ramp.to", reason);
