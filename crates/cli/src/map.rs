@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
+use hpu_cosim::scene::Loop;
 use hpu_study::chart;
 use hpu_study::map::{self as study, Axis, Curves, Found, Map, MapError, Method, Plan};
 
@@ -102,6 +103,12 @@ impl Args {
         if self.all_methods {
             let experiment = source.parse(&self.set.set)?;
             let axis = experiment.axis().ok_or_else(|| Failure::usage("--all-methods: they are those of an axis"))?;
+            if let Loop::Law(law) = axis.method.kind {
+                return Err(Failure::usage(format!(
+                    "--all-methods: {} has keys that other methods refuse; take a scene whose method is \"hybrid\" or \"conventional\"",
+                    law.name()
+                )));
+            }
             methods.extend(Method::all(&axis));
         } else if methods.is_empty() {
             methods.push(Method { label: "scene".into(), set: Vec::new() });

@@ -192,6 +192,10 @@ fn what_is_no_map_is_refused_with_its_reason_before_anything_is_written() {
     refused(x, y, &["--cell-timeout", "0s"], 2, &["above zero"]);
     let recording = run(&["map", "replay-capture", "--x", x, "--y", y, "-o", text(&out)]);
     assert_refused(&recording, 2, &["recording"]);
+    let bounded = run(&["map", "bounded-wall-1khz", "--x", x, "--y", y, "--all-methods", "-o", text(&out)]);
+    assert_refused(&bounded, 2, &["--all-methods", "energy_bounding", "conventional"]);
+    let phantom = ["map", "phantom-drop", "--x", "room.stiffness=1..2 kN/m", "--y", "drop.weight=0.1..0.2 N"];
+    assert_refused(&run(&[&phantom[..], &["--all-methods"]].concat()), 2, &["--all-methods", "axis"]);
     assert_refused(&run(&["map", "no-such-scene", "--x", x, "--y", y]), 4, &["no-such-scene", "hybrid-wall"]);
     assert_eq!(names(&dir), [""; 0]);
 }
@@ -235,6 +239,27 @@ fn json_is_one_object_with_axes_curves_and_cells() {
     assert_eq!(counted, 45);
     assert_eq!(method["curves"]["over"], "y");
     assert_eq!(method["curves"]["criteria"][0]["limits"].as_array().map(Vec::len), Some(5));
+}
+
+#[test]
+fn all_methods_are_layers_of_their_own_each_with_its_edge() {
+    let mut coarse = SMALL;
+    coarse[3] = "wall.stiffness=0.1..6 N.m/rad:3:log";
+    coarse[5] = "method.sample_rate=1..5 kHz:2";
+    let result = json(&run(&[&coarse[..], &["--json", "--all-methods", "--full"]].concat()));
+    let layers = result["methods"].as_array().expect("layers");
+    assert_eq!(layers.len(), 11);
+    for layer in layers {
+        assert_eq!(layer["outcomes"]["failed"], 0, "{layer}");
+        assert_eq!(layer["run"], 6);
+        let reasons = layer["edge"]["reasons"].as_array().expect("reasons");
+        let places: u64 = reasons.iter().filter_map(|reason| reason["places"].as_u64()).sum();
+        assert_eq!(Some(places), layer["edge"]["places"].as_u64());
+    }
+    // The plain sampled wall has an edge between 0.1 and 6 N.m/rad at 1 kHz; energy bounding holds at any stiffness.
+    let of = |label: &str| layers.iter().find(|layer| layer["label"] == label).expect("a layer");
+    assert!(of("conventional")["edge"]["places"].as_u64() > Some(0));
+    assert_eq!(of("energy bounding")["edge"]["places"], 0);
 }
 
 #[test]

@@ -295,6 +295,15 @@ fn where_no_criterion_speaks_it_is_said_why() {
 }
 
 #[test]
+fn the_head_of_a_masss_map_is_in_metres_and_newtons() {
+    let map = map_of("rail-drop", &[], "wall.stiffness=1..2 kN/m:3", "wall.position=1..2 cm:3", &["a"]).expect("a map");
+    let units = map::units_of(&map);
+    let of = |key: &str| units.iter().find(|(known, _)| known == key).expect("a key").1.as_str();
+    assert!(of("rms").starts_with("m, ") && of("amplitude").starts_with("m, "));
+    assert!(of("displayed_stiffness").starts_with("N/m, "));
+}
+
+#[test]
 fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     let map = pressed(
         "wall.stiffness=0.5..6.5 N.m/rad:9",

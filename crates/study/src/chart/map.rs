@@ -1,6 +1,6 @@
 //! Maps: what becomes of the motion over two keys of a scene, and how much.
 
-use hpu_cosim::scene::OutcomeKind;
+use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::RGBColor;
 
 use crate::map::{Cell, Curves, Edge, Found, Map, nearest, outcome, outcome_name};
@@ -21,11 +21,14 @@ struct Quantity {
     of: fn(&Cell) -> Option<f64>,
 }
 
+/// The unit of an amplitude, by a thousandth of the device's own.
+const LENGTH: &str = "length";
+
 const QUANTITIES: [Quantity; 4] = [
     Quantity {
         name: "amplitude",
         title: "amplitude of the limit cycle",
-        unit: "mrad",
+        unit: LENGTH,
         log: true,
         of: |cell| if cell.outcome == OutcomeKind::LimitCycle { cell.amplitude.map(|a| 1e3 * a) } else { None },
     },
@@ -196,7 +199,14 @@ fn numbers(
         });
         frame.axes(&mut canvas, map);
     }
-    let unit = if quantity.unit.is_empty() { String::new() } else { format!(" {}", quantity.unit) };
+    let unit = match quantity.unit {
+        "" => String::new(),
+        LENGTH => match map.experiment(map.point(map.layer() / 2)) {
+            Ok(Experiment::Axis(scene)) => format!(" m{}", scene.device.units().position),
+            Ok(Experiment::Phantom(_)) | Err(_) => " by a thousand".into(),
+        },
+        unit => format!(" {unit}"),
+    };
     let label = |value: f64| three_digits(value) + &unit;
     let (mut x, y) = (60, 168);
     x = entry(&mut canvas, (x, y), &label(low), INK, 28) - 36;

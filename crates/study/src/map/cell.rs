@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig, Trace, Verdict};
 
-/// What a cell was; positions in rad, of a PHANToM in m.
+/// What a cell was; positions in rad, of a mass or a PHANToM in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
     /// What became of the motion.
@@ -25,7 +25,7 @@ pub struct Cell {
     pub source_j: f64,
     /// Energy that became heat.
     pub dissipated_j: f64,
-    /// Stiffness that is felt in a settled contact, in N·m/rad.
+    /// Stiffness that is felt in a settled contact, in N·m/rad or N/m.
     pub displayed_stiffness: Option<f64>,
     /// The same over what the scene asks for.
     pub displayed_ratio: Option<f64>,
@@ -174,7 +174,7 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     }
 }
 
-/// The motor's mean torque over the mean penetration of the wall as it is asked for, in the last three tenths of the run,
+/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, in the last three tenths of the run,
 /// and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
 fn displayed_stiffness(scene: &Scene, trace: &Trace) -> Option<(f64, Option<f64>)> {
     let tail = |values: &[f64]| {

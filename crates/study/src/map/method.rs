@@ -35,7 +35,7 @@ impl FromStr for Method {
 
 impl Method {
     /// Every method that a scene's device can run, with the constants that its own damping `b` pays for at the scene's sample
-    /// rate: energy bounding by `c = b/T`, a coupling of `b/T` to a wall of the scene's stiffness. Each is sampled at that rate
+    /// rate: energy bounding by `c = b/T`, a coupling of `b/T` to a rigid wall. Each is sampled at that rate
     /// but the hybrid loop's spring; dual rate takes the velocity every tenth sample.
     #[must_use]
     pub fn all(scene: &Scene) -> Vec<Self> {

@@ -51,9 +51,10 @@ const MEASURED: [&str; 9] = [
 #[must_use]
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
     let middle = map.point(map.layer() / 2);
-    let position = match map.experiment(middle) {
-        Ok(Experiment::Phantom(_)) => "m",
-        _ => "rad",
+    let (position, stiffness) = match map.experiment(middle) {
+        Ok(Experiment::Axis(scene)) => (scene.device.units().position, scene.device.units().stiffness),
+        Ok(Experiment::Phantom(_)) => ("m", "N/m"),
+        Err(_) => ("as the device's positions", "as the device's stiffnesses"),
     };
     let axis = |axis: &super::Axis| {
         let unit = if axis.unit().is_empty() { "as a scene takes plain numbers" } else { axis.unit() };
@@ -69,7 +70,10 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("hand_j", "J that the hand gave".into()),
         ("source_j", "J that the supply gave".into()),
         ("dissipated_j", "J that became heat".into()),
-        ("displayed_stiffness", "N.m/rad, mean torque of the motor over mean penetration in a settled contact".into()),
+        (
+            "displayed_stiffness",
+            format!("{stiffness}, mean of what pushes back over mean penetration in a settled contact"),
+        ),
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
         ("edges", "clock edges".into()),
