@@ -24,9 +24,9 @@ pub struct Args {
     scene: Option<String>,
     #[command(flatten)]
     set: scene::Set,
-    /// What advances the run
-    #[arg(long, value_enum, default_value = "events")]
-    driver: DriverArg,
+    /// What advances the run, whatever the scene's model.solver says of events and clock
+    #[arg(long, value_enum)]
+    driver: Option<DriverArg>,
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let mut rtl = None;
-    if args.driver == DriverArg::Rtl {
+    if args.driver == Some(DriverArg::Rtl) {
         interrupt::heed();
         let row = check::closed_loop(&loaded, &args.hdl, loaded.scene.edges());
         // A Ctrl-C at the terminal reaches GHDL too, which then fails.
@@ -178,10 +178,14 @@ fn simulate<'s>(
     folder: Option<&mut Folder>,
 ) -> Result<Ran<'s>, Failure> {
     let (driver, name) = match args.driver {
-        DriverArg::Events => (Driver::Events, "events"),
-        DriverArg::Clock => (Driver::Clock, "clock"),
+        Some(DriverArg::Events) => (Driver::Events, "events"),
+        Some(DriverArg::Clock) => (Driver::Clock, "clock"),
         // The VHDL's nets and plant are the emulator's, edge by edge, or the comparison has told; so this is its run.
-        DriverArg::Rtl => (Driver::Events, "rtl"),
+        Some(DriverArg::Rtl) => (Driver::Events, "rtl"),
+        None => match session.driver() {
+            Driver::Events => (Driver::Events, "events"),
+            Driver::Clock => (Driver::Clock, "clock"),
+        },
     };
     let control = interrupt::heed();
     let mut trace = session.trace(nets(session));

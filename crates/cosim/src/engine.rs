@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
+use crate::scene::Solver;
 use crate::world::World;
 
 /// How a run advances.
@@ -19,6 +20,13 @@ pub enum Driver {
     Events,
     /// Edge by edge.
     Clock,
+}
+
+impl From<Solver> for Driver {
+    /// Whatever the solver is, but for `clock`, events are what leads to the next edge of interest.
+    fn from(solver: Solver) -> Self {
+        if solver == Solver::Clock { Self::Clock } else { Self::Events }
+    }
 }
 
 /// What others may do with a run while it lasts.

@@ -5,6 +5,7 @@ use hpu_plant::arm::{Arm, ArmModel, Transmission};
 use hpu_signal::{Clock, Format, Ports, Real};
 
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
+use crate::engine::Driver;
 use crate::host::Host;
 use crate::random::SplitMix64;
 use crate::rig::{Rig, TheLoop, Visit};
@@ -226,6 +227,10 @@ impl Rig for PhantomSession<'_> {
             TheLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
             _ => unreachable!("not a PHANToM's"),
         }
+    }
+
+    fn driver(&self) -> Driver {
+        self.scene.model.solver.into()
     }
 
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {

@@ -7,7 +7,7 @@ use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Shaping};
 use crate::law_loop::COMMAND_BITS;
-use crate::scene::{self, BridgeModel, Datapath, PathPoint, Scene};
+use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::world::Pins;
 
 /// Why a scene has no plant of this kind.
@@ -75,6 +75,7 @@ impl Plant {
             scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
         let (edge_s, horizon) = (scene.clock.period_s(), scene.edges());
+        let rubs = scene.model.friction != Friction::None;
         let axis = match &scene.device {
             scene::Device::Motor(motor) => {
                 let shaft = Motor {
@@ -83,20 +84,28 @@ impl Plant {
                     torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
                     inertia_kg_m2: motor.inertia_kg_m2(),
                     viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
-                    coulomb_nm: motor.coulomb_friction_nm,
+                    coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
                 };
                 let bridge = Bridge {
                     supply_v: scene.bridge.supply_v,
                     on_resistance_ohm: scene.bridge.on_resistance_ohm,
                     diode_drop_v: scene.bridge.diode_drop_v,
                 };
-                Axis::new(shaft, bridge, hand, edge_s, horizon)
+                Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match scene.model.winding {
+                    Winding::Inductive => axis,
+                    Winding::Resistive => axis.without_inductance(),
+                })
             }
             scene::Device::Mass(mass) => {
-                let body = Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, mass.coulomb_n);
+                let body =
+                    Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, if rubs { mass.coulomb_n } else { 0.0 });
                 Axis::amplified(body, hand, edge_s, horizon)
             }
         }
+        .and_then(|axis| match scene.model.friction {
+            Friction::Smoothed { speed_rad_per_s } => axis.with_smoothed_friction(speed_rad_per_s),
+            Friction::StickSlip | Friction::None => Ok(axis),
+        })
         .map_err(|error| PlantError(error.to_string()))?;
         let (current_a, mut speed_rad_per_s, mut angle_rad) = match &scene.device {
             scene::Device::Motor(motor) => {

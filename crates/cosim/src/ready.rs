@@ -2,6 +2,7 @@
 
 use hpu_signal::{Clock, Real};
 
+use crate::engine::Driver;
 use crate::phantom_session::PhantomSession;
 use crate::rig::{Rig, TheLoop, Visit};
 use crate::scene::{Experiment, Record};
@@ -73,6 +74,10 @@ impl Rig for Ready<'_> {
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         forward!(self, rig => rig.visit(visit))
+    }
+
+    fn driver(&self) -> Driver {
+        forward!(self, rig => rig.driver())
     }
 
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {

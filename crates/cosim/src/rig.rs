@@ -136,6 +136,8 @@ pub trait Rig {
     fn has_device(&self) -> bool;
     /// Does something with the wiring and the world.
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
+    /// The driver that the scene asks for by its solver.
+    fn driver(&self) -> Driver;
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 

@@ -6,6 +6,7 @@ use hpu_datapath::LoopIn;
 use hpu_signal::{Clock, Real};
 
 use crate::axis_world::AxisWorld;
+use crate::engine::Driver;
 use crate::method;
 use crate::plant::{Plant, PlantError};
 use crate::rig::{Rig, TheLoop, Visit};
@@ -138,6 +139,10 @@ impl Rig for Session<'_> {
             TheLoop::Law(wiring) => visit.visit(wiring, world, self.input()),
             _ => unreachable!("not an axis's"),
         }
+    }
+
+    fn driver(&self) -> Driver {
+        self.scene.model.solver.into()
     }
 
     fn judge(&self, trace: &Trace, _: Option<Abort>) -> Verdict {

@@ -1,7 +1,8 @@
 //! Scenes of a PHANToM: every key is read, every default is the documented one.
 
 use hpu_cosim::scene::{
-    Direction, Expectation, Experiment, Metric, OutcomeKind, PhantomModel, PhantomScene, Platform, Premium, shipped,
+    Direction, Expectation, Experiment, Metric, OutcomeKind, PhantomModel, PhantomScene, Platform, Premium, Solver,
+    shipped,
 };
 use hpu_datapath::phantom::{PhantomConfig, Turn};
 
@@ -42,6 +43,7 @@ fn what_a_scene_does_not_say_is_as_documented() {
     assert_eq!((scene.room.distance_m, scene.room.stiffness_n_per_m), (0.02, 1000.0));
     assert_eq!(scene.room.walls, [false, true, false]);
     let model = PhantomModel {
+        solver: Solver::Events,
         ideal: false,
         tested_joint_only: false,
         friction: true,
@@ -100,6 +102,7 @@ fn every_key_is_read_in_the_unit_it_is_written_in() {
     assert_eq!((scene.room.distance_m, scene.room.stiffness_n_per_m), (0.01, 2000.0));
     assert_eq!(scene.room.walls, [true, false, true]);
     let model = PhantomModel {
+        solver: Solver::Events,
         ideal: true,
         tested_joint_only: true,
         friction: false,

@@ -108,7 +108,7 @@ pub struct Push {
 
 /// Why an axis was refused.
 #[derive(Clone, PartialEq, Debug)]
-pub struct AxisError(String);
+pub struct AxisError(pub(crate) String);
 
 impl fmt::Display for AxisError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -123,6 +123,8 @@ impl std::error::Error for AxisError {}
 pub(crate) enum Shaft {
     /// Turning, friction against the sign of the speed; 0 without friction.
     Slip(i8),
+    /// Turning slowly, smoothed friction in proportion to the speed.
+    Creep,
     /// Held by friction.
     Stuck,
     /// Held to the hand's motion.
@@ -148,7 +150,9 @@ pub struct Axis {
     pub(crate) amplified: bool,
     edge_s: f64,
     horizon: u64,
-    modes: [OnceLock<Mode>; 12],
+    /// Up to this speed in rad/s friction is proportional to it; 0 where it sticks.
+    pub(crate) creep_rad_per_s: f64,
+    pub(crate) modes: [OnceLock<Mode>; 16],
 }
 
 impl Axis {
@@ -200,7 +204,7 @@ impl Axis {
                 return Err(AxisError(format!("{name} is {value}; it must be {rule}")));
             }
         }
-        Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, modes: Default::default() })
+        Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, creep_rad_per_s: 0.0, modes: Default::default() })
     }
 
     /// Resistance of a path with this many closed switches.
@@ -216,6 +220,7 @@ impl Axis {
             Shaft::Slip(_) => 0,
             Shaft::Stuck => 1,
             Shaft::Prescribed => 2,
+            Shaft::Creep => 3,
         };
         let column = switches.map_or(3, usize::from);
         self.modes[row * 4 + column].get_or_init(|| self.make(shaft, switches))
@@ -235,8 +240,14 @@ impl Axis {
         if switches.is_none() {
             a[CURRENT] = [0.0; 4];
         }
-        if !matches!(shaft, Shaft::Slip(_)) {
-            a[SPEED] = [0.0; 4];
+        match shaft {
+            Shaft::Slip(_) => {}
+            Shaft::Creep => a[SPEED][SPEED] -= self.creep_nm_s_per_rad() / self.motor.inertia_kg_m2,
+            Shaft::Stuck | Shaft::Prescribed => a[SPEED] = [0.0; 4],
+        }
+        if let (true, Some(switches)) = (self.is_resistive(), switches) {
+            // The current is a function of the speed, and moves as that does.
+            a[CURRENT] = a[SPEED].map(|rate| -rate * self.motor.torque_constant_nm_per_a / self.path_ohm(switches));
         }
         if shaft == Shaft::Stuck {
             a[2] = [0.0; 4];

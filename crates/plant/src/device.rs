@@ -62,6 +62,8 @@ impl<'a> Device<'a> {
         let emf_v = axis.motor.torque_constant_nm_per_a * speed_rad_per_s;
         let (drive, circuit) = if axis.amplified {
             (Drive::Current(current_a), Circuit::Amplified)
+        } else if axis.is_resistive() {
+            (Drive::Average(0.0), Bridge::averaged(0.0))
         } else {
             (Drive::Gates(Gates::default()), axis.bridge.circuit(Gates::default(), current_a, emf_v))
         };
@@ -137,7 +139,7 @@ impl<'a> Device<'a> {
     ///
     /// # Panics
     ///
-    /// On an axis without a bridge.
+    /// On an axis without a bridge, or whose winding has no inductance.
     pub fn drive(&mut self, edge: u64, gates: Gates) {
         if self.drive != Drive::Gates(gates) {
             self.set(edge, Drive::Gates(gates));
@@ -169,20 +171,32 @@ impl<'a> Device<'a> {
             Drive::Current(current_a) => {
                 self.energy.surge(self.axis.motor.inductance_h, x[CURRENT], current_a);
                 x[CURRENT] = current_a;
-                if self.shaft == Shaft::Stuck {
-                    // The torque jumps, so friction may lose its hold here and now.
-                    self.shaft = self.shaft_at(&x);
-                    self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
-                }
+                self.let_go(&x);
                 Circuit::Amplified
             }
             _ if self.axis.amplified => panic!("an amplified axis has no bridge"),
-            Drive::Average(duty) => Bridge::averaged(duty),
+            Drive::Average(duty) => {
+                let circuit = Bridge::averaged(duty);
+                if self.axis.is_resistive() {
+                    x[CURRENT] = self.axis.ohmic_a(self.axis.bridge.voltage_v(circuit), 2, x[SPEED]);
+                    self.let_go(&x);
+                }
+                circuit
+            }
+            Drive::Gates(_) if self.axis.is_resistive() => panic!("a winding without inductance has no switching"),
             Drive::Gates(gates) => {
                 self.axis.bridge.circuit(gates, x[CURRENT], self.axis.motor.torque_constant_nm_per_a * x[SPEED])
             }
         };
         self.enter(edge, x);
+    }
+
+    /// The torque jumps, so friction may lose its hold here and now.
+    fn let_go(&mut self, x: &State) {
+        if self.shaft == Shaft::Stuck {
+            self.shaft = self.shaft_at(x);
+            self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
+        }
     }
 
     /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.

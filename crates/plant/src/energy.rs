@@ -33,6 +33,8 @@ pub(crate) struct Powers {
     pub viscous_nm_s_per_rad: f64,
     /// Coulomb friction that opposes the motion, in N·m; 0 when stuck.
     pub coulomb_nm: f64,
+    /// Smoothed friction at low speeds, in N·m·s/rad; else 0.
+    pub creep_nm_s_per_rad: f64,
     /// Constant external torque in N·m (or force applied to a mass, counted with the hand).
     pub torque_nm: f64,
     /// Hand's stiffness in N·m/rad.
@@ -53,7 +55,7 @@ impl Energy {
         let copper = powers.resistance_ohm * done.current_squared;
         let diodes = powers.diode_v * done.current.abs();
         let viscous = powers.viscous_nm_s_per_rad * done.speed_squared;
-        let coulomb = powers.coulomb_nm * turned.abs();
+        let coulomb = powers.coulomb_nm * turned.abs() + powers.creep_nm_s_per_rad * done.speed_squared;
         let mut hand = powers.torque_nm * turned;
         if powers.hand_nm_per_rad != 0.0 || powers.hand_nm_s_per_rad != 0.0 {
             // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.

@@ -14,6 +14,7 @@ mod leap;
 mod linear;
 mod matrix;
 mod modes;
+mod reduced;
 mod shaper;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};

@@ -79,6 +79,14 @@ impl<'a> Device<'a> {
         self.mode_changes += 1;
         match (cause, self.shaft, self.circuit) {
             (Cause::Shaft, Shaft::Stuck, _) => self.shaft = Shaft::Slip(if above { 1 } else { -1 }),
+            (Cause::Shaft, Shaft::Creep, _) => {
+                self.shaft = Shaft::Slip(if above { 1 } else { -1 });
+                x[SPEED] = if above { self.axis.creep_rad_per_s } else { -self.axis.creep_rad_per_s };
+            }
+            (Cause::Shaft, Shaft::Slip(sign), _) if self.axis.creep_rad_per_s != 0.0 => {
+                self.shaft = Shaft::Creep;
+                x[SPEED] = f64::from(sign) * self.axis.creep_rad_per_s;
+            }
             (Cause::Shaft, ..) => {
                 x[SPEED] = 0.0;
                 self.shaft = self.shaft_at(x);
@@ -124,6 +132,8 @@ impl<'a> Device<'a> {
             Shaft::Prescribed
         } else if friction_nm == 0.0 {
             Shaft::Slip(0)
+        } else if x[SPEED].abs() <= self.axis.creep_rad_per_s && self.axis.creep_rad_per_s != 0.0 {
+            Shaft::Creep
         } else if x[SPEED] != 0.0 {
             Shaft::Slip(if x[SPEED] > 0.0 { 1 } else { -1 })
         } else {
@@ -136,7 +146,7 @@ impl<'a> Device<'a> {
     }
 
     /// Anchors at `edge` in state `x`, in the mode that shaft, circuit and hand now make.
-    pub(crate) fn enter(&mut self, edge: u64, x: State) {
+    pub(crate) fn enter(&mut self, edge: u64, mut x: State) {
         let axis = self.axis;
         let motor = &axis.motor;
         let voltage_v = axis.bridge.voltage_v(self.circuit);
@@ -146,11 +156,20 @@ impl<'a> Device<'a> {
         };
         self.mode = axis.mode(self.shaft, switches);
         let mut f = [0.0; 4];
-        if switches.is_some() {
-            f[CURRENT] = voltage_v / motor.inductance_h;
+        match self.shaft {
+            Shaft::Slip(sign) => {
+                f[SPEED] = (self.torque_nm() - f64::from(sign) * motor.coulomb_nm) / motor.inertia_kg_m2;
+            }
+            Shaft::Creep => f[SPEED] = self.torque_nm() / motor.inertia_kg_m2,
+            Shaft::Stuck | Shaft::Prescribed => {}
         }
-        if let Shaft::Slip(sign) = self.shaft {
-            f[SPEED] = (self.torque_nm() - f64::from(sign) * motor.coulomb_nm) / motor.inertia_kg_m2;
+        if let Some(switches) = switches {
+            if axis.is_resistive() {
+                f[CURRENT] = -f[SPEED] * motor.torque_constant_nm_per_a / axis.path_ohm(switches);
+                x[CURRENT] = axis.ohmic_a(voltage_v, switches, x[SPEED]);
+            } else {
+                f[CURRENT] = voltage_v / motor.inductance_h;
+            }
         }
         f[INTENT] = self.intent_rad_per_s;
         self.anchor = edge;
@@ -180,8 +199,10 @@ impl<'a> Device<'a> {
             }
             Circuit::Open { .. } => {}
         }
-        if self.shaft != Shaft::Stuck {
-            powers.coulomb_nm = motor.coulomb_nm;
+        match self.shaft {
+            Shaft::Creep => powers.creep_nm_s_per_rad = axis.creep_nm_s_per_rad(),
+            Shaft::Slip(_) | Shaft::Prescribed => powers.coulomb_nm = motor.coulomb_nm,
+            Shaft::Stuck => {}
         }
         match axis.hand {
             Hand::Torque(torque_nm) => powers.torque_nm = torque_nm,
@@ -191,9 +212,7 @@ impl<'a> Device<'a> {
             }
             Hand::Prescribed => {
                 powers.borne_nm_per_a = motor.torque_constant_nm_per_a;
-                if x[SPEED] == 0.0 {
-                    powers.coulomb_nm = 0.0;
-                }
+                powers.coulomb_nm = axis.friction_nm(x[SPEED]).abs();
             }
         }
         powers
@@ -203,11 +222,14 @@ impl<'a> Device<'a> {
         let mode = self.mode;
         let motor = &self.axis.motor;
         let band = |low, high| Band { low, high, open: false };
+
         let positive = band(0.0, f64::INFINITY);
         let negative = band(f64::NEG_INFINITY, 0.0);
+        let creep = self.axis.creep_rad_per_s;
         let shaft = match self.shaft {
-            Shaft::Slip(1) => Some((&mode.speed, positive)),
-            Shaft::Slip(-1) => Some((&mode.speed, negative)),
+            Shaft::Slip(1) => Some((&mode.speed, band(creep, f64::INFINITY))),
+            Shaft::Slip(-1) => Some((&mode.speed, band(f64::NEG_INFINITY, -creep))),
+            Shaft::Creep => Some((&mode.speed, band(-creep, creep))),
             Shaft::Stuck => {
                 let constant_nm = self.torque_nm();
                 Some((&mode.net, band(-motor.coulomb_nm - constant_nm, motor.coulomb_nm - constant_nm)))

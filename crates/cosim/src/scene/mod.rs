@@ -32,6 +32,8 @@
 //! | `[hand]` `kind = "prescribed"` | `path` or `file` (CSV) |
 //! | `[hand]` `kind = "capture"` | `file` (VCD), `channel_a`, `channel_b` |
 //! | `[model]` | `datapath` \[`words`\] (`law`: in floats on counts, for masses and averaged bridges; `linear`), `bridge` \[`switching`\] (`averaged`), `delay` \[0\] of the linear law |
+//! | … what moves the device | `solver` \[`events`\] (`clock`; `sample`: exact, once a sample period; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps), `step` of a fixed-step solver, rounded to whole clock edges |
+//! | … what is left out | `winding` \[`inductive`\] (`resistive`, of averaged bridges), `friction` \[`stick_slip`\] (`smoothed` below `friction_speed`, `none`), `encoder` \[`quantised`\] (`ideal`, of the law in steps) |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[10 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
@@ -49,6 +51,7 @@ mod read;
 mod read_device;
 mod read_hand;
 mod read_method;
+mod read_model;
 mod read_phantom;
 mod section;
 mod shipped;
@@ -58,8 +61,8 @@ mod words;
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use parts::{
-    Amplifier, AnalogShaper, Bridge, BridgeModel, Datapath, Device, Encoder, Hand, Loop, Mass, Method, Model, Motor,
-    PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
+    Amplifier, AnalogShaper, Bridge, BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Mass,
+    Method, Model, Motor, PathPoint, Pwm, Ramp, Record, Run, Solver, Units, Wall, Winding,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform, Premium, Room,
@@ -244,6 +247,12 @@ impl Scene {
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
+    }
+
+    /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.
+    #[must_use]
+    pub fn step_clocks(&self) -> u64 {
+        self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
     /// The time over which a sampled velocity counts.

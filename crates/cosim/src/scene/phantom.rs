@@ -9,7 +9,7 @@
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
 //! | `[room]` | `distance` \[2 cm\] of the walls, `stiffness`, `walls` \[those of the axis\] (`"x"`, `"xy"`, `"xyz"` ...) |
-//! | `[model]` | `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
+//! | `[model]` | `solver` \[`events`\] (`clock`), `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
@@ -18,7 +18,7 @@ use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Clock;
 
 use super::expect::Expect;
-use super::parts::{Record, Run};
+use super::parts::{Record, Run, Solver};
 use super::source::{Places, SceneError};
 
 /// What computes the wall's force, and how often.
@@ -166,6 +166,8 @@ pub struct Room {
 /// How much is modelled.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomModel {
+    /// What moves the device on: [`Solver::Events`] or [`Solver::Clock`].
+    pub solver: Solver,
     /// Whether the force is computed from the continuous position, in floats, and not from counts.
     pub ideal: bool,
     /// Whether only the joint under test moves.

@@ -4,11 +4,12 @@ use hpu_signal::Clock;
 
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::law::LawMethod;
-use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Model, Ramp, Record, Run, Wall};
+use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Ramp, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, amplifier, bridge, device, encoder};
 use super::read_hand::{Load, hand};
 use super::read_method::method;
+use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::section::Sign::{Any, NotNegative, Positive};
 use super::source::{SceneError, Source};
@@ -102,6 +103,7 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
             .places
             .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
     }
+    agree_on_model(scene)?;
     if let Some(ramp) = &scene.wall.ramp {
         agree_on_ramp(scene, ramp)?;
     }
@@ -188,20 +190,6 @@ fn ramp(s: &Section, axis: &Axis) -> Result<Ramp, SceneError> {
         },
         from_s: s.quantity("from", &q::TIME, NotNegative, None)?,
         to_s: s.quantity("to", &q::TIME, Positive, None)?,
-    })
-}
-
-fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
-    s.accept(&["datapath", "bridge", "delay"])?;
-    if let (Device::Mass(_), true) = (device, s.has("bridge")) {
-        return Err(s.error("bridge", "a mass has a force amplifier and no bridge; leave this out"));
-    }
-    let datapaths = [("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear)];
-    let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
-    Ok(Model {
-        datapath: s.choice("datapath", &datapaths, Some(Datapath::Words))?,
-        bridge: s.choice("bridge", &bridges, Some(BridgeModel::Switching))?,
-        delay_s: s.quantity("delay", &q::TIME, NotNegative, Some(0.0))?,
     })
 }
 

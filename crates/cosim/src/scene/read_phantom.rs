@@ -6,6 +6,7 @@ use hpu_plant::arm::{ArmModel, kinematics};
 use crate::arm_world::is_singular;
 
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
+use super::parts::Solver;
 use super::phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
 };
@@ -207,6 +208,7 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
 
 fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     s.accept(&[
+        "solver",
         "law",
         "joints",
         "friction",
@@ -236,7 +238,9 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     if motor_share >= 1.0 {
         return Err(s.error("motor_share", "below 1: the arm has some of the mass"));
     }
+    let solvers = [Solver::Events, Solver::Clock].map(|solver| (solver.name(), solver));
     Ok(PhantomModel {
+        solver: s.choice("solver", &solvers, Some(Solver::Events))?,
         ideal,
         tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
         friction: s.flag("friction", true)?,

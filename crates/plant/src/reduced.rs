@@ -1,0 +1,58 @@
+//! Axes of which less is modelled: a winding without inductance, friction that creeps instead of sticking.
+//!
+//! Without inductance the current is `i = (V - K ω) / R`, a function of the speed. In the exact flow it stays a state: its row
+//! of `A` is `-K / R` times the speed's, and it jumps when the voltage does.
+
+use crate::{Axis, AxisError};
+
+impl Axis {
+    /// The same with friction smoothed: `τ_c ω / ω₀` up to the speed `ω₀`, `τ_c` beyond. Nothing sticks.
+    ///
+    /// # Errors
+    ///
+    /// Unless the speed is finite and positive.
+    pub fn with_smoothed_friction(mut self, speed_rad_per_s: f64) -> Result<Self, AxisError> {
+        if !speed_rad_per_s.is_finite() || speed_rad_per_s <= 0.0 {
+            return Err(AxisError(format!("friction speed is {speed_rad_per_s}; it must be positive")));
+        }
+        self.creep_rad_per_s = speed_rad_per_s;
+        self.modes = Default::default();
+        Ok(self)
+    }
+
+    /// The same with a winding that has no inductance: `i = (V - K ω) / R` at every instant. A
+    /// [`Device`](crate::Device) of it is driven by [`drive_average`](crate::Device::drive_average) alone.
+    #[must_use]
+    pub fn without_inductance(mut self) -> Self {
+        self.motor.inductance_h = 0.0;
+        self.modes = Default::default();
+        self
+    }
+
+    /// Whether the current follows the voltage at once.
+    pub(crate) fn is_resistive(&self) -> bool {
+        !self.amplified && self.motor.inductance_h == 0.0
+    }
+
+    /// The current of a winding without inductance.
+    pub(crate) fn ohmic_a(&self, voltage_v: f64, switches: u8, speed_rad_per_s: f64) -> f64 {
+        (voltage_v - self.motor.torque_constant_nm_per_a * speed_rad_per_s) / self.path_ohm(switches)
+    }
+
+    /// Coulomb friction against a speed, in N·m; 0 at a standstill.
+    pub(crate) fn friction_nm(&self, speed_rad_per_s: f64) -> f64 {
+        let friction_nm = self.motor.coulomb_nm;
+        if self.creep_rad_per_s != 0.0 {
+            friction_nm * (speed_rad_per_s / self.creep_rad_per_s).clamp(-1.0, 1.0)
+        } else if speed_rad_per_s == 0.0 {
+            0.0
+        } else {
+            friction_nm.copysign(speed_rad_per_s)
+        }
+    }
+
+    /// Viscous friction that stands for Coulomb's at low speeds, where that is smoothed; else 0.
+    pub(crate) fn creep_nm_s_per_rad(&self) -> f64 {
+        if self.creep_rad_per_s == 0.0 { 0.0 } else { self.motor.coulomb_nm / self.creep_rad_per_s }
+    }
+}
