@@ -105,6 +105,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
+    if session.direct().is_some() && (args.compare || args.driver.is_some()) {
+        let solver = "a law in floats with this model.solver runs without a clock, so no driver advances it";
+        return Err(Failure::usage(format!("{}: {solver}; leave out --driver and --compare", session.name())));
+    }
     if args.compare {
         return compare(&session, args.json);
     }

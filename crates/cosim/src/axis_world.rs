@@ -4,13 +4,15 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
 use hpu_datapath::{LoopIn, LoopOut};
-use hpu_plant::{Band, Device, Gates, REALS};
+use hpu_plant::{Band, Device, Drive, Gates, REALS};
 use hpu_signal::Real;
 
 use crate::actuator::{Actuator, Shaping};
+use crate::body::Body;
 use crate::encoder::Encoder;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
+use crate::stepped::Stepped;
 use crate::summary::EnergyAudit;
 use crate::world::{Pins, World};
 
@@ -22,7 +24,7 @@ pub struct AxisWorld<'p> {
     command: usize,
     schedule: Schedule,
     shaping: Option<Shaping>,
-    device: Option<Device<'p>>,
+    device: Option<Body<'p>>,
     encoder: Encoder,
     edge: u64,
     pins: Pins,
@@ -57,7 +59,13 @@ impl<'p> AxisWorld<'p> {
             recorded: 0,
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
-            world.device = Some(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad));
+            world.device = Some(match plant.stepping {
+                None => Body::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
+                Some(stepping) => {
+                    let start = [*current_a, *speed_rad_per_s, *angle_rad];
+                    Body::Stepped(Box::new(Stepped::new(axis, stepping, plant.edge_s, start)))
+                }
+            });
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
             world.pins = world.encoder.pins();
         }
@@ -69,10 +77,13 @@ impl<'p> AxisWorld<'p> {
         world
     }
 
-    /// The device, unless a recording stands in for it.
+    /// The device, unless it is stepped or a recording stands in for it.
     #[must_use]
     pub fn device(&self) -> Option<&Device<'p>> {
-        self.device.as_ref()
+        match &self.device {
+            Some(Body::Exact(device)) => Some(device),
+            _ => None,
+        }
     }
 
     /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output.
@@ -83,7 +94,7 @@ impl<'p> AxisWorld<'p> {
         if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
             && shaping.next <= edge
         {
-            device.drive_current(edge, -shaping.hand_on(edge));
+            device.driven(edge, Drive::Current(-shaping.hand_on(edge)));
         }
         match &self.plant.kind {
             Kind::Axis { knots, .. } => {
@@ -165,7 +176,7 @@ impl World for AxisWorld<'_> {
         // Whatever has no edge of its own comes with the next one.
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
-        let event = self.device.as_ref().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
         let edge = event.map_or(last, |event| event.0);
         before(self, edge);
         self.edge = edge;
@@ -188,17 +199,19 @@ impl World for AxisWorld<'_> {
             Actuator::Switching => {
                 let [a_high, a_low, b_high, b_low] =
                     [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
-                device.drive(edge, Gates { a_high, a_low, b_high, b_low });
+                device.driven(edge, Drive::Gates(Gates { a_high, a_low, b_high, b_low }));
             }
-            Actuator::Averaged(full_scale) => device.drive_average(edge, words[self.command] as f64 / full_scale),
+            Actuator::Averaged(full_scale) => {
+                device.driven(edge, Drive::Average(words[self.command] as f64 / full_scale));
+            }
             // As a bridge does, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
                 let force_n = words[self.command] as f64 * quantum_n;
                 match &mut self.shaping {
-                    None => device.drive_current(edge, -force_n),
+                    None => device.driven(edge, Drive::Current(-force_n)),
                     Some(shaping) => {
                         if let Some(shaped_n) = shaping.take(edge, force_n) {
-                            device.drive_current(edge, -shaped_n);
+                            device.driven(edge, Drive::Current(-shaped_n));
                             self.plan();
                         }
                     }
@@ -215,21 +228,7 @@ impl World for AxisWorld<'_> {
         let Some(device) = &self.device else {
             return EnergyAudit::default();
         };
-        let (energy, stored_j) = (device.energy(self.edge), device.stored_j(self.edge));
-        EnergyAudit {
-            source_j: energy.source_j(),
-            hand_j: energy.hand_j(),
-            supplied_j: energy.supplied_j(),
-            stored_j,
-            copper_j: energy.copper_j(),
-            diodes_j: energy.diodes_j(),
-            viscous_j: energy.viscous_j(),
-            coulomb_j: energy.coulomb_j(),
-            dissipated_j: energy.dissipated_j(),
-            exchanged_j: energy.exchanged_j(),
-            residual_j: energy.supplied_j() - stored_j - energy.dissipated_j(),
-            ..EnergyAudit::default()
-        }
+        EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge))
     }
 
     fn encoder_edges(&self) -> u64 {
@@ -237,6 +236,13 @@ impl World for AxisWorld<'_> {
     }
 
     fn mode_changes(&self) -> u64 {
-        self.device.as_ref().map_or(0, Device::mode_changes)
+        self.device.as_ref().map_or(0, Body::mode_changes)
+    }
+    fn steps(&self) -> u64 {
+        self.device.as_ref().map_or(0, Body::steps)
+    }
+    #[inline]
+    fn over(&self) -> Option<&'static str> {
+        self.device.as_ref().and_then(Body::over)
     }
 }

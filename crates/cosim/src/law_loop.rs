@@ -35,6 +35,14 @@ pub struct LawConfig {
     pub period_width: u32,
 }
 
+impl LawConfig {
+    /// The command that a force makes.
+    pub(crate) fn command(&self, force_n: f64) -> i64 {
+        let full = Format::unsigned(COMMAND_BITS).max() as f64 + 1.0;
+        (force_n.clamp(-self.limit_n, self.limit_n) / self.full_scale_n * full).round() as i64
+    }
+}
+
 /// A loop whose law is computed in floats, on counts: what the datapaths in words are held against. No PWM, and no VHDL.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LawLoop {
@@ -48,10 +56,10 @@ pub struct LawLoop {
     meter: Meter<NETS>,
 }
 
-const POSITION: usize = 11;
-const PENETRATION: usize = 12;
-const COMMAND: usize = 13;
-const NETS: usize = 14;
+pub(crate) const POSITION: usize = 11;
+pub(crate) const PENETRATION: usize = 12;
+pub(crate) const COMMAND: usize = 13;
+pub(crate) const NETS: usize = 14;
 
 impl LawLoop {
     /// A loop as it stands after reset.
@@ -59,6 +67,12 @@ impl LawLoop {
     pub fn new(config: LawConfig) -> Self {
         let law = config.law.clone();
         Self { config, law, left: 0, phase: None, force_n: 0.0, words: [0; NETS], meter: Meter::default() }
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn config(&self) -> &LawConfig {
+        &self.config
     }
 
     /// Counts the lines' phase, from the first one seen on.
@@ -80,12 +94,6 @@ impl LawLoop {
 
     fn period(input: &LoopIn<i64>) -> u64 {
         input.period.max(1).unsigned_abs()
-    }
-
-    fn command(&self, force_n: f64) -> i64 {
-        let limit_n = self.config.limit_n;
-        let full = Format::unsigned(COMMAND_BITS).max() as f64 + 1.0;
-        (force_n.clamp(-limit_n, limit_n) / self.config.full_scale_n * full).round() as i64
     }
 }
 
@@ -141,7 +149,7 @@ impl Block for LawLoop {
         let mut port = self.words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);
         self.words[PENETRATION] = (self.words[POSITION] - self.config.surface).max(0);
-        self.words[COMMAND] = self.command(self.force_n);
+        self.words[COMMAND] = self.config.command(self.force_n);
         if moved || sampled {
             self.meter.range(&self.words);
         }

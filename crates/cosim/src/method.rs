@@ -10,7 +10,7 @@ use hpu_signal::Format;
 use crate::law::{self, AnyLaw, BoundingForm, InputShaper, Observer, Wall, high_pass};
 use crate::law_loop::{LawConfig, LawLoop};
 use crate::rig::TheLoop;
-use crate::scene::{Datapath, LawMethod, Loop, LoopWords, Realised, SampledWallMethod, Scene};
+use crate::scene::{Datapath, EncoderModel, LawMethod, Loop, LoopWords, Realised, SampledWallMethod, Scene};
 use crate::session::SessionError;
 
 /// What closes the scene's loop, as it stands before reset.
@@ -179,7 +179,11 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
     let Realised { torque_quantum_nm, count_rad, .. } = words.realised;
     let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;
     let surface = Format::signed(words.config.position_width).wrap(words.reference.into());
-    let (period_s, start_m) = (scene.sample_period_s(), -(surface as f64) * count_rad);
+    let start_m = match scene.model.encoder {
+        EncoderModel::Quantised => -(surface as f64) * count_rad,
+        EncoderModel::Ideal => scene.initial_angle_rad() - scene.wall.position_rad,
+    };
+    let period_s = scene.sample_period_s();
     let (k, b) = (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
     let wall = |ratio| Wall::new(k, b, ratio, period_s, start_m);
     let law = match scene.method.kind {

@@ -2,12 +2,13 @@
 
 use std::fmt;
 
-use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
+use hpu_plant::{Axis, Bridge, Hand, Method, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Shaping};
 use crate::law_loop::COMMAND_BITS;
-use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
+use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Solver, Winding};
+use crate::stepped::Stepping;
 use crate::world::Pins;
 
 /// Why a scene has no plant of this kind.
@@ -41,6 +42,9 @@ pub struct Plant {
     pub(crate) kind: Kind,
     pub(crate) count_rad: f64,
     pub(crate) actuator: Actuator,
+    pub(crate) edge_s: f64,
+    /// How its device is stepped, if it is.
+    pub(crate) stepping: Option<Stepping>,
 }
 
 impl Plant {
@@ -52,6 +56,7 @@ impl Plant {
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
         let actuator = actuator(scene)?;
+        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges());
         if let scene::Hand::Capture { edges } = &scene.hand {
             let pins = edges
                 .iter()
@@ -60,7 +65,7 @@ impl Plant {
                     (scene.clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
-            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator });
+            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator, edge_s, stepping: None });
         }
         let (hand, path) = match &scene.hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -74,7 +79,6 @@ impl Plant {
             scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
             scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
-        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges());
         let rubs = scene.model.friction != Friction::None;
         let axis = match &scene.device {
             scene::Device::Motor(motor) => {
@@ -118,7 +122,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator })
+        Ok(Self { kind, count_rad, actuator, edge_s, stepping: stepping(scene) })
     }
 
     /// Whether there is a device, and not a recording in its place.
@@ -126,6 +130,20 @@ impl Plant {
     pub fn has_device(&self) -> bool {
         matches!(self.kind, Kind::Axis { .. })
     }
+}
+
+/// The steps of the scene's solver.
+fn stepping(scene: &Scene) -> Option<Stepping> {
+    let method = match scene.model.solver {
+        Solver::Events | Solver::Clock => return None,
+        Solver::Sample => None,
+        Solver::Euler => Some(Method::Euler),
+        Solver::SemiImplicit => Some(Method::SemiImplicit),
+        Solver::Midpoint => Some(Method::Midpoint),
+        Solver::Rk4 => Some(Method::Rk4),
+    };
+    let edges = scene.step_clocks();
+    Some(Stepping { method, first: edges, edges })
 }
 
 /// What drives the scene's device.

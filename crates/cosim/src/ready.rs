@@ -2,6 +2,7 @@
 
 use hpu_signal::{Clock, Real};
 
+use crate::direct::Direct;
 use crate::engine::Driver;
 use crate::phantom_session::PhantomSession;
 use crate::rig::{Rig, TheLoop, Visit};
@@ -74,6 +75,10 @@ impl Rig for Ready<'_> {
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         forward!(self, rig => rig.visit(visit))
+    }
+
+    fn direct(&self) -> Option<Direct<'_>> {
+        forward!(self, rig => rig.direct())
     }
 
     fn driver(&self) -> Driver {

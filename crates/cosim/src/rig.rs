@@ -4,11 +4,12 @@ use std::time::Instant;
 
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{
-    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, MethodLoop, PassiveSpring, PassivityController,
+    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Law, MethodLoop, PassiveSpring, PassivityController,
     SampledWall, VirtualCoupling, Wiring,
 };
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
+use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
 use crate::scene::Record;
@@ -100,6 +101,18 @@ impl TheLoop {
         with_wiring!(self, wiring => wiring.nets())
     }
 
+    /// Clock edges from a sample to the torque that it makes, beyond the one at which it is taken.
+    pub(crate) fn latency(&self) -> u64 {
+        u64::from(match self {
+            Self::SampledWall(wiring) => wiring.law().latency(),
+            Self::VirtualCoupling(wiring) => wiring.law().latency(),
+            Self::PassivityController(wiring) => wiring.law().latency(),
+            Self::EnergyBounding(wiring) => wiring.law().latency(),
+            Self::PassiveSpring(wiring) => wiring.law().latency(),
+            _ => 0,
+        })
+    }
+
     /// Whether there is VHDL of it.
     #[must_use]
     pub fn is_hardware(&self) -> bool {
@@ -138,6 +151,10 @@ pub trait Rig {
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
     /// The driver that the scene asks for by its solver.
     fn driver(&self) -> Driver;
+    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no driver.
+    fn direct(&self) -> Option<Direct<'_>> {
+        None
+    }
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 
@@ -155,8 +172,12 @@ pub trait Rig {
 
     /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
     fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
-        let run = Run { driver, end: self.edges(), stride: self.stride(), observer: Both(trace, observer), control };
-        let (mut summary, over) = self.visit(run);
+        let (end, stride) = (self.edges(), self.stride());
+        let mut observer = Both(&mut *trace, observer);
+        let (mut summary, over) = match self.direct() {
+            Some(direct) => direct.run(end, stride, &mut observer, control),
+            None => self.visit(Run { driver, end, stride, observer, control }),
+        };
         summary.motion_s = self.clock().seconds(Cycle(summary.edges));
         summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
         if summary.complete && self.has_device() {
@@ -228,6 +249,7 @@ impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
             encoder_edges: run.world.encoder_edges(),
             output_changes: run.output_changes(),
             mode_changes: run.world.mode_changes(),
+            steps: run.world.steps(),
             energy: run.world.audit(),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         };

@@ -6,11 +6,12 @@ use hpu_datapath::LoopIn;
 use hpu_signal::{Clock, Real};
 
 use crate::axis_world::AxisWorld;
+use crate::direct::Direct;
 use crate::engine::Driver;
 use crate::method;
 use crate::plant::{Plant, PlantError};
 use crate::rig::{Rig, TheLoop, Visit};
-use crate::scene::{LoopWords, Record, Scene, SceneError};
+use crate::scene::{EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
 use crate::summary::Abort;
 use crate::trace::Trace;
 use crate::verdict::{Verdict, judge};
@@ -58,8 +59,12 @@ impl<'s> Session<'s> {
     /// When its words, widths or parameters are impossible, or its device has no datapath.
     pub fn new(scene: &'s Scene) -> Result<Self, SessionError> {
         let words = scene.words().map_err(SessionError::Scene)?;
-        let plant = Plant::new(scene).map_err(SessionError::Plant)?;
+        let mut plant = Plant::new(scene).map_err(SessionError::Plant)?;
         let wiring = method::wiring(scene, &words)?;
+        if let (Solver::Sample, Some(stepping)) = (scene.model.solver, &mut plant.stepping) {
+            // Outputs are taken when a sample has come through: at edge 1, after the law, after a shaper.
+            stepping.first = (1 + wiring.latency() + 2).min(stepping.edges);
+        }
         Ok(Self { scene, plant, words, wiring })
     }
 
@@ -145,7 +150,27 @@ impl Rig for Session<'_> {
         self.scene.model.solver.into()
     }
 
-    fn judge(&self, trace: &Trace, _: Option<Abort>) -> Verdict {
+    fn direct(&self) -> Option<Direct<'_>> {
+        let stepping = self.plant.stepping?;
+        let TheLoop::Law(law) = &self.wiring else {
+            return None;
+        };
+        let model = self.scene.model;
+        Some(Direct {
+            plant: &self.plant,
+            law: law.config().clone(),
+            schedule: self.words.schedule,
+            method: stepping.method,
+            step: stepping.edges,
+            period: self.scene.period_clocks(),
+            ideal_wall_rad: (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad),
+        })
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        if let Some(Abort { at_s, .. }) = aborted {
+            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
+        }
         judge(trace, self.scene.encoder.count_rad())
     }
 }

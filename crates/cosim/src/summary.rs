@@ -1,5 +1,6 @@
 //! What a run was: its verdict, its energy, its words.
 
+use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
 use crate::scene::{Experiment, Metric, OutcomeKind};
@@ -33,6 +34,26 @@ pub struct EnergyAudit {
     pub exchanged_j: f64,
     /// Supplied less stored less dissipated: zero but for rounding.
     pub residual_j: f64,
+}
+
+impl EnergyAudit {
+    /// Of an axis, with what it has stored over the start.
+    pub(crate) fn of(energy: &Energy, stored_j: f64) -> Self {
+        Self {
+            source_j: energy.source_j(),
+            hand_j: energy.hand_j(),
+            supplied_j: energy.supplied_j(),
+            stored_j,
+            copper_j: energy.copper_j(),
+            diodes_j: energy.diodes_j(),
+            viscous_j: energy.viscous_j(),
+            coulomb_j: energy.coulomb_j(),
+            dissipated_j: energy.dissipated_j(),
+            exchanged_j: energy.exchanged_j(),
+            residual_j: energy.supplied_j() - stored_j - energy.dissipated_j(),
+            ..Self::default()
+        }
+    }
 }
 
 /// The use that a run made of a net.
@@ -76,6 +97,8 @@ pub struct Summary {
     pub output_changes: u64,
     /// Changes of the plant's mode: stick and slip, diodes.
     pub mode_changes: u64,
+    /// Steps of the device, where it moves in steps; 0 where it flows.
+    pub steps: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
     /// The use of every net.
@@ -83,10 +106,12 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Events of all kinds: ticks of the datapath and changes of the plant's mode.
+    /// Events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A law that is run without a
+    /// clock ticks with the steps, which then count once.
     #[must_use]
     pub fn events(&self) -> u64 {
-        self.ticks + self.mode_changes
+        let steps = if self.nets.is_empty() { 0 } else { self.steps };
+        self.ticks + self.mode_changes + steps
     }
 
     /// Share of the clock edges at which anything happened.

@@ -40,6 +40,10 @@ pub trait World: Clone {
     fn encoder_edges(&self) -> u64;
     /// Changes of the plant's mode so far: stick and slip, diodes.
     fn mode_changes(&self) -> u64;
+    /// Steps of the device so far, where it moves in steps.
+    fn steps(&self) -> u64 {
+        0
+    }
     /// Why the run cannot go on, if it cannot: the device has left what is modelled, or what its test allows.
     fn over(&self) -> Option<&'static str> {
         None

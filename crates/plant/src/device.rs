@@ -23,11 +23,14 @@ pub const REALS: [Real; 4] = [
     Real { name: "torque_nm", doc: "Torque of the motor on its shaft" },
 ];
 
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Drive {
+/// What drives an axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Drive {
+    /// A bridge's gates.
     Gates(Gates),
+    /// A bridge's mean voltage: a duty between -1 and 1.
     Average(f64),
-    /// In A.
+    /// An imposed current in A; on a rail a force in N.
     Current(f64),
 }
 

@@ -74,7 +74,7 @@ impl Energy {
     }
 
     #[inline]
-    fn take(&mut self, flows: [f64; 6]) {
+    pub(crate) fn take(&mut self, flows: [f64; 6]) {
         for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(flows) {
             let sum = *total + flow;
             let kept = sum - *total;

@@ -1,0 +1,95 @@
+//! The device of an axis's world: flowed exactly, or stepped.
+
+use hpu_plant::{Device, Drive, Energy, Event, REALS, State};
+
+use crate::stepped::Stepped;
+
+/// A device in motion. Both kinds have the same functions.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
+pub(crate) enum Body<'p> {
+    /// Flowed exactly.
+    Exact(Device<'p>),
+    /// In fixed steps.
+    Stepped(Box<Stepped<'p>>),
+}
+
+macro_rules! forward {
+    ($self:ident, $body:ident => $call:expr) => {
+        match $self {
+            Self::Exact($body) => $call,
+            Self::Stepped($body) => $call,
+        }
+    };
+}
+
+impl Body<'_> {
+    /// The state at an edge that has not been left yet.
+    #[inline]
+    pub(crate) fn state(&self, edge: u64) -> State {
+        forward!(self, body => body.state(edge))
+    }
+
+    /// The outputs at such an edge.
+    pub(crate) fn reals(&self, edge: u64) -> [f64; REALS.len()] {
+        forward!(self, body => body.reals(edge))
+    }
+
+    /// From `edge` on the hand means to be at this angle and to move at this speed.
+    pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        forward!(self, body => body.intend(edge, angle_rad, speed_rad_per_s));
+    }
+
+    /// Sets what drives it from `edge` on.
+    #[inline]
+    pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
+        forward!(self, body => body.driven(edge, drive));
+    }
+
+    /// The first edge in (`from`, `to`] at which the motion changes by itself or the angle leaves a band.
+    #[inline]
+    pub(crate) fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
+        forward!(self, body => body.next_event(from, to, band))
+    }
+
+    /// Comes to the edge of an event.
+    #[inline(always)]
+    pub(crate) fn arrive(&mut self, event: Event) -> State {
+        forward!(self, body => body.arrive(event))
+    }
+
+    /// Comes to the next edge.
+    #[inline(always)]
+    pub(crate) fn step(&mut self, edge: u64) -> State {
+        forward!(self, body => body.step(edge))
+    }
+
+    pub(crate) fn energy(&self, edge: u64) -> Energy {
+        forward!(self, body => body.energy(edge))
+    }
+
+    pub(crate) fn stored_j(&self, edge: u64) -> f64 {
+        forward!(self, body => body.stored_j(edge))
+    }
+
+    pub(crate) fn mode_changes(&self) -> u64 {
+        forward!(self, body => body.mode_changes())
+    }
+
+    /// Why it cannot go on, if it cannot.
+    #[inline]
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        match self {
+            Self::Exact(_) => None,
+            Self::Stepped(body) => body.over(),
+        }
+    }
+
+    /// Steps done: of a body that has them.
+    pub(crate) fn steps(&self) -> u64 {
+        match self {
+            Self::Exact(_) => 0,
+            Self::Stepped(body) => body.steps(),
+        }
+    }
+}

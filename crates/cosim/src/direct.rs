@@ -1,0 +1,324 @@
+//! The law in floats, closed around a device in steps: no words, no wiring and no clock. What users of other tools write.
+//!
+//! At a sample instant, one clock after the start and every sample period from there, the law reads the position, a whole
+//! number of counts or the true one; a live spring reads it at every step too. Its force, within what the actuator gives, is
+//! held over the step. A step that a sample instant would fall into ends there. The hand's knots, a ramp and an analog shaper
+//! are heeded at the next step's start. The rows of the trace lie on the straight line between the ends of a step, and words
+//! are shown with them alone.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use hpu_plant::{Axis, Device, Drive, Energy, Feed, Method, State, Stepper};
+use hpu_signal::{Cycle, Observe};
+
+use crate::actuator::{Actuator, Shaping};
+use crate::engine::Control;
+use crate::law::{AnyLaw, SampledLaw};
+use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
+use crate::plant::{Kind, Plant};
+use crate::schedule::Schedule;
+use crate::stepped::{DIVERGED, FAR};
+use crate::summary::{EnergyAudit, Summary};
+use crate::world::Pins;
+
+/// A law in floats, closed around a device in steps.
+pub struct Direct<'p> {
+    pub(crate) plant: &'p Plant,
+    pub(crate) law: LawConfig,
+    pub(crate) schedule: Schedule,
+    /// The method; none flows exactly.
+    pub(crate) method: Option<Method>,
+    /// Clock edges of a step.
+    pub(crate) step: u64,
+    /// Clock edges of a sample period.
+    pub(crate) period: u64,
+    /// The wall's position, if the law reads the true position.
+    pub(crate) ideal_wall_rad: Option<f64>,
+}
+
+/// What brings the device over a step.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+enum Mover<'p> {
+    Fixed {
+        full: Stepper,
+        /// For steps that are cut short.
+        part: Stepper,
+        energy: Energy,
+        feed: Feed,
+    },
+    Exact(Device<'p>),
+}
+
+/// A run of it.
+struct Course<'d, 'p> {
+    direct: &'d Direct<'p>,
+    axis: &'p Axis,
+    edge_s: f64,
+    mover: Mover<'p>,
+    law: AnyLaw,
+    force_n: f64,
+    drive: Drive,
+    shaping: Option<Shaping>,
+    intent_rad_per_s: f64,
+    x: State,
+    count: i64,
+    start_count: i64,
+    encoder_edges: u64,
+    output_changes: u64,
+    next_sample: u64,
+    next_knot: usize,
+}
+
+impl Direct<'_> {
+    /// Runs to edge `end`, or until stopped, or until the steps diverge, and says why in that case.
+    pub(crate) fn run(
+        &self,
+        end: u64,
+        stride: u64,
+        observer: &mut impl Observe,
+        control: &Control,
+    ) -> (Summary, Option<&'static str>) {
+        let clock = Instant::now();
+        let mut course = Course::new(self);
+        let initial_j = course.axis.stored_j(&course.x);
+        let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
+        let (mut complete, mut over) = (true, None);
+        while edge < end {
+            course.act(edge);
+            let next = (edge + self.step).min(course.next_sample).min(end);
+            let before = course.x;
+            course.go(edge, next);
+            while next_row < next {
+                let share = (next_row - edge) as f64 / (next - edge) as f64;
+                let x = std::array::from_fn(|k| before[k] + (course.x[k] - before[k]) * share);
+                course.show(next_row, &x, observer);
+                next_row += stride;
+            }
+            edge = next;
+            steps += 1;
+            if course.x[2].abs() > FAR || course.x[2].is_nan() {
+                over = Some(DIVERGED);
+                break;
+            }
+            if steps % 4096 == 0 {
+                control.progress.store(edge, Ordering::Relaxed);
+                if control.stop.load(Ordering::Relaxed) {
+                    complete = false;
+                    break;
+                }
+            }
+        }
+        if over.is_none() && next_row == edge {
+            course.show(edge, &course.x, observer);
+        }
+        control.progress.store(edge, Ordering::Relaxed);
+        let stored_j = course.axis.stored_j(&course.x) - initial_j;
+        let (energy, mode_changes) = match &course.mover {
+            Mover::Fixed { energy, .. } => (*energy, 0),
+            Mover::Exact(device) => (device.energy(edge), device.mode_changes()),
+        };
+        let summary = Summary {
+            verdict: None,
+            aborted: None,
+            complete,
+            edges: edge,
+            motion_s: 0.0,
+            wall_s: clock.elapsed().as_secs_f64(),
+            ticks: steps,
+            steps,
+            encoder_edges: course.encoder_edges,
+            output_changes: course.output_changes,
+            mode_changes,
+            energy: EnergyAudit::of(&energy, stored_j),
+            nets: Vec::new(),
+        };
+        (summary, over)
+    }
+}
+
+impl<'d, 'p> Course<'d, 'p> {
+    fn new(direct: &'d Direct<'p>) -> Self {
+        let plant = direct.plant;
+        let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind else {
+            unreachable!("a recording has no steps");
+        };
+        let device = Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad);
+        let (x, drive) = (device.state(0), device.drive_now());
+        let stepper = |method, edges: u64| Stepper::new(axis, method, edges as f64 * plant.edge_s);
+        let mover = match direct.method {
+            None => Mover::Exact(device),
+            Some(method) => Mover::Fixed {
+                full: stepper(method, direct.step),
+                part: stepper(method, 1),
+                energy: Energy::default(),
+                feed: axis.feed(drive, &x, 0.0),
+            },
+        };
+        let shaping = match plant.actuator {
+            Actuator::Amplified { shaping, .. } => shaping,
+            _ => None,
+        };
+        let mut course = Self {
+            direct,
+            axis,
+            edge_s: plant.edge_s,
+            mover,
+            law: direct.law.law.clone(),
+            force_n: 0.0,
+            drive,
+            shaping,
+            intent_rad_per_s: 0.0,
+            x,
+            count: 0,
+            start_count: 0,
+            encoder_edges: 0,
+            output_changes: 0,
+            next_sample: 1,
+            next_knot: 0,
+        };
+        course.start_count = course.counts();
+        course.count = course.start_count;
+        course
+    }
+
+    /// The encoder's count.
+    #[inline(always)]
+    fn counts(&self) -> i64 {
+        let counts = self.x[2] / self.direct.law.count_m;
+        let whole = counts as i64;
+        whole - i64::from(counts < whole as f64)
+    }
+
+    /// The position beyond the wall's surface, as the law reads it.
+    #[inline(always)]
+    fn position_m(&mut self) -> f64 {
+        if let Some(wall_rad) = self.direct.ideal_wall_rad {
+            return self.x[2] - wall_rad;
+        }
+        let count = self.counts();
+        self.encoder_edges += count.abs_diff(self.count);
+        self.count = count;
+        (count - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
+    }
+
+    /// All that is due at the start of a step.
+    #[inline(always)]
+    fn act(&mut self, edge: u64) {
+        let knots = match &self.direct.plant.kind {
+            Kind::Axis { knots, .. } => &knots[..],
+            Kind::Capture { .. } => &[],
+        };
+        let mut fed = false;
+        while let Some(knot) = knots.get(self.next_knot).filter(|knot| knot.edge <= edge) {
+            self.next_knot += 1;
+            let angle_rad = knot.angle_rad + knot.speed_rad_per_s * ((edge - knot.edge) as f64 * self.edge_s);
+            self.intend(edge, angle_rad, knot.speed_rad_per_s);
+            fed = true;
+        }
+        if edge == self.next_sample {
+            self.sample(edge);
+        } else if let (true, true, AnyLaw::Wall(_)) = (self.direct.law.live, edge > 0, &self.law) {
+            let x_m = self.position_m();
+            if let AnyLaw::Wall(wall) = &self.law {
+                self.force_n = wall.force_n(x_m);
+            }
+        }
+        let drive = if edge == 0 { self.drive } else { self.output(edge) };
+        if fed || drive != self.drive {
+            self.output_changes += u64::from(drive != self.drive);
+            self.drive = drive;
+            match &mut self.mover {
+                Mover::Exact(device) => device.driven(edge, drive),
+                Mover::Fixed { feed, .. } => {
+                    self.x = self.axis.taken(drive, &self.x);
+                    *feed = self.axis.feed(drive, &self.x, self.intent_rad_per_s);
+                }
+            }
+        }
+    }
+
+    fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        self.intent_rad_per_s = speed_rad_per_s;
+        match &mut self.mover {
+            Mover::Exact(device) => {
+                device.intend(edge, angle_rad, speed_rad_per_s);
+                self.x = device.state(edge);
+            }
+            Mover::Fixed { energy, .. } => {
+                let before = self.x;
+                self.x[3] = angle_rad;
+                if self.axis.is_prescribed() {
+                    (self.x[1], self.x[2]) = (speed_rad_per_s, angle_rad);
+                }
+                self.axis.jumped(energy, &before, &self.x);
+            }
+        }
+    }
+
+    fn sample(&mut self, edge: u64) {
+        let Schedule { stiffness, scale } = self.direct.schedule;
+        let [stiffness, scale] = [(stiffness, 0), (scale, 1)].map(|(ramp, index)| {
+            let start = self.direct.law.start[index];
+            ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
+        });
+        self.law.vary(&self.direct.law.law, stiffness, scale);
+        let x_m = self.position_m();
+        self.force_n = self.law.sample(x_m);
+        if let (true, AnyLaw::Wall(wall)) = (self.direct.law.live, &self.law) {
+            self.force_n = wall.force_n(x_m);
+        }
+        self.next_sample += self.direct.period;
+    }
+
+    /// What the actuator makes of the force.
+    #[inline(always)]
+    fn output(&mut self, edge: u64) -> Drive {
+        let limit_n = self.direct.law.limit_n;
+        let force_n = self.force_n.clamp(-limit_n, limit_n);
+        match (self.direct.plant.actuator, &mut self.shaping) {
+            (Actuator::Averaged(_), _) => Drive::Average(force_n / self.direct.law.full_scale_n),
+            (_, None) => Drive::Current(-force_n),
+            (_, Some(shaping)) => match shaping.take(edge, force_n) {
+                Some(shaped_n) => Drive::Current(-shaped_n),
+                None if shaping.next <= edge => Drive::Current(-shaping.hand_on(edge)),
+                None => self.drive,
+            },
+        }
+    }
+
+    /// Moves the device.
+    #[inline(always)]
+    fn go(&mut self, edge: u64, next: u64) {
+        match &mut self.mover {
+            Mover::Exact(device) => self.x = device.flow(edge, next),
+            Mover::Fixed { full, part, energy, feed } => {
+                let step_s = (next - edge) as f64 * self.edge_s;
+                if next - edge != self.direct.step && part.step_s() != step_s {
+                    *part = part.with_step(step_s);
+                }
+                let stepper = if next - edge == self.direct.step { full } else { part };
+                if matches!(self.drive, Drive::Gates(_)) {
+                    *feed = self.axis.feed(self.drive, &self.x, self.intent_rad_per_s);
+                }
+                let to = stepper.step(&self.x, feed);
+                stepper.account(energy, step_s, &self.x, &to, feed);
+                self.x = to;
+            }
+        }
+    }
+
+    /// A row of the trace, and the words at it.
+    fn show(&self, edge: u64, x: &State, observer: &mut impl Observe) {
+        let law = &self.direct.law;
+        let position = (x[2] / law.count_m).floor() as i64 - self.start_count;
+        let pins = Pins::at(position);
+        let mut words = [0; NETS];
+        (words[0], words[1]) = (pins.a, pins.b);
+        words[POSITION] = position;
+        words[PENETRATION] = (position - law.surface).max(0);
+        words[COMMAND] = law.command(self.force_n);
+        observer.nets(Cycle(edge), &words);
+        observer.reals(Cycle(edge), &self.axis.reals(x));
+    }
+}

@@ -1,0 +1,277 @@
+//! A device that moves in steps while the datapath runs on every clock.
+//!
+//! A step begins at a clock edge with the outputs as they stand there, and holds them to its end: a change of the drive, or of
+//! the hand, inside a step waits for the next. Within a step the motion is the straight line between its ends, as the encoder
+//! sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than most tools are, whose
+//! encoder shows nothing before the step is over.
+
+use hpu_plant::{Axis, Device, Drive, Energy, Event, Feed, Method, REALS, State, Stepper};
+
+/// How a device is stepped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Stepping {
+    /// The method; none flows exactly over each step.
+    pub(crate) method: Option<Method>,
+    /// Clock edges of the first step.
+    pub(crate) first: u64,
+    /// Clock edges of every other.
+    pub(crate) edges: u64,
+}
+
+/// Why a run ends early whose steps are too long for what they step.
+pub(crate) const DIVERGED: &str = "the solver's steps diverge; write a shorter model.step";
+
+/// What brings a device over a step.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+enum Mover<'p> {
+    /// By a method, with the energies until the start of the step.
+    Fixed { stepper: Stepper, energy: Energy, feed: Feed },
+    /// Exactly: the device at the start, and at the end.
+    Exact { now: Device<'p>, then: Device<'p> },
+}
+
+/// A device that moves in steps; its functions are those of a [`Device`].
+#[derive(Clone)]
+pub(crate) struct Stepped<'p> {
+    axis: &'p Axis,
+    mover: Mover<'p>,
+    edge_s: f64,
+    /// Clock edges of every step after this one.
+    stride: u64,
+    drive: Drive,
+    /// Where the hand means to be from an edge on, and how fast, unless the device knows.
+    intent: Option<(u64, f64, f64)>,
+    intent_rad_per_s: f64,
+    /// The present step: its first edge, its length, its ends; or none while at its first edge.
+    start: u64,
+    edges: u64,
+    from: State,
+    to: Option<State>,
+    initial_j: f64,
+    steps: u64,
+    /// A step has left all that is modelled; the device stays where it was before.
+    lost: bool,
+}
+
+/// Beyond this angle in rad, or position in m, a step is lost.
+pub(crate) const FAR: f64 = 1e6;
+
+impl<'p> Stepped<'p> {
+    /// A device at edge 0 with initial current, speed and angle, all gates off.
+    pub(crate) fn new(axis: &'p Axis, stepping: Stepping, edge_s: f64, start: [f64; 3]) -> Self {
+        let [current_a, speed_rad_per_s, angle_rad] = start;
+        let now = Device::new(axis, current_a, speed_rad_per_s, angle_rad);
+        let from = now.state(0);
+        let drive = now.drive_now();
+        let mover = match stepping.method {
+            None => Mover::Exact { then: now.clone(), now },
+            Some(method) => Mover::Fixed {
+                stepper: Stepper::new(axis, method, stepping.edges as f64 * edge_s),
+                energy: Energy::default(),
+                feed: axis.feed(drive, &from, 0.0),
+            },
+        };
+        Self {
+            axis,
+            mover,
+            edge_s,
+            stride: stepping.edges,
+            drive,
+            intent: None,
+            intent_rad_per_s: 0.0,
+            start: 0,
+            edges: stepping.first,
+            from,
+            to: None,
+            initial_j: axis.stored_j(&from),
+            steps: 0,
+            lost: false,
+        }
+    }
+
+    pub(crate) fn state(&self, edge: u64) -> State {
+        let Some(to) = &self.to else {
+            return if edge == self.start { self.from } else { self.begun().state(edge) };
+        };
+        let share = (edge - self.start) as f64 / self.edges as f64;
+        std::array::from_fn(|k| self.at(share, k, to))
+    }
+
+    /// One state at a share of the step: in rounding too it never turns back, nor goes beyond the end.
+    #[inline(always)]
+    fn at(&self, share: f64, k: usize, to: &State) -> f64 {
+        let (a, b) = (self.from[k], to[k]);
+        if share == 1.0 { b } else { (a + (b - a) * share).clamp(a.min(b), a.max(b)) }
+    }
+
+    pub(crate) fn reals(&self, edge: u64) -> [f64; REALS.len()] {
+        self.axis.reals(&self.state(edge))
+    }
+
+    pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        self.intent = Some((edge, angle_rad, speed_rad_per_s));
+        self.take();
+    }
+
+    pub(crate) fn driven(&mut self, _: u64, drive: Drive) {
+        if self.drive != drive {
+            self.drive = drive;
+            self.take();
+        }
+    }
+
+    /// Between two steps: takes the drive and the hand's intention as they stand.
+    fn take(&mut self) {
+        if self.to.is_some() {
+            return;
+        }
+        let edge = self.start;
+        let intent = self.intent.take().map(|(since, angle_rad, speed_rad_per_s)| {
+            (angle_rad + speed_rad_per_s * ((edge - since) as f64 * self.edge_s), speed_rad_per_s)
+        });
+        match &mut self.mover {
+            Mover::Exact { now, .. } => {
+                if let Some((angle_rad, speed_rad_per_s)) = intent {
+                    now.intend(edge, angle_rad, speed_rad_per_s);
+                }
+                now.driven(edge, self.drive);
+                self.from = now.state(edge);
+            }
+            Mover::Fixed { energy, .. } => {
+                let mut x = self.from;
+                if let Some((angle_rad, speed_rad_per_s)) = intent {
+                    x[3] = angle_rad;
+                    self.intent_rad_per_s = speed_rad_per_s;
+                    if self.axis.is_prescribed() {
+                        (x[1], x[2]) = (speed_rad_per_s, angle_rad);
+                    }
+                }
+                x = self.axis.taken(self.drive, &x);
+                self.axis.jumped(energy, &self.from, &x);
+                self.from = x;
+            }
+        }
+    }
+
+    /// What it will be once the step has begun.
+    #[cold]
+    fn begun(&self) -> Self {
+        let mut begun = self.clone();
+        begun.begin();
+        begun
+    }
+
+    /// Computes the step that begins here.
+    fn begin(&mut self) {
+        let (from, end) = (self.start, self.start + self.edges);
+        let to = match &mut self.mover {
+            Mover::Fixed { stepper, feed, .. } => {
+                *feed = self.axis.feed(self.drive, &self.from, self.intent_rad_per_s);
+                stepper.step(&self.from, feed)
+            }
+            Mover::Exact { now, then } => {
+                then.clone_from(now);
+                then.flow(from, end)
+            }
+        };
+        self.lost |= !(to.iter().all(|x| x.is_finite()) && to[2].abs() <= FAR);
+        self.to = Some(if self.lost { self.from } else { to });
+    }
+
+    /// The first edge in (`from`, `to`] at which the step ends or the line leaves the band of angles.
+    pub(crate) fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
+        if self.to.is_none() {
+            self.begin();
+        }
+        let (there, end) = (self.to?, self.start + self.edges);
+        let last = to.min(end);
+        let angle = |edge: u64| self.at((edge - self.start) as f64 / self.edges as f64, 2, &there);
+        let left = |edge: u64| !(low..high).contains(&angle(edge));
+        if left(last) {
+            let limit = if there[2] > self.from[2] { high } else { low };
+            let guess = (limit - self.from[2]) / (there[2] - self.from[2]) * self.edges as f64;
+            let mut edge = self.start.saturating_add(guess as u64).clamp(from + 1, last);
+            while edge > from + 1 && left(edge - 1) {
+                edge -= 1;
+            }
+            while !left(edge) {
+                edge += 1;
+            }
+            return Some((edge, self.state(edge)));
+        }
+        (end <= to).then_some((end, there))
+    }
+
+    pub(crate) fn arrive(&mut self, (edge, x): Event) -> State {
+        if edge != self.start + self.edges {
+            return x;
+        }
+        match &mut self.mover {
+            Mover::Fixed { stepper, energy, feed } => {
+                stepper.account(energy, stepper.step_s(), &self.from, &x, feed);
+            }
+            Mover::Exact { now, then } => now.clone_from(then),
+        }
+        self.start = edge;
+        self.edges = self.stride;
+        self.from = x;
+        self.to = None;
+        self.steps += 1;
+        self.take();
+        self.from
+    }
+
+    pub(crate) fn step(&mut self, edge: u64) -> State {
+        if self.to.is_none() {
+            self.begin();
+        }
+        self.arrive((edge, self.state(edge)))
+    }
+
+    pub(crate) fn energy(&self, edge: u64) -> Energy {
+        match &self.mover {
+            Mover::Fixed { stepper, energy, feed } => {
+                let mut energy = *energy;
+                let length_s = (edge - self.start) as f64 * self.edge_s;
+                stepper.account(&mut energy, length_s, &self.from, &self.state(edge), feed);
+                energy
+            }
+            Mover::Exact { now, .. } => {
+                let mut there = now.clone();
+                there.flow(self.start, edge);
+                there.energy(edge)
+            }
+        }
+    }
+
+    pub(crate) fn stored_j(&self, edge: u64) -> f64 {
+        match &self.mover {
+            Mover::Fixed { .. } => self.axis.stored_j(&self.state(edge)) - self.initial_j,
+            Mover::Exact { now, .. } => {
+                let mut there = now.clone();
+                self.axis.stored_j(&there.flow(self.start, edge)) - self.initial_j
+            }
+        }
+    }
+
+    /// Changes of mode that were located: a method locates none.
+    pub(crate) fn mode_changes(&self) -> u64 {
+        match &self.mover {
+            Mover::Fixed { .. } => 0,
+            Mover::Exact { now, .. } => now.mode_changes(),
+        }
+    }
+
+    pub(crate) fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Why it cannot go on, at the end of the step that was lost.
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        (self.lost && self.to.is_none()).then_some(DIVERGED)
+    }
+}
+
+#[cfg(test)]
+mod tests;

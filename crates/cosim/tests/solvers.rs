@@ -1,0 +1,223 @@
+//! Every solver: drivers agree on stepped worlds, and what a scene shows comes to the exact flow's as the step shrinks.
+
+use hpu_cosim::scene::{Experiment, Metric, Scene, Solver, shipped};
+use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, metric};
+use hpu_signal::{Cycle, Observe};
+
+const METHODS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];
+
+fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
+    scene.parse(&overrides).map(Experiment::axis).unwrap_or_else(|error| panic!("{error}")).unwrap()
+}
+
+fn run(scene: &Scene) -> (Summary, Trace) {
+    let session = Session::new(scene).unwrap();
+    let mut trace = session.trace(&["command"]);
+    let summary = session.run(session.driver(), &mut trace, &mut (), &Control::default());
+    (summary, trace)
+}
+
+fn number(which: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -> f64 {
+    metric(which, &Experiment::Axis(scene.clone()), summary, trace).unwrap()
+}
+
+#[track_caller]
+fn agree(name: &str, overrides: &[(&str, &str)], edges: u64) {
+    let comparison = Session::new(&parsed(name, overrides)).unwrap().compare(edges);
+    assert_eq!((comparison.mismatches, comparison.edges), (0, edges), "{name} {overrides:?}: {:?}", comparison.first);
+}
+
+const MOVING: [(&str, &str); 2] = [("device.initial_angle", "1.45 rad"), ("device.initial_speed", "60 rad/s")];
+
+#[test]
+fn drivers_agree_on_stepped_motors() {
+    for method in METHODS {
+        for step in ["20 ns", "1 us", "30.5 us"] {
+            let stepped = [("model.solver", method), ("model.step", step)];
+            agree("hybrid-wall", &[&MOVING[..], &stepped].concat(), 400_000);
+        }
+        let stepped = [("model.solver", method), ("model.step", "0.7 us")];
+        for rest in [
+            &[("method.pwm.off", "float"), ("device.coulomb_friction", "8 mN.m"), ("method.pwm.dead_time", "2 us")][..],
+            &[("model.bridge", "averaged"), ("model.winding", "resistive"), ("device.coulomb_friction", "8 mN.m")],
+            &[
+                ("device.coulomb_friction", "8 mN.m"),
+                ("model.friction", "smoothed"),
+                ("model.friction_speed", "2 rad/s"),
+            ],
+        ] {
+            agree("conventional-wall-10khz", &[&MOVING[..], &stepped, rest].concat(), 400_000);
+        }
+    }
+}
+
+#[test]
+fn drivers_agree_on_stepped_masses_hands_and_ramps() {
+    let rk4 = [("model.solver", "rk4"), ("model.step", "3.3 us")];
+    for name in ["rail-drop", "shaped-push", "prescribed-sweep", "stiffening-wall", "energy-level-wall", "one-tick"] {
+        agree(name, &rk4, 1_000_000);
+    }
+}
+
+#[test]
+fn drivers_agree_where_a_step_is_a_sample_period() {
+    let sample = ("model.solver", "sample");
+    for name in ["rail-drop", "stiffening-wall"] {
+        agree(name, &[sample], 1_000_000);
+    }
+    for name in ["conventional-wall-10khz", "energy-level-wall"] {
+        agree(name, &[&MOVING[..], &[sample, ("model.bridge", "averaged")]].concat(), 1_000_000);
+    }
+}
+
+/// Every row and every change of the nets.
+#[derive(Default, PartialEq, Debug)]
+struct Dense {
+    rows: Vec<(u64, Vec<u64>)>,
+    changes: Vec<(u64, Vec<i64>)>,
+}
+
+impl Observe for Dense {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.changes.last().is_none_or(|(_, last)| last != words) {
+            self.changes.push((cycle.0, words.to_vec()));
+        }
+    }
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.rows.push((cycle.0, values.iter().map(|value| value.to_bits()).collect()));
+    }
+}
+
+#[test]
+fn drivers_show_the_same_rows_and_the_same_energies_of_a_stepped_world() {
+    for model in [
+        &[("model.solver", "midpoint"), ("model.step", "1 us")][..],
+        &[
+            ("model.solver", "euler"),
+            ("model.step", "1 us"),
+            ("model.bridge", "averaged"),
+            ("model.winding", "resistive"),
+        ],
+        &[("model.solver", "sample"), ("model.bridge", "averaged")],
+    ] {
+        // Rows on steps' ends, and between them.
+        let fixed = [("run.duration", "5 ms"), ("record.plant_rate", "200 kHz")];
+        let scene = parsed("conventional-wall-10khz", &[&MOVING[..], model, &fixed].concat());
+        let session = Session::new(&scene).unwrap();
+        let shown = [Driver::Events, Driver::Clock].map(|driver| {
+            let mut dense = Dense::default();
+            let summary = session.run(driver, &mut session.trace(&[]), &mut dense, &Control::default());
+            (dense, summary.energy, summary.steps, summary.encoder_edges)
+        });
+        assert!(shown[0] == shown[1], "{model:?}");
+        assert_eq!(shown[0].0.rows.len(), 1_001);
+    }
+}
+
+/// A delay of one step of the datapath's outputs, and one of the method's, move a strike at this speed by so much; and a spring
+/// that follows the counts may turn it one count sooner or later.
+fn within(scene: &Scene, trace: &Trace, step_s: f64) -> f64 {
+    let count_rad = if scene.method.kind.is_live() { scene.encoder.count_rad() } else { 0.0 };
+    count_rad + 2.0 * step_s * trace.real(1).iter().fold(0.0, |most: f64, speed| most.max(speed.abs()))
+}
+
+fn converges(name: &str, model: &[(&str, &str)], steps: [(&str, f64); 2]) {
+    let exact = parsed(name, model);
+    let (truth, reference) = run(&exact);
+    let depth = number(Metric::PeakPenetration, &exact, &truth, &reference);
+    for method in METHODS {
+        for (step, step_s) in steps {
+            let scene = parsed(name, &[model, &[("model.solver", method), ("model.step", step)]].concat());
+            let (summary, trace) = run(&scene);
+            let error = (number(Metric::PeakPenetration, &scene, &summary, &trace) - depth).abs();
+            assert_eq!(summary.outcome(), truth.outcome(), "{name} {method} {step}");
+            let bound = within(&exact, &reference, step_s);
+            assert!(error <= bound, "{name} {method} {step}: {error:e} > {bound:e}");
+        }
+    }
+}
+
+#[test]
+fn every_method_comes_to_the_exact_flow_of_a_motor_in_words() {
+    let strike = [("model.bridge", "averaged"), ("run.duration", "0.7 s"), ("record.plant_rate", "100 kHz")];
+    converges("hybrid-wall", &strike, [("10 us", 10e-6), ("2 us", 2e-6)]);
+}
+
+#[test]
+fn every_method_comes_to_the_exact_flow_of_a_mass_in_words() {
+    let drop = [("run.duration", "1.5 s"), ("record.plant_rate", "100 kHz")];
+    converges("rail-drop", &drop, [("20 us", 20e-6), ("4 us", 4e-6)]);
+}
+
+#[test]
+fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
+    let law = ("model.datapath", "law");
+    let drop = [law, ("run.duration", "1.5 s"), ("record.plant_rate", "100 kHz")];
+    converges("rail-drop", &drop, [("20 us", 20e-6), ("4 us", 4e-6)]);
+    let strike = [law, ("model.bridge", "averaged"), ("run.duration", "0.7 s"), ("record.plant_rate", "100 kHz")];
+    converges("hybrid-wall", &strike, [("10 us", 10e-6), ("2 us", 2e-6)]);
+}
+
+#[test]
+fn a_sampled_law_in_steps_of_its_period_is_exact() {
+    // Nothing is left out: the device flows exactly, and meets the law at samples only in both.
+    let model = [("model.datapath", "law"), ("run.duration", "3 s")];
+    let exact = parsed("rail-drop", &model);
+    let stepped = parsed("rail-drop", &[&model[..], &[("model.solver", "sample")]].concat());
+    let [(a, of_a), (b, of_b)] = [&exact, &stepped].map(run);
+    let [last_a, last_b] =
+        [number(Metric::FinalAngle, &exact, &a, &of_a), number(Metric::FinalAngle, &stepped, &b, &of_b)];
+    assert!((last_a - last_b).abs() < 1e-12, "{last_a} {last_b}");
+    assert!((a.energy.source_j - b.energy.source_j).abs() < 1e-12 * a.energy.exchanged_j);
+    assert_eq!(b.steps, 3_000 + 1);
+}
+
+#[test]
+fn an_ideal_encoder_rests_where_the_springs_balance() {
+    let model = [("model.bridge", "averaged"), ("model.datapath", "law"), ("model.encoder", "ideal")];
+    let scene = parsed("hybrid-wall", &[&model[..], &[("model.solver", "rk4"), ("model.step", "10 us")]].concat());
+    let (summary, trace) = run(&scene);
+    // 0.3 (1.8 - x) = 1.5 (x - 1.5).
+    assert!((number(Metric::FinalAngle, &scene, &summary, &trace) - 1.55).abs() < 1e-12);
+    assert_eq!(summary.encoder_edges, 0);
+}
+
+#[test]
+fn steps_too_long_for_the_winding_are_given_up_and_judged_diverged() {
+    // L / R is 96 us.
+    for datapath in ["words", "law"] {
+        let scene = parsed(
+            "hybrid-wall",
+            &[
+                ("model.bridge", "averaged"),
+                ("model.datapath", datapath),
+                ("model.solver", "euler"),
+                ("model.step", "1 ms"),
+            ],
+        );
+        let (summary, _) = run(&scene);
+        assert!(matches!(summary.verdict, Some(Verdict::Diverged { .. })), "{datapath}: {:?}", summary.verdict);
+        assert!(summary.aborted.is_some_and(|abort| abort.why.contains("diverge")), "{datapath}");
+    }
+}
+
+#[test]
+fn a_summary_counts_steps_and_says_what_an_event_is() {
+    let counts = |datapath, solver: Solver| {
+        let step = if solver.is_fixed_step() { &[("model.step", "10 us")][..] } else { &[] };
+        let model = [("model.datapath", datapath), ("run.duration", "0.1 s"), ("model.solver", solver.name())];
+        let (summary, _) = run(&parsed("rail-drop", &[&model[..], step].concat()));
+        assert_eq!(summary.edges, 5_000_000);
+        (summary.steps, summary.events() - summary.mode_changes, summary.ticks)
+    };
+    let (steps, events, ticks) = counts("words", Solver::Events);
+    assert_eq!((steps, events), (0, ticks));
+    let (steps, events, ticks) = counts("words", Solver::Rk4);
+    assert_eq!((steps, events), (10_000, ticks + 10_000));
+    let (steps, events, ticks) = counts("law", Solver::Rk4);
+    // The first sample cuts a step after one clock, and the last step is what is left.
+    assert_eq!((steps, events, ticks), (10_001, 10_001, 10_001));
+    assert_eq!(counts("law", Solver::Sample).0, 101);
+}

@@ -1,0 +1,136 @@
+//! What drives an axis from one instant to the next, for those who step it.
+
+use crate::axis::{Axis, Hand};
+use crate::device::{Device, Drive, REALS};
+use crate::energy::{Energy, stored_j};
+use crate::matrix::{ANGLE, CURRENT, SPEED, State};
+use crate::{Bridge, Circuit};
+
+/// What drives an axis over one step: its circuit as it is at the start, and the hand's speed.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Feed {
+    /// Across resistance, inductance and back-EMF.
+    pub(crate) voltage_v: f64,
+    pub(crate) resistance_ohm: f64,
+    /// `1 / L`; 0 where no voltage moves the current.
+    pub(crate) per_henry: f64,
+    /// The current follows the voltage at once.
+    pub(crate) ohmic: bool,
+    /// Of the supply, or of an amplifier across the winding.
+    pub(crate) source_v: f64,
+    /// Torque of an imposed current.
+    pub(crate) source_nm: f64,
+    pub(crate) diode_v: f64,
+    /// Direction of a current that diodes carry; else 0.
+    pub(crate) direction: f64,
+    pub(crate) intent_rad_per_s: f64,
+}
+
+impl Axis {
+    /// What drives the axis from this state on, the hand's intention moving at `intent_rad_per_s`.
+    #[must_use]
+    pub fn feed(&self, drive: Drive, x: &State, intent_rad_per_s: f64) -> Feed {
+        let motor = &self.motor;
+        let circuit = match drive {
+            Drive::Current(_) => Circuit::Amplified,
+            Drive::Average(duty) => Bridge::averaged(duty),
+            Drive::Gates(gates) => self.bridge.circuit(gates, x[CURRENT], motor.torque_constant_nm_per_a * x[SPEED]),
+        };
+        let mut feed = Feed {
+            voltage_v: self.bridge.voltage_v(circuit),
+            resistance_ohm: motor.resistance_ohm,
+            per_henry: 0.0,
+            ohmic: false,
+            source_v: 0.0,
+            source_nm: 0.0,
+            diode_v: 0.0,
+            direction: 0.0,
+            intent_rad_per_s,
+        };
+        match circuit {
+            Circuit::Closed { supply_share, diodes, direction, switches } => {
+                feed.resistance_ohm = self.path_ohm(switches);
+                feed.source_v = self.bridge.supply_v * supply_share;
+                feed.diode_v = f64::from(diodes) * self.bridge.diode_drop_v;
+                feed.direction = f64::from(direction);
+                feed.ohmic = self.is_resistive();
+                feed.per_henry = if feed.ohmic { 0.0 } else { 1.0 / motor.inductance_h };
+            }
+            Circuit::Amplified => {
+                feed.source_v = motor.resistance_ohm * x[CURRENT];
+                feed.source_nm = motor.torque_constant_nm_per_a * x[CURRENT];
+            }
+            Circuit::Open { .. } => {}
+        }
+        feed
+    }
+
+    /// The state in which a drive finds the axis: an imposed current is there at once, and so is one without inductance.
+    #[must_use]
+    pub fn taken(&self, drive: Drive, x: &State) -> State {
+        let mut x = *x;
+        match drive {
+            Drive::Current(current_a) => x[CURRENT] = current_a,
+            Drive::Average(duty) if self.is_resistive() => {
+                x[CURRENT] = self.ohmic_a(self.bridge.voltage_v(Bridge::averaged(duty)), 2, x[SPEED]);
+            }
+            Drive::Average(_) | Drive::Gates(_) => {}
+        }
+        x
+    }
+
+    /// Energy stored in a state, in inductance and inertia.
+    #[must_use]
+    pub fn stored_j(&self, x: &State) -> f64 {
+        stored_j(self.motor.inductance_h, self.motor.inertia_kg_m2, x)
+    }
+
+    /// The outputs named by [`REALS`] in a state.
+    #[must_use]
+    pub fn reals(&self, x: &State) -> [f64; REALS.len()] {
+        [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]
+    }
+
+    /// Whether the hand imposes the motion.
+    #[must_use]
+    pub fn is_prescribed(&self) -> bool {
+        self.hand == Hand::Prescribed
+    }
+
+    /// Accounts for a jump to another state: an imposed current's by the source, a prescribed speed's by the hand.
+    pub fn jumped(&self, energy: &mut Energy, from: &State, to: &State) {
+        energy.surge(self.motor.inductance_h, from[CURRENT], to[CURRENT]);
+        energy.jerk(self.motor.inertia_kg_m2, from[SPEED], to[SPEED]);
+    }
+}
+
+impl Device<'_> {
+    /// Sets what drives the axis from `edge` on.
+    ///
+    /// # Panics
+    ///
+    /// As the function of that drive does.
+    pub fn driven(&mut self, edge: u64, drive: Drive) {
+        match drive {
+            Drive::Gates(gates) => self.drive(edge, gates),
+            Drive::Average(duty) => self.drive_average(edge, duty),
+            Drive::Current(current_a) => self.drive_current(edge, current_a),
+        }
+    }
+
+    /// What drives it.
+    #[must_use]
+    pub fn drive_now(&self) -> Drive {
+        self.drive
+    }
+
+    /// Flows exactly from one edge to another, through every change of its modes, and returns the state there.
+    pub fn flow(&mut self, from: u64, to: u64) -> State {
+        let mut edge = from;
+        while let Some(event) = self.next_event(edge, to, (f64::NEG_INFINITY, f64::INFINITY)) {
+            edge = event.0;
+            self.arrive(event);
+        }
+        self.state(to)
+    }
+}

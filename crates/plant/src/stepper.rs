@@ -1,0 +1,280 @@
+//! Fixed steps: how ordinary programs move the same axis on.
+//!
+//! A [`Stepper`] integrates `x' = f(x)`, [`derivative`](Stepper::derivative), over steps of one length, by a textbook method,
+//! with the drive held over the step. Nothing is located inside a step:
+//!
+//! - Coulomb friction is `τ_c sgn ω` of the step's start; a shaft that stands still there and is pulled by no more than `τ_c`
+//!   stays for the step. A step that would reverse the speed ends at 0 if friction can hold the shaft there. Smoothed friction
+//!   is the function that it is.
+//! - Diodes conduct as they would at the start of the step; a current that they would not carry ends at 0.
+//! - A winding without inductance is Ohm's law at every stage.
+//!
+//! The implicit midpoint's equations are linear but for friction, which is monotonous in the speed alone: they are solved in
+//! closed form, friction at the midpoint.
+//!
+//! Energies are summed by the trapezoid rule, so that what is left of the balance measures the method.
+
+use crate::axis::{Axis, Hand};
+use crate::energy::Energy;
+use crate::feed::Feed;
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+
+/// A method of integration.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Method {
+    /// `x₁ = x₀ + h f(x₀)`.
+    Euler,
+    /// The current from the old state, the speed from the new current, the angle from the new speed.
+    SemiImplicit,
+    /// `x₁ = x₀ + h f((x₀ + x₁) / 2)`.
+    Midpoint,
+    /// The classic Runge-Kutta method of order 4.
+    Rk4,
+}
+
+/// Friction over a step.
+struct Rub {
+    friction_nm: f64,
+    /// 0 on a shaft that friction holds.
+    per_inertia: f64,
+    /// A function of the speed, whatever `friction_nm` is.
+    smoothed: bool,
+}
+
+/// An axis on steps of one length.
+#[derive(Clone, Copy, Debug)]
+pub struct Stepper {
+    method: Method,
+    step_s: f64,
+    torque_constant_nm_per_a: f64,
+    per_inertia: f64,
+    viscous_nm_s_per_rad: f64,
+    coulomb_nm: f64,
+    /// See [`Axis::with_smoothed_friction`]; 0 where friction sticks.
+    creep_rad_per_s: f64,
+    torque_nm: f64,
+    hand_nm_per_rad: f64,
+    hand_nm_s_per_rad: f64,
+    prescribed: bool,
+}
+
+impl Stepper {
+    /// An axis on steps of `step_s` seconds.
+    #[must_use]
+    pub fn new(axis: &Axis, method: Method, step_s: f64) -> Self {
+        let motor = &axis.motor;
+        let (torque_nm, hand_nm_per_rad, hand_nm_s_per_rad) = match axis.hand {
+            Hand::Torque(torque_nm) => (torque_nm, 0.0, 0.0),
+            Hand::Spring(push) => (0.0, push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
+            Hand::Prescribed => (0.0, 0.0, 0.0),
+        };
+        Self {
+            method,
+            step_s,
+            torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+            per_inertia: if axis.hand == Hand::Prescribed { 0.0 } else { 1.0 / motor.inertia_kg_m2 },
+            viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
+            coulomb_nm: motor.coulomb_nm,
+            creep_rad_per_s: axis.creep_rad_per_s,
+            torque_nm,
+            hand_nm_per_rad,
+            hand_nm_s_per_rad,
+            prescribed: axis.hand == Hand::Prescribed,
+        }
+    }
+
+    /// The same in steps of another length.
+    #[must_use]
+    pub fn with_step(self, step_s: f64) -> Self {
+        Self { step_s, ..self }
+    }
+
+    /// Length of a step in seconds.
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// `i`, or what Ohm's law makes of the speed.
+    #[inline(always)]
+    fn current_a(&self, current_a: f64, speed: f64, feed: &Feed) -> f64 {
+        if feed.ohmic {
+            (feed.voltage_v - self.torque_constant_nm_per_a * speed) / feed.resistance_ohm
+        } else {
+            current_a
+        }
+    }
+
+    /// Torque of motor and hand.
+    #[inline(always)]
+    fn torque_nm(&self, x: &State, feed: &Feed) -> f64 {
+        self.torque_constant_nm_per_a * x[CURRENT] + self.hand_nm(x, feed)
+    }
+
+    #[inline(always)]
+    fn hand_nm(&self, x: &State, feed: &Feed) -> f64 {
+        self.torque_nm
+            + self.hand_nm_per_rad * (x[INTENT] - x[ANGLE])
+            + self.hand_nm_s_per_rad * (feed.intent_rad_per_s - x[SPEED])
+    }
+
+    /// Coulomb friction against a speed, none at a standstill.
+    #[inline(always)]
+    fn friction_nm(&self, speed: f64) -> f64 {
+        if self.creep_rad_per_s != 0.0 {
+            self.coulomb_nm * (speed / self.creep_rad_per_s).clamp(-1.0, 1.0)
+        } else if speed == 0.0 {
+            0.0
+        } else {
+            self.coulomb_nm.copysign(speed)
+        }
+    }
+
+    /// Friction as it is in a state.
+    #[inline(always)]
+    fn rub(&self, x: &State, feed: &Feed) -> Rub {
+        let rub = |friction_nm, per_inertia| Rub { friction_nm, per_inertia, smoothed: false };
+        if self.creep_rad_per_s != 0.0 {
+            return Rub { smoothed: true, ..rub(0.0, self.per_inertia) };
+        }
+        if x[SPEED] != 0.0 || self.coulomb_nm == 0.0 {
+            return rub(self.friction_nm(x[SPEED]), self.per_inertia);
+        }
+        let still = [self.current_a(x[CURRENT], 0.0, feed), 0.0, x[ANGLE], x[INTENT]];
+        let other_nm = self.torque_nm(&still, feed);
+        let breaks = other_nm.abs() > self.coulomb_nm;
+        rub(self.coulomb_nm.copysign(other_nm), if breaks { self.per_inertia } else { 0.0 })
+    }
+
+    #[inline(always)]
+    fn slope(&self, x: &State, feed: &Feed, rub: &Rub) -> State {
+        let speed = x[SPEED];
+        let x = [self.current_a(x[CURRENT], speed, feed), speed, x[ANGLE], x[INTENT]];
+        let friction_nm = if rub.smoothed { self.friction_nm(speed) } else { rub.friction_nm };
+        let torque_nm = self.torque_nm(&x, feed) - self.viscous_nm_s_per_rad * speed - friction_nm;
+        let voltage_v = feed.voltage_v - feed.resistance_ohm * x[CURRENT] - self.torque_constant_nm_per_a * speed;
+        [feed.per_henry * voltage_v, rub.per_inertia * torque_nm, speed, feed.intent_rad_per_s]
+    }
+
+    /// `x'` at a state.
+    #[must_use]
+    pub fn derivative(&self, x: &State, feed: &Feed) -> State {
+        self.slope(x, feed, &self.rub(x, feed))
+    }
+
+    /// The state one step later.
+    #[inline]
+    #[must_use]
+    pub fn step(&self, x: &State, feed: &Feed) -> State {
+        let h = self.step_s;
+        let along = |slope: &State, h: f64| -> State { std::array::from_fn(|k| x[k] + h * slope[k]) };
+        let rub = self.rub(x, feed);
+        let mut next = match self.method {
+            Method::Euler => along(&self.slope(x, feed, &rub), h),
+            Method::SemiImplicit => {
+                let mut next = *x;
+                next[CURRENT] += h * self.slope(x, feed, &rub)[CURRENT];
+                next[SPEED] += h * self.slope(&next, feed, &rub)[SPEED];
+                next[ANGLE] += h * next[SPEED];
+                next[INTENT] += h * feed.intent_rad_per_s;
+                next
+            }
+            Method::Midpoint => self.midpoint(x, feed),
+            Method::Rk4 => {
+                let k1 = self.slope(x, feed, &rub);
+                let k2 = self.slope(&along(&k1, 0.5 * h), feed, &rub);
+                let k3 = self.slope(&along(&k2, 0.5 * h), feed, &rub);
+                let k4 = self.slope(&along(&k3, h), feed, &rub);
+                std::array::from_fn(|k| x[k] + h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]))
+            }
+        };
+        if next[CURRENT] * feed.direction < 0.0 {
+            next[CURRENT] = 0.0;
+        }
+        if next[SPEED] * x[SPEED] < 0.0 && self.coulomb_nm != 0.0 && self.creep_rad_per_s == 0.0 && !self.prescribed {
+            let still = [self.current_a(next[CURRENT], 0.0, feed), 0.0, next[ANGLE], next[INTENT]];
+            if self.torque_nm(&still, feed).abs() <= self.coulomb_nm {
+                next[SPEED] = 0.0;
+            }
+        }
+        next[CURRENT] = self.current_a(next[CURRENT], next[SPEED], feed);
+        next
+    }
+
+    /// The implicit midpoint: the middle's current is `i₀ - κ ω`, its speed then one linear equation with friction.
+    #[inline(always)]
+    fn midpoint(&self, x: &State, feed: &Feed) -> State {
+        let half = 0.5 * self.step_s;
+        let k = self.torque_constant_nm_per_a;
+        let (current, kappa) = if feed.ohmic {
+            (feed.voltage_v / feed.resistance_ohm, k / feed.resistance_ohm)
+        } else {
+            let share = half * feed.per_henry;
+            let scale = 1.0 / (1.0 + share * feed.resistance_ohm);
+            ((x[CURRENT] + share * feed.voltage_v) * scale, share * k * scale)
+        };
+        let intent = x[INTENT] + half * feed.intent_rad_per_s;
+        let speed = if self.prescribed {
+            x[SPEED]
+        } else {
+            let kick = half * self.per_inertia;
+            let against = self.viscous_nm_s_per_rad + self.hand_nm_s_per_rad + self.hand_nm_per_rad * half + k * kappa;
+            let scale = 1.0 / (1.0 + kick * against);
+            let torque_nm = k * current
+                + self.torque_nm
+                + self.hand_nm_per_rad * (intent - x[ANGLE])
+                + self.hand_nm_s_per_rad * feed.intent_rad_per_s;
+            self.slowed((x[SPEED] + kick * torque_nm) * scale, kick * scale * self.coulomb_nm)
+        };
+        [
+            2.0 * (current - kappa * speed) - x[CURRENT],
+            2.0 * speed - x[SPEED],
+            x[ANGLE] + self.step_s * speed,
+            x[INTENT] + self.step_s * feed.intent_rad_per_s,
+        ]
+    }
+
+    /// The speed `ω` with `ω + most · s = free`, `s` being friction's share of its most at `ω`.
+    #[inline(always)]
+    fn slowed(&self, free: f64, most: f64) -> f64 {
+        if most != 0.0 && free.abs() <= self.creep_rad_per_s + most {
+            // Where friction sticks, it holds.
+            free * (self.creep_rad_per_s / (self.creep_rad_per_s + most))
+        } else {
+            free - most.copysign(free)
+        }
+    }
+
+    /// Accounts for `length_s` seconds of one feed between two states.
+    #[inline]
+    pub fn account(&self, energy: &mut Energy, length_s: f64, from: &State, to: &State, feed: &Feed) {
+        let half = 0.5 * length_s;
+        // A macro, for every power is a closure of its own type.
+        macro_rules! mean {
+            ($x:ident => $power:expr) => {
+                half * ({
+                    let $x = from;
+                    $power
+                } + {
+                    let $x = to;
+                    $power
+                })
+            };
+        }
+        let viscous = mean!(x => self.viscous_nm_s_per_rad * x[SPEED] * x[SPEED]);
+        let coulomb = mean!(x => self.friction_nm(x[SPEED]) * x[SPEED]);
+        let hand = if self.prescribed {
+            viscous + coulomb - mean!(x => self.torque_constant_nm_per_a * x[CURRENT] * x[SPEED])
+        } else {
+            mean!(x => self.hand_nm(x, feed) * x[SPEED])
+        };
+        energy.take([
+            mean!(x => feed.source_v * x[CURRENT] + feed.source_nm * x[SPEED]),
+            hand,
+            mean!(x => feed.resistance_ohm * x[CURRENT] * x[CURRENT]),
+            mean!(x => feed.diode_v * x[CURRENT].abs()),
+            viscous,
+            coulomb,
+        ]);
+    }
+}
