@@ -30,6 +30,7 @@ pub fn summary(ran: &Ran) -> Value {
         // The name that this had first.
         "gate_changes": summary.output_changes,
         "mode_changes": summary.mode_changes,
+        "decided_again": summary.redecided,
         "energy": {
             "supplied_j": energy.supplied_j,
             "stored_j": energy.stored_j,

@@ -194,12 +194,13 @@ fn edges(ran: &Ran) -> String {
 fn activity(ran: &Ran) -> String {
     let summary = &ran.summary;
     format!(
-        "{} of the edges: {} ticks, {} encoder edges, {} output changes, {} mode changes",
+        "{} of the edges: {} ticks, {} encoder edges, {} output changes, {} mode changes; {} decided again",
         percent(summary.ticks, summary.edges),
         summary.ticks,
         summary.encoder_edges,
         summary.output_changes,
-        summary.mode_changes
+        summary.mode_changes,
+        summary.redecided
     )
 }
 

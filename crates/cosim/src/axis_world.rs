@@ -103,7 +103,7 @@ impl<'p> AxisWorld<'p> {
                     let device = self.device.as_mut().expect("an axis has a device");
                     device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
                     let angle_rad = device.state(self.edge)[2];
-                    self.count(angle_rad);
+                    count(&mut self.encoder, &mut self.pins, device, self.edge, angle_rad);
                 }
             }
             Kind::Capture { pins } => {
@@ -127,12 +127,13 @@ impl<'p> AxisWorld<'p> {
         let all = [outside, self.schedule.next(self.edge), shaper];
         self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
     }
+}
 
-    #[inline(always)]
-    fn count(&mut self, angle_rad: f64) {
-        if self.encoder.sense(angle_rad) {
-            self.pins = self.encoder.pins();
-        }
+/// The encoder looks at the angle at an edge.
+#[inline(always)]
+fn count(encoder: &mut Encoder, pins: &mut Pins, device: &mut Device, edge: u64, angle_rad: f64) {
+    if encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
+        *pins = encoder.pins();
     }
 }
 
@@ -164,7 +165,7 @@ impl World for AxisWorld<'_> {
         self.edge += 1;
         if let Some(device) = &mut self.device {
             let x = device.step(self.edge);
-            self.count(x[2]);
+            count(&mut self.encoder, &mut self.pins, device, self.edge, x[2]);
         }
         if self.edge >= self.next_due {
             self.due();
@@ -182,7 +183,7 @@ impl World for AxisWorld<'_> {
         self.edge = edge;
         if let (Some(device), Some(event)) = (&mut self.device, event) {
             let x = device.arrive(event);
-            self.count(x[2]);
+            count(&mut self.encoder, &mut self.pins, device, edge, x[2]);
         }
         if edge >= self.next_due {
             self.due();
@@ -244,5 +245,9 @@ impl World for AxisWorld<'_> {
     #[inline]
     fn over(&self) -> Option<&'static str> {
         self.device.as_ref().and_then(Body::over)
+    }
+
+    fn redecided(&self) -> u64 {
+        self.device.as_ref().map_or(0, Device::redecided)
     }
 }

@@ -18,7 +18,7 @@ impl Encoder {
     /// An encoder whose count turns over every `step_rad`, at an angle.
     pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
         let mut encoder = Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0 };
-        encoder.recount(angle_rad);
+        encoder.recount(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low));
         encoder.edges = 0;
         encoder
     }
@@ -40,27 +40,37 @@ impl Encoder {
     /// The shaft is at an angle now; whether the count has changed.
     #[inline(always)]
     pub(crate) fn sense(&mut self, angle_rad: f64) -> bool {
+        self.sense_by(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low))
+    }
+
+    /// The same where somebody else knows better than `f64` on which side of a band the angle lies: -1 below, 0 inside, 1 above.
+    #[inline(always)]
+    pub(crate) fn sense_by(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) -> bool {
+        let Band { low, high, .. } = self.band;
+        let beyond = side((low, high));
         // Not a number is outside of every band.
-        let stays = angle_rad >= self.band.low && angle_rad < self.band.high;
-        if !stays {
-            self.recount(angle_rad);
+        if beyond == 0 && !angle_rad.is_nan() {
+            return false;
         }
-        !stays
+        self.recount(angle_rad, side);
+        true
     }
 
     /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it does
     /// not depend on how the angle was reached.
-    fn recount(&mut self, angle_rad: f64) {
+    fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
         let step = self.step_rad;
+        let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
         let mut count = (angle_rad / step).floor() as i64;
-        while angle_rad < count as f64 * step {
-            count -= 1;
-        }
-        while angle_rad >= (count + 1) as f64 * step {
-            count += 1;
+        while !angle_rad.is_nan() {
+            match side(band(count)) {
+                0 => break,
+                way => count += i64::from(way),
+            }
         }
         self.edges += count.abs_diff(self.count);
         self.count = count;
-        self.band = Band { low: count as f64 * step, high: (count + 1) as f64 * step, open: true };
+        let (low, high) = band(count);
+        self.band = Band { low, high, open: true };
     }
 }

@@ -250,6 +250,7 @@ impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
             output_changes: run.output_changes(),
             mode_changes: run.world.mode_changes(),
             steps: run.world.steps(),
+            redecided: run.world.redecided(),
             energy: run.world.audit(),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         };

@@ -99,6 +99,9 @@ pub struct Summary {
     pub mode_changes: u64,
     /// Steps of the device, where it moves in steps; 0 where it flows.
     pub steps: u64,
+    /// Decisions that `f64` could not vouch for, made again in higher precision: on which side of a count an angle lies,
+    /// whether a mode has ended.
+    pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
     /// The use of every net.

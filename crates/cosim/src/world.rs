@@ -44,6 +44,10 @@ pub trait World: Clone {
     fn steps(&self) -> u64 {
         0
     }
+    /// Decisions so far that `f64` could not vouch for, made again in higher precision.
+    fn redecided(&self) -> u64 {
+        0
+    }
     /// Why the run cannot go on, if it cannot: the device has left what is modelled, or what its test allows.
     fn over(&self) -> Option<&'static str> {
         None

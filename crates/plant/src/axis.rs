@@ -18,6 +18,7 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use crate::Bridge;
+use crate::double::Double;
 use crate::guard::Guard;
 use crate::linear::Linear;
 use crate::matrix::{CURRENT, Matrix, SPEED};
@@ -56,12 +57,17 @@ impl Motor {
     /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed, angle.
     #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
-        let (l, k, j) = (self.inductance_h, self.torque_constant_nm_per_a, self.inertia_kg_m2);
+        self.exact_matrix(resistance_ohm.into()).map(|row| row.map(|x| x.hi))
+    }
+
+    pub(crate) fn exact_matrix(&self, resistance_ohm: Double) -> [[Double; 4]; 4] {
+        let (l, k, j) = (self.inductance_h.into(), self.torque_constant_nm_per_a, self.inertia_kg_m2.into());
+        let (zero, one) = (Double::ZERO, Double::from(1.0));
         [
-            [-resistance_ohm / l, -k / l, 0.0, 0.0],
-            [k / j, -self.viscous_nm_s_per_rad / j, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0; 4],
+            [(-resistance_ohm).over(l), Double::from(-k).over(l), zero, zero],
+            [Double::from(k).over(j), Double::from(-self.viscous_nm_s_per_rad).over(j), zero, zero],
+            [zero, one, zero, zero],
+            [zero; 4],
         ]
     }
 }
@@ -152,7 +158,18 @@ pub struct Axis {
     horizon: u64,
     /// Up to this speed in rad/s friction is proportional to it; 0 where it sticks.
     pub(crate) creep_rad_per_s: f64,
+    pub(crate) constants: Constants,
     pub(crate) modes: [OnceLock<Mode>; 16],
+}
+
+/// What drives a mode, for a unit of its cause.
+pub(crate) struct Constants {
+    /// The supply's voltage, and a diode's, over the inductance.
+    pub supply: Double,
+    pub diode: Double,
+    /// One over the inertia, and Coulomb friction over it.
+    pub torque: Double,
+    pub coulomb: Double,
 }
 
 impl Axis {
@@ -204,12 +221,24 @@ impl Axis {
                 return Err(AxisError(format!("{name} is {value}; it must be {rule}")));
             }
         }
-        Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, creep_rad_per_s: 0.0, modes: Default::default() })
+        let over = |value: f64, divisor: f64| Double::from(value).over(divisor.into());
+        let constants = Constants {
+            supply: over(bridge.supply_v, motor.inductance_h),
+            diode: over(bridge.diode_drop_v, motor.inductance_h),
+            torque: over(1.0, motor.inertia_kg_m2),
+            coulomb: over(motor.coulomb_nm, motor.inertia_kg_m2),
+        };
+        let (creep_rad_per_s, modes) = (0.0, Default::default());
+        Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, creep_rad_per_s, constants, modes })
     }
 
     /// Resistance of a path with this many closed switches.
     pub(crate) fn path_ohm(&self, switches: u8) -> f64 {
         self.motor.resistance_ohm + f64::from(switches) * self.bridge.on_resistance_ohm
+    }
+
+    pub(crate) fn exact_path_ohm(&self, switches: u8) -> Double {
+        Double::product(f64::from(switches), self.bridge.on_resistance_ohm) + self.motor.resistance_ohm.into()
     }
 
     /// The mode of a shaft and a circuit; `switches` is `None` where no voltage moves the current: open, or imposed.
@@ -227,33 +256,37 @@ impl Axis {
     }
 
     fn make(&self, shaft: Shaft, switches: Option<u8>) -> Mode {
-        let mut a = self.motor.matrix(self.path_ohm(switches.unwrap_or(0)));
-        let mut net = [self.motor.torque_constant_nm_per_a, 0.0, 0.0, 0.0];
+        let motor = &self.motor;
+        let mut a = motor.exact_matrix(self.exact_path_ohm(switches.unwrap_or(0)));
+        let mut net = [motor.torque_constant_nm_per_a, 0.0, 0.0, 0.0];
         if let Hand::Spring(push) = self.hand {
-            let j = self.motor.inertia_kg_m2;
-            a[SPEED][SPEED] -= push.damping_nm_s_per_rad / j;
-            a[SPEED][2] = -push.stiffness_nm_per_rad / j;
-            a[SPEED][3] = push.stiffness_nm_per_rad / j;
+            let j = motor.inertia_kg_m2.into();
+            let stiffness = Double::from(push.stiffness_nm_per_rad).over(j);
+            a[SPEED][SPEED] = (Double::from(-motor.viscous_nm_s_per_rad) - push.damping_nm_s_per_rad.into()).over(j);
+            a[SPEED][2] = -stiffness;
+            a[SPEED][3] = stiffness;
             net[2] = -push.stiffness_nm_per_rad;
             net[3] = push.stiffness_nm_per_rad;
         }
         if switches.is_none() {
-            a[CURRENT] = [0.0; 4];
+            a[CURRENT] = [Double::ZERO; 4];
         }
         match shaft {
             Shaft::Slip(_) => {}
-            Shaft::Creep => a[SPEED][SPEED] -= self.creep_nm_s_per_rad() / self.motor.inertia_kg_m2,
-            Shaft::Stuck | Shaft::Prescribed => a[SPEED] = [0.0; 4],
+            Shaft::Creep => {
+                a[SPEED][SPEED] = a[SPEED][SPEED] - self.constants.coulomb.over(self.creep_rad_per_s.into())
+            }
+            Shaft::Stuck | Shaft::Prescribed => a[SPEED] = [Double::ZERO; 4],
         }
         if let (true, Some(switches)) = (self.is_resistive(), switches) {
             // The current is a function of the speed, and moves as that does.
-            a[CURRENT] = a[SPEED].map(|rate| -rate * self.motor.torque_constant_nm_per_a / self.path_ohm(switches));
+            a[CURRENT] = a[SPEED].map(|rate| -(rate * self.ohmic_a_s_per_rad(switches)));
         }
         if shaft == Shaft::Stuck {
-            a[2] = [0.0; 4];
-            a[CURRENT][SPEED] = 0.0;
+            a[2] = [Double::ZERO; 4];
+            a[CURRENT][SPEED] = Double::ZERO;
         }
-        let system = Linear::new(a, self.edge_s, self.horizon);
+        let system = Linear::exact(&a, self.edge_s, self.horizon);
         let pick = |index: usize| {
             let mut row = [0.0; 4];
             row[index] = 1.0;

@@ -1,52 +1,64 @@
 //! The course of a motion within one edge, where modes end.
 
-use crate::leap::{Integrals, Leap};
+use crate::double::{Double, Doubles, Product};
+use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, Columns, SPEED, State, dot, plus};
+use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot};
 
-/// Terms of a course's polynomial.
-const TERMS: usize = 4;
+/// Terms of a course's polynomial: with (rate τ) at most 1e-3 the next one is 1e-33 of the first.
+const TERMS: usize = 9;
+/// Terms in double-double: the others are below 1e-14 of the first.
+const WIDE: usize = 4;
 
 /// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
 pub(crate) struct Course<'a> {
     motion: Trajectory<'a>,
     /// `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …
-    terms: [State; TERMS],
+    wide: [Doubles; WIDE],
+    rest: [State; TERMS - WIDE],
     short: bool,
 }
 
 impl<'a> Course<'a> {
     /// The course from a motion's anchor.
-    pub(crate) fn new(motion: Trajectory<'a>) -> Self {
-        let a = &motion.system.a;
-        let mut terms = [motion.w; TERMS];
-        for k in 1..terms.len() {
-            let last = terms[k - 1];
-            terms[k] = std::array::from_fn(|r| dot(&a[r], &last) / (k + 1) as f64);
+    #[inline(always)]
+    pub(crate) fn new<P: Product>(motion: Trajectory<'a>) -> Self {
+        let system = motion.system;
+        let mut wide = [motion.w; WIDE];
+        for k in 1..WIDE {
+            wide[k] = system.derived::<P>(&wide[k - 1]).scaled::<P>(SHARES[k]);
         }
-        // Four terms leave (rate τ)^4 / 5! of a change within one edge.
-        Self { motion, terms, short: motion.system.rate * motion.system.edge_s < 4e-3 }
+        let mut last = wide[WIDE - 1].hi;
+        let rest = std::array::from_fn(|k| {
+            last = system.a.map(|row| dot(&row, &last) / (WIDE + k + 1) as f64);
+            last
+        });
+        Self { motion, wide, rest, short: system.rate * system.edge_s < 1e-3 }
     }
 
     /// The state `tau_s` later, at most one clock period.
-    pub(crate) fn at(&self, tau_s: f64) -> State {
+    #[inline(always)]
+    pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
         if !self.short {
-            let leap = Leap::of(&self.motion.system.a, tau_s);
-            return plus(&self.motion.x, &Columns::of(&leap.p).times(&self.motion.w));
+            return self.motion.system.spread::<P>(tau_s).times::<P>(&self.motion.w, &self.motion.x);
         }
-        let [first, .., last] = &self.terms;
-        let mut change = *last;
-        for term in self.terms[1..self.terms.len() - 1].iter().rev().chain([first]) {
-            change = std::array::from_fn(|r| change[r] * tau_s + term[r]);
+        let mut small = [0.0; 4];
+        for term in self.rest.iter().rev() {
+            small = std::array::from_fn(|r| (small[r] + term[r]) * tau_s.hi);
         }
-        std::array::from_fn(|r| self.motion.x[r] + change[r] * tau_s)
+        let mut change = Doubles::from(small);
+        for term in self.wide.iter().rev() {
+            change = change.plus(term).scaled::<P>(tau_s);
+        }
+        self.motion.x.plus(&change)
     }
 
-    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it: Newton's
-    /// steps within a shrinking bracket.
-    pub(crate) fn crossing_s(&self, row: &State, limit: f64, before: f64, guess_s: f64) -> f64 {
+    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it: Newton's steps
+    /// within a shrinking bracket, then on the double-double course.
+    #[inline(always)]
+    pub(crate) fn crossing_s<P: Product>(&self, row: &State, limit: Double, before: Double, guess_s: f64) -> Double {
         let edge_s = self.motion.system.edge_s;
-        let polynomial: [f64; TERMS] = std::array::from_fn(|k| dot(row, &self.terms[k]));
+        let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
         let value_and_slope = |t: f64| {
             if self.short {
                 let (mut value, mut slope) = (0.0, 0.0);
@@ -54,35 +66,50 @@ impl<'a> Course<'a> {
                     value = value * t + coefficient;
                     slope = slope * t + (power + 1) as f64 * coefficient;
                 }
-                (before + t * value, slope)
+                (before.hi + t * value, slope)
             } else {
-                let x = self.at(t);
-                (dot(row, &x) - limit, dot(row, &self.motion.slope(&x)))
+                let x = self.at::<P>(t.into());
+                ((x.dot(row) - limit).hi, dot(row, &self.motion.slope(&x.hi)))
             }
         };
         let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
         for _ in 0..60 {
             let (value, slope) = value_and_slope(t);
-            if value.signum() == before.signum() {
+            if value.signum() == before.sign() {
                 low_s = t;
             } else {
                 high_s = t;
             }
             let step = t - value / slope;
             if (step - t).abs() <= 1e-12 * edge_s {
-                return step.clamp(0.0, edge_s);
+                t = step.clamp(0.0, edge_s);
+                break;
             }
-            let next = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
-            t = next;
+            t = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
         }
-        t
+        // Each step doubles the digits that are right; a limit only grazed has none to gain.
+        let mut exact = Double::from(t);
+        for _ in 0..3 {
+            let x = self.at::<P>(exact);
+            let step = (x.dot(row) - limit).hi / dot(row, &self.motion.slope(&x.hi));
+            let next = exact - step.into();
+            if step.is_nan() || next.sign() < 0.0 || next.hi >= edge_s {
+                break;
+            }
+            exact = next;
+            if step.abs() <= 1e-10 * edge_s {
+                break;
+            }
+        }
+        exact
     }
 
     /// The integrals over `tau_s`, at whose end the state is `end`.
+    #[inline(always)]
     pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
-        let Trajectory { x, w, system, .. } = &self.motion;
+        let (x, w) = (&self.motion.x.hi, &self.motion.w.hi);
         if !self.short {
-            return Leap::of(&system.a, tau_s).integrals(x, w);
+            return Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).integrals(x, w);
         }
         // The trapezoid with its ends' slopes: error of order (rate τ)^4.
         let after = self.motion.slope(end);
@@ -98,3 +125,11 @@ impl<'a> Course<'a> {
         }
     }
 }
+
+/// 1/k in double-double, by `k - 1`; the lows of a third is 2⁻⁵⁴ · ⅓ rounded, as 1/3 = hi + 2⁻⁵⁴/3.
+const SHARES: [Double; WIDE] = [
+    Double { hi: 1.0, lo: 0.0 },
+    Double { hi: 0.5, lo: 0.0 },
+    Double { hi: 1.0 / 3.0, lo: f64::EPSILON / 4.0 / 3.0 },
+    Double { hi: 0.25, lo: 0.0 },
+];

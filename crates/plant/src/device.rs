@@ -1,14 +1,15 @@
 //! An axis in motion: its state, its modes, and the energy it has exchanged.
 //!
-//! The state is kept at an *anchor* edge and flowed from there, never stepped. The anchor moves only when what drives the
+//! The state is kept at an *anchor* edge, in double-double, and flowed from there, never stepped. The anchor moves only when what drives the
 //! motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and stuck, diode and open
 //! circuit).
 
 use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
+use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
-use crate::guard::{Band, Point};
+use crate::guard::{Band, Guard, Limits, Point, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -51,6 +52,10 @@ pub struct Device<'a> {
     pub(crate) initial_j: f64,
     pub(crate) mode_changes: u64,
     pub(crate) prefix: (u64, (State, State)),
+    /// Errors of the angle and of the checked functions, good for less than so many edges after the anchor.
+    pub(crate) heard: u64,
+    noise: [f64; 3],
+    redecided: u64,
 }
 
 /// The edge of an event, and the state that the motion brings there.
@@ -87,9 +92,12 @@ impl<'a> Device<'a> {
             initial_j: stored_j(motor.inductance_h, motor.inertia_kg_m2, &x),
             mode_changes: 0,
             prefix: (u64::MAX, (x, x)),
+            heard: 0,
+            noise: [0.0; 3],
+            redecided: 0,
         };
-        device.shaft = device.shaft_at(&x);
-        device.enter(0, x);
+        device.shaft = device.shaft_at(&x.into());
+        device.enter(0, x.into());
         device
     }
 
@@ -117,6 +125,13 @@ impl<'a> Device<'a> {
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
+    }
+
+    /// How many decisions (is the angle past a count, has a mode ended) `f64` could not vouch for, so that they were made again
+    /// in double-double.
+    #[must_use]
+    pub fn redecided(&self) -> u64 {
+        self.redecided
     }
 
     /// Whether friction holds the shaft.
@@ -167,13 +182,18 @@ impl<'a> Device<'a> {
         }
     }
 
-    fn set(&mut self, edge: u64, drive: Drive) {
-        let mut x = self.account(edge);
+    versions! {
+        fn set[set_fused, set_with](self: &mut Self, edge: u64, drive: Drive)
+    }
+
+    #[inline(always)]
+    fn set_with<P: Product>(&mut self, edge: u64, drive: Drive) {
+        let mut x = self.account::<P>(edge);
         self.drive = drive;
         self.circuit = match drive {
             Drive::Current(current_a) => {
-                self.energy.surge(self.axis.motor.inductance_h, x[CURRENT], current_a);
-                x[CURRENT] = current_a;
+                self.energy.surge(self.axis.motor.inductance_h, x.hi[CURRENT], current_a);
+                x.set(CURRENT, current_a.into());
                 self.let_go(&x);
                 Circuit::Amplified
             }
@@ -181,67 +201,127 @@ impl<'a> Device<'a> {
             Drive::Average(duty) => {
                 let circuit = Bridge::averaged(duty);
                 if self.axis.is_resistive() {
-                    x[CURRENT] = self.axis.ohmic_a(self.axis.bridge.voltage_v(circuit), 2, x[SPEED]);
+                    x.set(CURRENT, self.axis.exact_ohmic_a(-duty, 2, x.lane(SPEED)));
                     self.let_go(&x);
                 }
                 circuit
             }
             Drive::Gates(_) if self.axis.is_resistive() => panic!("a winding without inductance has no switching"),
             Drive::Gates(gates) => {
-                self.axis.bridge.circuit(gates, x[CURRENT], self.axis.motor.torque_constant_nm_per_a * x[SPEED])
+                let emf_v = self.axis.motor.torque_constant_nm_per_a * x.hi[SPEED];
+                self.axis.bridge.circuit(gates, x.hi[CURRENT], emf_v)
             }
         };
-        self.enter(edge, x);
+        self.enter_with::<P>(edge, x);
     }
 
     /// The torque jumps, so friction may lose its hold here and now.
-    fn let_go(&mut self, x: &State) {
+    fn let_go(&mut self, x: &Doubles) {
         if self.shaft == Shaft::Stuck {
             self.shaft = self.shaft_at(x);
             self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
         }
     }
 
-    /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
-    pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
-        let mut x = self.account(edge);
-        x[INTENT] = angle_rad;
+    versions! {
+        /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
+        pub fn intend[intend_fused, intend_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
+    }
+
+    #[inline(always)]
+    fn intend_with<P: Product>(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        let mut x = self.account::<P>(edge);
+        x.set(INTENT, angle_rad.into());
         self.intent_rad_per_s = speed_rad_per_s;
         if self.axis.hand == Hand::Prescribed {
-            self.energy.jerk(self.axis.motor.inertia_kg_m2, x[SPEED], speed_rad_per_s);
-            x[SPEED] = speed_rad_per_s;
-            x[ANGLE] = angle_rad;
+            self.energy.jerk(self.axis.motor.inertia_kg_m2, x.hi[SPEED], speed_rad_per_s);
+            x.set(SPEED, speed_rad_per_s.into());
+            x.set(ANGLE, angle_rad.into());
         }
-        self.enter(edge, x);
+        self.enter_with::<P>(edge, x);
+    }
+
+    versions! {
+        fn enter[enter_fused, enter_all](self: &mut Self, edge: u64, x: Doubles)
+    }
+
+    #[inline(always)]
+    fn enter_all<P: Product>(&mut self, edge: u64, x: Doubles) {
+        self.enter_with::<P>(edge, x);
+    }
+
+    /// Sees to it that the errors' bounds hold at an edge after so many.
+    #[inline(always)]
+    fn hear(&mut self, edges: u64) {
+        if edges >= self.heard {
+            self.listen(edges);
+        }
+    }
+
+    fn listen(&mut self, edges: u64) {
+        let dyadic = dyadic(edges);
+        self.heard = (1 << dyadic) + 1;
+        let bound = |guard: &Guard, limits: &Limits| guard.noise(&self.motion, dyadic, limits);
+        let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
+        let checks = self.checks.map(|check| check.map_or(0.0, |check| bound(check.guard, &check.limits)));
+        self.noise = [bound(&self.mode.angle, &anywhere), checks[0], checks[1]];
+    }
+
+    /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its `f64` value
+    /// is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
+    #[inline(always)]
+    pub fn side_of_band(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
+        let edges = edge - self.anchor;
+        self.hear(edges);
+        let (above_low, below_high) = (angle_rad - low_rad, high_rad - angle_rad);
+        if above_low > self.noise[0] && below_high > self.noise[0] {
+            return 0;
+        }
+        let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
+        let mut watch = Watch { motion: &self.motion, limits, noise: self.noise[0], again: &mut self.redecided };
+        match self.mode.angle.side(&mut watch, edges, angle_rad) {
+            Side::Below => -1,
+            Side::Inside => 0,
+            Side::Above => 1,
+        }
     }
 
     /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
     /// happened at `from`.
     #[must_use]
-    pub fn next_event(&self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
-        let last = to - self.anchor;
-        let mut a = Point::of(&self.motion, from - self.anchor);
-        let encoder = Band { low: low_rad, high: high_rad, open: true };
-        while a.edge < last {
+    pub fn next_event(&mut self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
+        let (mut at, last) = (from - self.anchor, to - self.anchor);
+        self.hear(last);
+        let encoder = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
+        let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, encoder, self.noise[0]));
+        let check =
+            |index: usize| self.checks[index].as_ref().map(|check| (check.guard, check.limits, self.noise[index + 1]));
+        let watched = [check(0), check(1), angle];
+        let motion = &self.motion;
+        let again = &mut self.redecided;
+        while at < last {
+            let a = Point::of(motion, at);
             // Look about as far as the next encoder edge is at this speed.
             let gap_s = (high_rad - low_rad) / a.x[SPEED].abs();
-            let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
-            let b = Point::of(&self.motion, last.min(a.edge + guess));
-            let mut end = b;
+            let guess = (gap_s / motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
+            at = last.min(at + guess);
+            let mut end = None;
             let mut found = None;
-            let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, &encoder));
-            let checks = self.checks.iter().flatten().map(|check| (check.guard, &check.band));
-            for (guard, band) in checks.chain(angle) {
-                if let Some(edge) = guard.first(&self.motion, band, &a, &end) {
-                    found = Some(edge);
-                    // Others matter only before this one.
-                    end = Point::of(&self.motion, edge);
+            for (guard, limits, noise) in watched.into_iter().flatten() {
+                let mut watch = Watch { motion, limits, noise, again };
+                let until = found.unwrap_or(at);
+                if guard.stays(&watch, &a, until - a.edge) {
+                    continue;
+                }
+                // Others matter only before the first.
+                let b = *end.get_or_insert_with(|| Point::of(motion, until));
+                if let Some(edge) = guard.exit(&mut watch, &a, &b) {
+                    (found, end) = (Some(edge), None);
                 }
             }
             if let Some(edge) = found {
-                return Some((self.anchor + edge, end.x));
+                return Some((self.anchor + edge, motion.at(edge)));
             }
-            a = b;
         }
         None
     }
@@ -256,31 +336,46 @@ impl<'a> Device<'a> {
     /// Comes to the edge of an event: changes the mode if it is one that has ended.
     #[inline(always)]
     pub fn arrive(&mut self, (edge, x): Event) -> State {
-        if self.checks.iter().flatten().any(|check| check.passed(&x)) {
-            self.change(edge, x);
-            return *self.motion.anchor();
+        let edges = edge - self.anchor;
+        self.hear(edges);
+        for (check, noise) in self.checks.iter().zip(&self.noise[1..]) {
+            let Some(check) = check else { continue };
+            let mut watch =
+                Watch { motion: &self.motion, limits: check.limits, noise: *noise, again: &mut self.redecided };
+            if check.guard.side(&mut watch, edges, check.guard.value(&x)) != Side::Inside {
+                self.change(edge);
+                return *self.motion.anchor();
+            }
         }
         x
     }
 
-    /// The energy exchanged until `edge`, and the state there.
-    fn tallied(&self, edge: u64) -> (Energy, State) {
+    versions! {
+        /// The energy exchanged until `edge`, and the state there.
+        fn tallied[tallied_fused, tallied_with](self: &Self, edge: u64) -> (Energy, Doubles)
+    }
+
+    #[inline(always)]
+    fn tallied_with<P: Product>(&self, edge: u64) -> (Energy, Doubles) {
         let mut energy = self.energy;
         let edges = edge - self.anchor;
-        let (done, x) = self.motion.integrals(edges);
+        let (done, x) = self.motion.integrals::<P>(edges);
         let length_s = edges as f64 * self.motion.system().edge_s();
-        energy.add(&self.powers, length_s, self.motion.anchor(), &x, &done);
+        energy.add(&self.powers, length_s, &self.motion.x, &x, &done);
         (energy, x)
     }
 
     /// Accounts for the energy until `edge` and returns the state there.
-    pub(crate) fn account(&mut self, edge: u64) -> State {
-        let (energy, x) = self.tallied(edge);
-        self.energy = energy;
+    #[inline(always)]
+    pub(crate) fn account<P: Product>(&mut self, edge: u64) -> Doubles {
+        let edges = edge - self.anchor;
+        let (done, x) = self.motion.integrals::<P>(edges);
+        let length_s = edges as f64 * self.motion.system().edge_s();
+        self.energy.add(&self.powers, length_s, &self.motion.x, &x, &done);
         x
     }
 
-    pub(crate) fn tally(&mut self, length_s: f64, before: &State, after: &State, done: &Integrals) {
+    pub(crate) fn tally(&mut self, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
         self.energy.add(&self.powers, length_s, before, after, done);
     }
 }

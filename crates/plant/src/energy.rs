@@ -1,5 +1,6 @@
 //! The energy audit: every flow integrated in its own right, none taken as a difference.
 
+use crate::double::Doubles;
 use crate::leap::Integrals;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
@@ -49,8 +50,9 @@ pub(crate) struct Powers {
 
 impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
-    pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &State, after: &State, done: &Integrals) {
-        let turned = after[ANGLE] - before[ANGLE];
+    pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
+        let turned = after.since(before)[ANGLE];
+        let (before, after) = (&before.hi, &after.hi);
         let source = powers.source_v * done.current + powers.source_nm * turned;
         let copper = powers.resistance_ohm * done.current_squared;
         let diodes = powers.diode_v * done.current.abs();

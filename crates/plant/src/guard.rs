@@ -1,15 +1,37 @@
 //! The first edge at which a linear function of the state leaves a band, found without stepping and without missing one.
 //!
 //! For `g = c·x` every derivative is linear in the slope `w = x'` as well, and bounded over an interval through
-//! `|c Aᵏ| · max|e^{At}| · |w|`. So the second derivative is known between its values at the ends and a bound of its own
-//! curvature, and with it how far `g` can sag below or bulge above its chord: an interval whose ends lie in the band and
-//! whose chord stays clear of the limits holds no exit. A function that leaves by a limit toward which it bends, or to which
-//! it falls all the while, leaves once, and that edge is found by a few secant steps. What neither settles is halved, down
-//! to single edges.
+//! `|c Aᵏ| · max|e^{At}| · |w|`. The first of these bounds already shows most intervals to be free of exits. The second
+//! derivative is known between its values at the ends and a bound of its own curvature, and with it how far `g` can sag below
+//! or bulge above its chord: an interval whose ends lie in the band and whose chord stays clear of the limits holds no exit. A
+//! function that leaves by a limit toward which it bends, or to which it falls all the while, leaves once, and that edge is
+//! found by a few secant steps. What neither settles is halved, down to single edges.
+//!
+//! # What decides
+//!
+//! Whether `g` is outside at an edge is decided on its `f64` value where that is farther from the limits than its error can
+//! reach, and else on its double-double value ([`Guard::side`]): every decision is the exact one, whoever asks and from
+//! wherever the edge was come to. The error, with `u` = 2⁻⁵³, `M` ≥ |e^{At}| up to the time `T` of the edge, `d` digits of the
+//! edge count, and |x₀|, |w₀| of the anchor, all element by element:
+//!
+//! - rounding the double-double slope, and `w ← w + (A P) w` at each digit, with |A P| ≤ M + I: the slope errs by at most
+//!   `e = u M (I + 5.2 d (M + I) M) |w₀|` ([`Linear::slope_error`]);
+//! - rounding the anchor, and `x ← x + P w` at each digit, with Σ|P| ≤ T M: that of the state at most
+//!   `u (d + 1) (|x₀| + T M |w₀|) + T M (4.2 u M |w₀| + e)`;
+//! - the products and sums of `c·x`: at most `4 u |c| (|x₀| + T M |w₀|)`, and the limits' own rounding `u` of their size.
+//!
+//! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that the terms of second order are covered as well; it also
+//! covers the slope's error times `T`.
 
+use std::cmp::Ordering;
+
+use crate::double::{Double, Product, versions};
 use crate::linear::Trajectory;
-use crate::matrix::{State, dot, row_times};
+use crate::matrix::{State, dot, plus, row_times, sizes};
 use crate::{Linear, Matrix};
+
+/// Unit roundoff of an `f64`.
+const UNIT: f64 = 0.5 * f64::EPSILON;
 
 /// Values from `low`, inclusive, to `high`; either may be infinite.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -29,12 +51,49 @@ impl Band {
     pub fn left_by(&self, value: f64) -> bool {
         value < self.low || if self.open { value >= self.high } else { value > self.high }
     }
+}
 
-    /// Sizes of the finite limits: what rounding scales with.
+/// A band whose limits are known to more than an `f64`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Limits {
+    pub low: Double,
+    pub high: Double,
+    pub open: bool,
+}
+
+/// Where a value lies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Side {
+    Below,
+    Inside,
+    Above,
+}
+
+impl From<&Band> for Limits {
+    #[inline(always)]
+    fn from(band: &Band) -> Self {
+        Self { low: band.low.into(), high: band.high.into(), open: band.open }
+    }
+}
+
+impl Limits {
+    /// Where an exact value lies.
+    pub fn side(&self, value: Double) -> Side {
+        let most = if self.open { Ordering::Less } else { Ordering::Equal };
+        if value.order(self.low) == Ordering::Less {
+            Side::Below
+        } else if value.order(self.high) > most {
+            Side::Above
+        } else {
+            Side::Inside
+        }
+    }
+
+    /// Sizes of the finite limits: what their rounding scales with.
     #[inline(always)]
     fn size(&self) -> f64 {
         let finite = |limit: f64| if limit.is_finite() { limit.abs() } else { 0.0 };
-        finite(self.low) + finite(self.high)
+        finite(self.low.hi) + finite(self.high.hi)
     }
 }
 
@@ -54,9 +113,19 @@ impl Point {
     #[inline]
     #[must_use]
     pub fn of(motion: &Trajectory, edge: u64) -> Self {
-        let x = motion.at(edge);
-        Self { edge, x, w: motion.slope(&x) }
+        let (x, w) = motion.at_with_slope(edge);
+        Self { edge, x, w }
     }
+}
+
+/// A look at a motion through a band: what deciding takes.
+pub(crate) struct Watch<'m, 'a> {
+    pub motion: &'m Trajectory<'a>,
+    pub limits: Limits,
+    /// Bound of the error of the values.
+    pub noise: f64,
+    /// Counts the decisions that took double-double.
+    pub again: &'m mut u64,
 }
 
 /// A linear function of the state, with the bounds of its derivatives for one system.
@@ -66,13 +135,22 @@ pub struct Guard {
     pick: Option<usize>,
     /// Coefficients of the second derivative in the slope.
     bend: State,
-    /// Bounds of the third and fourth derivatives' coefficients, for each dyadic length.
-    third: Vec<State>,
-    fourth: Vec<State>,
+    /// For each dyadic length.
+    bounds: Vec<Bounds>,
+}
+
+/// Coefficients in the slope's sizes that bound the derivatives over an interval, and of anchor and slope that bound the error
+/// of the values.
+struct Bounds {
+    first: State,
+    third: State,
+    fourth: State,
+    noise_x: State,
+    noise_w: State,
 }
 
 /// Distance to a limit at the start, its slope there, distance at the end, bounds of the second derivative.
-type Side = (f64, f64, f64, f64, f64);
+type Sight = (f64, f64, f64, f64, f64);
 
 enum Verdict {
     Clear,
@@ -80,8 +158,10 @@ enum Verdict {
     At(u64),
 }
 
-fn sizes(row: &State) -> State {
-    row.map(f64::abs)
+/// The least power of two that is not below a number of edges.
+#[inline(always)]
+pub(crate) fn dyadic(edges: u64) -> usize {
+    if edges <= 1 { 0 } else { (u64::BITS - (edges - 1).leading_zeros()) as usize }
 }
 
 impl Guard {
@@ -92,15 +172,26 @@ impl Guard {
         let bend = row_times(&row, a);
         let third = row_times(&bend, a);
         let fourth = row_times(&third, a);
-        let bound = |r: &State| (0..system.dyadic()).map(|j| row_times(&sizes(r), system.bound(j))).collect();
         let used: Vec<usize> = (0..4).filter(|&k| row[k] != 0.0).collect();
-        Self {
-            row,
-            pick: (used.len() == 1 && row[used[0]] == 1.0).then(|| used[0]),
-            bend,
-            third: bound(&third),
-            fourth: bound(&fourth),
-        }
+        let pick = (used.len() == 1 && row[used[0]] == 1.0).then(|| used[0]);
+        let bounds = (0..system.dyadic()).map(|dyadic| {
+            let m = system.bound(dyadic);
+            let bound = |r: &State| row_times(&sizes(r), m);
+            let digits = Linear::digits(dyadic) as f64;
+            let length_s = (1u64 << dyadic.min(62)) as f64 * system.edge_s();
+            let first = bound(&row);
+            let (twice, slopes) = (row_times(&first, m), row_times(&first, system.slope_error(dyadic)));
+            Bounds {
+                first,
+                third: bound(&third),
+                fourth: bound(&fourth),
+                noise_x: sizes(&row).map(|c| 2.0 * UNIT * (digits + 5.0) * c),
+                noise_w: std::array::from_fn(|k| {
+                    length_s * (2.0 * UNIT * ((digits + 5.0) * first[k] + 4.2 * twice[k]) + slopes[k])
+                }),
+            }
+        });
+        Self { row, pick, bend, bounds: bounds.collect() }
     }
 
     /// The function's coefficients.
@@ -119,81 +210,145 @@ impl Guard {
         }
     }
 
-    /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given that it
-    /// is not at `from`.
-    #[inline]
-    #[must_use]
-    pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
-        let left = band.left_by(self.value(&to.x));
-        if to.edge - from.edge <= 1 {
-            return (left && to.edge > from.edge).then_some(to.edge);
-        }
-        match self.judge(motion, band, from, to, left) {
-            Verdict::Clear => None,
-            Verdict::At(edge) => Some(edge),
-            Verdict::Split(middle) => self.divide(motion, band, from, middle, to),
+    /// A bound of the error of the `f64` value at every edge up to 2^`dyadic` after the anchor of a motion.
+    #[inline(always)]
+    pub(crate) fn noise(&self, motion: &Trajectory, dyadic: usize, limits: &Limits) -> f64 {
+        let bounds = &self.bounds[dyadic];
+        dot(&bounds.noise_x, &sizes(&motion.x.hi))
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))
+            + 4.0 * UNIT * limits.size()
+    }
+
+    /// Where the function is at an edge where its `f64` value is `value`.
+    #[inline(always)]
+    pub(crate) fn side(&self, watch: &mut Watch, edge: u64, value: f64) -> Side {
+        let (above_low, below_high) = (value - watch.limits.low.hi, watch.limits.high.hi - value);
+        if above_low > watch.noise && below_high > watch.noise {
+            Side::Inside
+        } else if above_low < -watch.noise {
+            Side::Below
+        } else if below_high < -watch.noise {
+            Side::Above
+        } else {
+            self.side_again(watch, edge)
         }
     }
 
     #[cold]
-    fn divide(&self, motion: &Trajectory, band: &Band, from: &Point, middle: u64, to: &Point) -> Option<u64> {
-        let middle = Point::of(motion, middle);
-        self.first(motion, band, from, &middle).or_else(|| self.first(motion, band, &middle, to))
+    fn side_again(&self, watch: &mut Watch, edge: u64) -> Side {
+        *watch.again += 1;
+        watch.limits.side(self.exact(watch.motion, edge))
+    }
+
+    versions! {
+        /// The function's value at an edge, in double-double.
+        pub(crate) fn exact[exact_fused, exact_with](self: &Self, motion: &Trajectory, edge: u64) -> Double
+    }
+
+    #[inline(always)]
+    fn exact_with<P: Product>(&self, motion: &Trajectory, edge: u64) -> Double {
+        let x = motion.flow::<P>(edge);
+        match self.pick {
+            Some(index) => x.lane(index),
+            None => x.dot(&self.row),
+        }
+    }
+
+    /// Whether the function stays inside for so many edges after a point inside, by its greatest slope alone; always so if
+    /// nothing moves it.
+    #[inline(always)]
+    pub(crate) fn stays(&self, watch: &Watch, from: &Point, edges: u64) -> bool {
+        let slope = dot(&self.bounds[dyadic(edges)].first, &sizes(&from.w));
+        let reach = edges as f64 * watch.motion.system().edge_s() * slope * (1.0 + 1e-9) + watch.noise;
+        let value = self.value(&from.x);
+        slope == 0.0 || (value - reach > watch.limits.low.hi && value + reach < watch.limits.high.hi)
+    }
+
+    /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given that it
+    /// is not at `from`.
+    #[must_use]
+    pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
+        let limits = Limits::from(band);
+        let noise = self.noise(motion, dyadic(to.edge), &limits);
+        self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to)
+    }
+
+    /// The same through a watch whose noise holds up to `to`.
+    pub(crate) fn exit(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64> {
+        if to.edge == from.edge || self.stays(watch, from, to.edge - from.edge) {
+            return None;
+        }
+        let side = self.side(watch, to.edge, self.value(&to.x));
+        if to.edge - from.edge == 1 {
+            return (side != Side::Inside).then_some(to.edge);
+        }
+        match self.judge(watch, from, to, side) {
+            Verdict::Clear => None,
+            Verdict::At(edge) => Some(edge),
+            Verdict::Split(middle) => self.divide(watch, from, middle, to),
+        }
+    }
+
+    #[cold]
+    fn divide(&self, watch: &mut Watch, from: &Point, middle: u64, to: &Point) -> Option<u64> {
+        let middle = Point::of(watch.motion, middle);
+        self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))
     }
 
     #[inline]
-    fn judge(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point, left: bool) -> Verdict {
+    fn judge(&self, watch: &mut Watch, from: &Point, to: &Point, side: Side) -> Verdict {
         let edges = to.edge - from.edge;
-        let dyadic = (u64::BITS - (edges - 1).leading_zeros()) as usize;
-        if dyadic >= self.third.len() {
-            return Verdict::Split(from.edge + edges / 2);
-        }
+        let bounds = &self.bounds[dyadic(edges)];
         let (va, vb) = (self.value(&from.x), self.value(&to.x));
-        let edge_s = motion.system().edge_s();
+        let (noise, edge_s) = (watch.noise, watch.motion.system().edge_s());
         let length_s = edges as f64 * edge_s;
         let sag = length_s * length_s * 0.125;
-        let speeds = sizes(&from.w);
+        let error = watch.motion.slope_error(dyadic(to.edge));
+        let speeds = plus(&sizes(&from.w), &error);
         // The second derivative lies between these.
         let (ca, cb) = (dot(&self.bend, &from.w), dot(&self.bend, &to.w));
-        let spread = sag * dot(&self.fourth[dyadic], &speeds);
+        let spread = sag * dot(&bounds.fourth, &speeds) + dot(&sizes(&self.bend), &error);
         let (least, most) = (ca.min(cb) - spread, ca.max(cb) + spread);
         let (sa, sb) = (dot(&self.row, &from.w), dot(&self.row, &to.w));
-        // Rounding of values near a limit, and of the states on the way.
-        let noise = 16.0 * f64::EPSILON * (va.abs() + vb.abs() + band.size());
+        // More than values may err in an edge, and more than slopes may err times an edge.
+        let step = 4.0 * noise;
         // Distances to a limit: `start`, growing by `inward` a second there, to `end`; `pull` bends them toward it.
         let clear = |start: f64, inward: f64, end: f64, pull: f64| {
             end > noise
-                && (start > noise || inward * edge_s > 4.0 * noise)
+                && (start > noise || inward * edge_s > step)
                 && (pull <= 0.0 || start.max(0.0).sqrt() + end.sqrt() > (4.0 * sag * pull + noise).sqrt())
         };
         // For each limit: distance and its slope at the start, distance at the end, bounds of its second derivative.
-        let low = (va - band.low, sa, vb - band.low, least, most);
-        let high = (band.high - va, -sa, band.high - vb, -most, -least);
-        let is_clear = |side: Side| side.0 == f64::INFINITY || clear(side.0, side.1, side.2, side.4);
+        let low = (va - watch.limits.low.hi, sa, vb - watch.limits.low.hi, least, most);
+        let high = (watch.limits.high.hi - va, -sa, watch.limits.high.hi - vb, -most, -least);
+        let is_clear = |side: Sight| side.0 == f64::INFINITY || clear(side.0, side.1, side.2, side.4);
         // Halve where it turns, if it does.
         let share = if sa * sb < 0.0 { (sa / (sa - sb)).clamp(0.1, 0.9) } else { 0.5 };
         let split = Verdict::Split(from.edge + ((edges as f64 * share) as u64).clamp(1, edges - 1));
-        if !left {
-            return if is_clear(low) && is_clear(high) { Verdict::Clear } else { split };
-        }
-        let (ahead, behind, rising) = if vb < band.low { (low, high, -1.0) } else { (high, low, 1.0) };
+        let (ahead, behind, rising) = match side {
+            Side::Inside if is_clear(low) && is_clear(high) => return Verdict::Clear,
+            Side::Inside => return split,
+            Side::Below => (low, high, -1.0),
+            Side::Above => (high, low, 1.0),
+        };
         let (start, _, end, least, most) = ahead;
         if !is_clear(behind) {
             return split;
         }
         // A function that bends one way only, on either side of the limit at the ends, passes it once; so does one that
         // approaches it all the while. Each must do so by more than the noise an edge.
-        let step = 4.0 * noise * edges as f64;
-        let concave = most <= 0.0 && start - end > step;
-        let convex = least >= 0.0 && start > noise && end < -step;
-        let turn = sag * dot(&self.third[dyadic], &speeds);
-        let approaches = || ((rising * sa).min(rising * sb) - turn) * edge_s > 4.0 * noise;
-        if concave || convex || approaches() { Verdict::At(self.unique(motion, band, from, to, rising)) } else { split }
+        let fall = step * edges as f64;
+        let concave = most <= 0.0 && start - end > fall;
+        let convex = least >= 0.0 && start > noise && end < -fall;
+        let turn = sag * dot(&bounds.third, &speeds);
+        let approaches = || ((rising * sa).min(rising * sb) - turn) * edge_s > step;
+        if concave || convex || approaches() { Verdict::At(self.unique(watch, from, to, rising)) } else { split }
     }
 
     /// The only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
-    fn unique(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point, rising: f64) -> u64 {
-        let limit = if rising > 0.0 { band.high } else { band.low };
+    fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> u64 {
+        let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
+        let motion = watch.motion;
         let edge_s = motion.system().edge_s();
         let (mut a, mut b) = (from.edge, to.edge);
         let (ga, gb) = (self.value(&from.x) - limit, self.value(&to.x) - limit);
@@ -218,16 +373,16 @@ impl Guard {
             }
             let at = aim.ceil() as u64;
             let guess = if at == b { b - 1 } else { at };
-            let x = motion.at(guess);
+            let Point { x, w, .. } = Point::of(motion, guess);
             let value = self.value(&x);
-            if band.left_by(value) {
-                b = guess;
-            } else {
+            if self.side(watch, guess, value) == Side::Inside {
                 a = guess;
+            } else {
+                b = guess;
             }
             tries += 1;
             aim = if tries < 12 {
-                guess as f64 - (value - limit) / (dot(&self.row, &motion.slope(&x)) * edge_s)
+                guess as f64 - (value - limit) / (dot(&self.row, &w) * edge_s)
             } else {
                 0.5 * (a + b) as f64
             };

@@ -17,6 +17,7 @@ pub struct Integrals {
 
 impl Integrals {
     /// Adds those of the next leap.
+    #[inline(always)]
     pub fn add(&mut self, next: &Self) {
         self.current += next.current;
         self.current_squared += next.current_squared;
@@ -117,24 +118,45 @@ impl Leap {
         }
         leap
     }
+}
 
+/// The quadratures of a leap, laid out to be applied: the forms are symmetric, so their rows are their columns.
+#[derive(Clone, Copy)]
+pub(crate) struct Quadrature {
+    length_s: f64,
+    s: Columns,
+    current_squared: Columns,
+    speed_squared: Columns,
+}
+
+impl Quadrature {
+    pub(crate) fn of(leap: &Leap) -> Self {
+        Self {
+            length_s: leap.length_s,
+            s: Columns::of(&leap.s),
+            current_squared: Columns(leap.current_squared),
+            speed_squared: Columns(leap.speed_squared),
+        }
+    }
+
+    /// The integrals over the leap from state `x` with slope `w`.
+    #[inline(always)]
     pub(crate) fn integrals(&self, x: &State, w: &State) -> Integrals {
         let t = self.length_s;
-        // The forms are symmetric: their rows are their columns.
-        let form = |g: &Matrix| dot(&Columns(*g).times(w), w);
-        let charge = dot(&self.s[CURRENT], w);
-        let path = dot(&self.s[SPEED], w);
+        let form = |g: &Columns| dot(&g.times(w), w);
+        let path = self.s.times(w);
+        let square = |k: usize, g: &Columns| x[k] * x[k] * t + 2.0 * x[k] * path[k] + form(g);
         Integrals {
-            current: x[CURRENT] * t + charge,
-            current_squared: x[CURRENT] * x[CURRENT] * t + 2.0 * x[CURRENT] * charge + form(&self.current_squared),
-            speed_squared: x[SPEED] * x[SPEED] * t + 2.0 * x[SPEED] * path + form(&self.speed_squared),
-            angle: x[ANGLE] * t + dot(&self.s[ANGLE], w),
+            current: x[CURRENT] * t + path[CURRENT],
+            current_squared: square(CURRENT, &self.current_squared),
+            speed_squared: square(SPEED, &self.speed_squared),
+            angle: x[ANGLE] * t + path[ANGLE],
         }
     }
 }
 
 /// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
-pub(crate) fn joined(a: &Matrix, first: &Matrix, second: &Matrix) -> Matrix {
+fn joined(a: &Matrix, first: &Matrix, second: &Matrix) -> Matrix {
     let after = map2(second, &product(second, &product(a, first)), |x, y| x + y);
     map2(first, &after, |x, y| x + y)
 }

@@ -1,62 +1,99 @@
 //! Linear time-invariant systems of four states, flowed exactly over whole clock edges.
 //!
-//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w`, `P(t) = ∫₀ᵗ e^{As} ds`: the
-//! change is computed, never the sum of state and change, so that a short leap of a long motion loses nothing. `P` is
-//! tabulated for the digits of the edge count in base 128; a leap of any length costs one small product a digit.
+//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope `w + A P(t) w`,
+//! `P(t) = ∫₀ᵗ e^{As} ds`: the change is computed, never the sum of state and change, so that a short leap of a long motion
+//! loses nothing. `P` and `A P` are tabulated for the digits of the edge count in base 128; a leap of any length costs two
+//! small products a digit.
+//!
+//! Anchor, constants and tables are double-double. A motion's next anchor is computed in double-double
+//! ([`Trajectory::flow`]); what lies between is looked at through the high parts ([`Trajectory::at`]), whose error
+//! [`Guard`](crate::Guard) bounds.
 //!
 //! The same digits give the exact integrals of the trajectory that an energy audit needs ([`Integrals`]).
 
 use std::sync::OnceLock;
 
-use crate::leap::{Integrals, Leap, joined};
-use crate::matrix::{Columns, Matrix, State, map2, plus, product, rate};
+use crate::double::{Double, Doubles, Product, Wide, versions};
+use crate::leap::{Integrals, Leap, Quadrature};
+use crate::matrix::{Matrix, State, dot, map2, norm, plus, product, rate, sizes};
 
 const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
 const MASK: u64 = RADIX as u64 - 1;
 
+/// What a leap does to state and slope.
+#[derive(Clone, Copy)]
+struct Digit {
+    /// `P`: from the slope to the change of state.
+    p: Wide,
+    /// `A P`: from the slope to its own change.
+    turn: Wide,
+}
+
 /// A linear system, its leaps tabulated for one clock period.
 pub struct Linear {
     pub(crate) a: Matrix,
-    columns: Columns,
+    wide: Wide,
     /// How fast it moves, in 1/s.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,
-    /// `P` for digit `d` of level `k`, at `128 k + d`.
-    p: Vec<Columns>,
-    /// Quadratures, made when first asked for: many runs never audit.
-    leaps: OnceLock<Vec<Leap>>,
+    /// `P` of one edge of each level, and the digits of those that have been needed.
+    units: Vec<Wide>,
+    levels: Vec<OnceLock<Vec<Digit>>>,
+    /// Quadratures of the digits, and of the next level's edge: many runs never audit.
+    quadratures: Vec<OnceLock<(Vec<Quadrature>, Leap)>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
+    /// For the same lengths: twice what the slope's `f64` value may err, for a slope of one at the anchor.
+    errors: Vec<Matrix>,
 }
 
 impl Linear {
     /// A system `x' = A x + f` on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
     #[must_use]
     pub fn new(a: Matrix, edge_s: f64, horizon: u64) -> Self {
-        let levels = horizon.max(1).ilog2() / BITS + 1;
-        let mut p = Vec::with_capacity(RADIX * levels as usize);
-        let mut unit = Leap::of(&a, edge_s).p;
-        let mut bounds = Vec::with_capacity(1 + (levels * BITS) as usize);
+        Self::exact(&a.map(|row| row.map(Double::from)), edge_s, horizon)
+    }
+
+    versions! {
+        /// The same for a matrix known to more than an `f64`.
+        pub(crate) fn exact[exact_fused, exact_with](rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self
+    }
+
+    #[inline(always)]
+    fn exact_with<P: Product>(rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self {
+        let (wide, a) = (Wide::of(rows), rows.map(|row| row.map(|x| x.hi)));
+        let count = (horizon.max(1).ilog2() / BITS + 1) as usize;
         let identity: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
         // |e^{At}| ≤ I + |A| e^{|A| edge} edge for t within one edge.
         let size = map2(&a, &a, |x, _| x.abs());
-        bounds.push(map2(&identity, &product(&size, &Leap::of(&size, edge_s).p), |x, y| x + y));
-        for _ in 0..levels {
-            let (level, next) = digits([[0.0; 4]; 4], unit, |first, second| joined(&a, first, second));
-            for power in (0..BITS).map(|bit| &level[1 << bit]) {
+        let mut bounds = vec![map2(&identity, &product(&size, &Leap::of(&size, edge_s).p), |x, y| x + y)];
+        let mut units = Vec::with_capacity(count);
+        let mut unit = spread::<P>(&wide, &a, edge_s.into());
+        for _ in 0..count {
+            units.push(unit);
+            for _ in 0..BITS {
                 // e^{A(t + 2^j)} = e^{At} e^{A 2^j}: the bound doubles with the leap.
-                let phi = map2(&identity, &product(&a, power), |x, y| (x + y).abs());
+                let phi = map2(&identity, &wide.after::<P>(&unit).rows(), |x, y| (x + y).abs());
                 let last = bounds[bounds.len() - 1];
                 bounds.push(map2(&last, &product(&last, &phi), f64::max));
+                unit = joined::<P>(&wide, &unit, &unit);
             }
-            p.extend(level.iter().map(Columns::of));
-            unit = next;
         }
-        Self { a, columns: Columns::of(&a), rate: rate(&a), edge_s, p, leaps: OnceLock::new(), bounds }
+        let levels = std::iter::repeat_with(OnceLock::new).take(count).collect();
+        let quadratures = std::iter::repeat_with(OnceLock::new).take(count).collect();
+        let errors = bounds.iter().enumerate().map(|(dyadic, m)| {
+            let sum = |x: &Matrix, y: &Matrix| map2(x, y, |x, y| x + y);
+            let turns = product(&sum(m, &identity), m);
+            let digits = 5.2 * Self::digits(dyadic) as f64;
+            let all = sum(&identity, &map2(&turns, &turns, |x, _| x * digits));
+            map2(&product(m, &all), m, |x, _| x * f64::EPSILON)
+        });
+        let errors = errors.collect();
+        Self { a, wide, rate: rate(&a), edge_s, units, levels, quadratures, bounds, errors }
     }
 
-    /// The matrix `A`.
+    /// The matrix `A`, rounded.
     #[must_use]
     pub fn matrix(&self) -> &Matrix {
         &self.a
@@ -70,14 +107,31 @@ impl Linear {
 
     /// `A x + f`.
     #[inline(always)]
-    pub(crate) fn slope(&self, x: &State, f: &State) -> State {
-        plus(&self.columns.times(x), f)
+    pub(crate) fn slope<P: Product>(&self, x: &Doubles, f: &Doubles) -> Doubles {
+        self.wide.times::<P>(x, f)
     }
 
-    /// A bound of |e^{At}|, element by element, for every `t` from 0 to `edges` edges.
+    /// `A w`, for derivatives.
+    #[inline(always)]
+    pub(crate) fn derived<P: Product>(&self, w: &Doubles) -> Doubles {
+        self.wide.times::<P>(w, &Doubles::ZERO)
+    }
+
+    /// `P` for any time.
+    pub(crate) fn spread<P: Product>(&self, time_s: Double) -> Wide {
+        spread::<P>(&self.wide, &self.a, time_s)
+    }
+
+    /// A bound of |e^{At}|, element by element, for every `t` from 0 to 2^`dyadic` edges.
     #[inline]
     pub(crate) fn bound(&self, dyadic: usize) -> &Matrix {
         &self.bounds[dyadic]
+    }
+
+    /// A bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of one, with room for
+    /// terms of second order.
+    pub(crate) fn slope_error(&self, dyadic: usize) -> &Matrix {
+        &self.errors[dyadic]
     }
 
     /// How many dyadic bounds there are.
@@ -85,25 +139,95 @@ impl Linear {
         self.bounds.len()
     }
 
-    fn leaps(&self) -> &[Leap] {
-        self.leaps.get_or_init(|| {
-            let mut all = Vec::with_capacity(self.p.len());
-            let mut unit = Leap::of(&self.a, self.edge_s);
-            for _ in 0..self.p.len() / RADIX {
-                let (level, next) = digits(Leap::NOTHING, unit, |first, second| first.then(&self.a, second));
-                all.extend(level);
-                unit = next;
-            }
-            all
+    /// Digits of an edge count below 2^`dyadic`.
+    pub(crate) fn digits(dyadic: usize) -> usize {
+        dyadic / BITS as usize + 1
+    }
+
+    #[inline(always)]
+    fn level(&self, level: u32) -> &[Digit] {
+        match self.levels[level as usize].get() {
+            Some(digits) => digits,
+            None => self.tabulate(level),
+        }
+    }
+
+    #[cold]
+    fn tabulate(&self, level: u32) -> &[Digit] {
+        self.levels[level as usize].get_or_init(|| Self::table(&self.wide, &self.units[level as usize]))
+    }
+
+    versions! {
+        fn table[table_fused, table_with](a: &Wide, unit: &Wide) -> Vec<Digit>
+    }
+
+    #[inline(always)]
+    fn table_with<P: Product>(a: &Wide, unit: &Wide) -> Vec<Digit> {
+        let (all, _) = digits(Wide::ZERO, *unit, |first, second| joined::<P>(a, first, second));
+        all.into_iter().map(|p| Digit { p, turn: a.after::<P>(&p) }).collect()
+    }
+
+    #[inline(always)]
+    fn quadratures(&self, level: u32) -> &[Quadrature] {
+        match self.quadratures[level as usize].get() {
+            Some((digits, _)) => digits,
+            None => &self.integrate(level).0,
+        }
+    }
+
+    #[cold]
+    fn integrate(&self, level: u32) -> &(Vec<Quadrature>, Leap) {
+        self.quadratures[level as usize].get_or_init(|| {
+            let unit = if level == 0 { Leap::of(&self.a, self.edge_s) } else { self.integrate(level - 1).1 };
+            let (all, next) = digits(Leap::NOTHING, unit, |first, second| first.then(&self.a, second));
+            (all.iter().map(Quadrature::of).collect(), next)
         })
     }
 }
 
+/// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+#[inline(always)]
+fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
+    Wide::from_columns(&std::array::from_fn(|c| {
+        let moved = a.times::<P>(&first.column(c), &Doubles::ZERO);
+        first.column(c).plus(&second.times::<P>(&moved, &second.column(c)))
+    }))
+}
+
+/// `P` for any time: by halving until the Taylor series converges, and doubling back.
+#[inline(always)]
+fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
+    // The last term is 2⁻²⁴ / 24! of the first.
+    const TERMS: usize = 24;
+    let mut halvings = 0;
+    let mut part = time_s;
+    while norm(rows) * part.hi > 0.5 && halvings < 200 {
+        part = Double { hi: 0.5 * part.hi, lo: 0.5 * part.lo };
+        halvings += 1;
+    }
+    // P = Σ A^k t^{k+1} / (k+1)!, column by column.
+    let mut p = Wide::from_columns(&std::array::from_fn(|c| {
+        let mut terms = [Doubles::ZERO; TERMS];
+        terms[0].set(c, part);
+        for k in 1..TERMS {
+            let factor = part.over(((k + 1) as f64).into());
+            terms[k] = a.times::<P>(&terms[k - 1], &Doubles::ZERO).scaled::<P>(factor);
+        }
+        terms.iter().rev().fold(Doubles::ZERO, |sum, term| sum.plus(term))
+    }));
+    for _ in 0..halvings {
+        p = joined::<P>(a, &p, &p);
+    }
+    p
+}
+
 /// `unit` repeated 0 to 127 times, by doubling, so that rounding grows with the number of bits only; and 128 times.
+#[inline(always)]
 fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, T) {
     let mut all = vec![nothing, unit];
     for d in 2..=RADIX {
-        all.push(if d % 2 == 0 { then(&all[d / 2], &all[d / 2]) } else { then(&all[d - 1], &unit) });
+        let (first, second) = if d % 2 == 0 { (all[d / 2], all[d / 2]) } else { (all[d - 1], unit) };
+        all.push(then(&first, &second));
     }
     let next = all.remove(RADIX);
     (all, next)
@@ -113,16 +237,26 @@ fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, 
 #[derive(Clone, Copy)]
 pub struct Trajectory<'a> {
     pub(crate) system: &'a Linear,
-    pub(crate) x: State,
-    f: State,
-    pub(crate) w: State,
+    pub(crate) x: Doubles,
+    pub(crate) f: Doubles,
+    pub(crate) w: Doubles,
 }
 
 impl<'a> Trajectory<'a> {
     /// The motion from state `x` under the constant `f`.
     #[must_use]
     pub fn new(system: &'a Linear, x: State, f: State) -> Self {
-        Self { system, x, f, w: system.slope(&x, &f) }
+        Self::exact(system, x.into(), f.into())
+    }
+
+    versions! {
+        /// The same for states known to more than an `f64`.
+        pub(crate) fn exact[exact_fused, exact_with](system: &'a Linear, x: Doubles, f: Doubles) -> Self
+    }
+
+    #[inline(always)]
+    pub(crate) fn exact_with<P: Product>(system: &'a Linear, x: Doubles, f: Doubles) -> Self {
+        Self { system, x, f, w: system.slope::<P>(&x, &f) }
     }
 
     /// The system.
@@ -131,37 +265,39 @@ impl<'a> Trajectory<'a> {
         self.system
     }
 
-    /// The anchor state.
+    /// The anchor state, rounded.
     #[must_use]
     pub fn anchor(&self) -> &State {
-        &self.x
-    }
-
-    /// The constant input `f`.
-    #[must_use]
-    pub fn constant(&self) -> &State {
-        &self.f
+        &self.x.hi
     }
 
     /// `x'` at a state of this motion.
     #[inline(always)]
     #[must_use]
     pub fn slope(&self, x: &State) -> State {
-        self.system.slope(x, &self.f)
+        plus(&self.system.wide.hi.times(x), &self.f.hi)
+    }
+
+    /// A bound of the error of the slope up to 2^`dyadic` edges.
+    #[inline]
+    pub(crate) fn slope_error(&self, dyadic: usize) -> State {
+        let speeds = sizes(&self.w.hi);
+        let rows = self.system.slope_error(dyadic);
+        std::array::from_fn(|r| dot(&rows[r], &speeds))
     }
 
     /// State and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline]
     #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
-        let (mut x, mut w) = (self.x, self.w);
+        let (mut x, mut w) = (self.x.hi, self.w.hi);
         if block != 0 {
             let mut level = block.ilog2() / BITS + 1;
             loop {
                 let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    x = plus(&x, &self.system.p[level as usize * RADIX + digit].times(&w));
-                    w = self.slope(&x);
+                    let Digit { p, turn } = &self.system.level(level)[digit];
+                    (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
                 }
                 level -= 1;
                 if level == 0 {
@@ -176,14 +312,27 @@ impl<'a> Trajectory<'a> {
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.p[digit as usize].times(&prefix.1)) }
+        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.level(0)[digit as usize].p.hi.times(&prefix.1)) }
     }
 
-    /// The state after `edges` edges. The same function serves every driver, so that they agree to the bit.
+    /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they agree to
+    /// the bit.
     #[inline]
     #[must_use]
     pub fn at(&self, edges: u64) -> State {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
+    }
+
+    /// State and slope after `edges` edges, as [`at`](Self::at).
+    #[inline(always)]
+    pub(crate) fn at_with_slope(&self, edges: u64) -> (State, State) {
+        let (x, w) = self.prefix(edges >> BITS);
+        let digit = (edges & MASK) as usize;
+        if digit == 0 {
+            return (x, w);
+        }
+        let Digit { p, turn } = &self.system.level(0)[digit];
+        (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
     }
 
     /// The same for edges asked one after the other: keeps in `cache` what neighbours share.
@@ -195,26 +344,44 @@ impl<'a> Trajectory<'a> {
         self.within(&cache.1, edges & MASK)
     }
 
-    /// The exact integrals from the anchor to `edges` edges later, and the state there, equal to [`at`](Self::at).
-    #[must_use]
-    pub fn integrals(&self, edges: u64) -> (Integrals, State) {
-        let leaps = self.system.leaps();
-        let mut total = Integrals::default();
+    /// The state after `edges` edges in double-double, each leap shown to `visit` with its level and digit.
+    #[inline(always)]
+    fn leap<P: Product>(&self, edges: u64, mut visit: impl FnMut(u32, usize, &State, &State)) -> Doubles {
         let (mut x, mut w) = (self.x, self.w);
         if edges == 0 {
-            return (total, x);
+            return x;
         }
-        for level in (0..=edges.ilog2() / BITS).rev() {
-            let digit = (edges >> (level * BITS) & MASK) as usize;
+        let mut level = edges.ilog2() / BITS + 1;
+        let mut rest = edges;
+        while rest != 0 {
+            level -= 1;
+            let digit = (rest >> (level * BITS)) as usize;
+            rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
-                let index = level as usize * RADIX + digit;
-                total.add(&leaps[index].integrals(&x, &w));
-                x = plus(&x, &self.system.p[index].times(&w));
-                if level > 0 {
-                    w = self.slope(&x);
+                visit(level, digit, &x.hi, &w.hi);
+                let Digit { p, turn } = &self.system.level(level)[digit];
+                x = p.times::<P>(&w, &x);
+                if rest != 0 {
+                    w = turn.times::<P>(&w, &w);
                 }
             }
         }
+        x
+    }
+
+    /// The state after `edges` edges in double-double.
+    #[inline(always)]
+    pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
+        self.leap::<P>(edges, |_, _, _, _| ())
+    }
+
+    /// The exact integrals from the anchor to `edges` edges later, and the state there.
+    #[inline(always)]
+    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals, Doubles) {
+        let mut total = Integrals::default();
+        let x = self.leap::<P>(edges, |level, digit, x, w| {
+            total.add(&self.system.quadratures(level)[digit].integrals(x, w));
+        });
         (total, x)
     }
 }

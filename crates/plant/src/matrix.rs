@@ -75,6 +75,11 @@ pub(crate) fn plus(x: &State, y: &State) -> State {
     std::array::from_fn(|r| x[r] + y[r])
 }
 
+#[inline(always)]
+pub(crate) fn sizes(x: &State) -> State {
+    x.map(f64::abs)
+}
+
 /// How fast a system moves, in 1/s: its norm after each pair of states is scaled so that they drive each other alike.
 pub(crate) fn rate(a: &Matrix) -> f64 {
     let pair = |r: usize, c: usize| (a[r][c] * a[c][r]).abs().sqrt();

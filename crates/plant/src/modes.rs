@@ -4,10 +4,11 @@ use crate::Circuit;
 use crate::axis::{Hand, Shaft};
 use crate::course::Course;
 use crate::device::{Device, Drive};
+use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::Powers;
-use crate::guard::{Band, Guard};
+use crate::guard::{Guard, Limits, Side};
 use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED};
 
 /// What a mode depends on.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -22,78 +23,95 @@ pub(crate) enum Cause {
 #[derive(Clone, Copy)]
 pub(crate) struct Check<'a> {
     pub(crate) guard: &'a Guard,
-    pub(crate) band: Band,
+    pub(crate) limits: Limits,
     cause: Cause,
 }
 
 impl Check<'_> {
-    #[inline(always)]
-    pub(crate) fn passed(&self, x: &State) -> bool {
-        self.band.left_by(self.guard.value(x))
+    /// Where the function is at a state, in double-double.
+    fn value(&self, x: &Doubles) -> Double {
+        x.dot(self.guard.row())
+    }
+
+    fn side(&self, x: &Doubles) -> Side {
+        self.limits.side(self.value(x))
     }
 }
 
 impl<'a> Device<'a> {
-    /// A mode ended between `edge - 1` and `edge`: finds the instant, changes there, and anchors at `edge`.
-    #[cold]
-    pub(crate) fn change(&mut self, edge: u64, at_edge: State) {
-        let x = self.account(edge - 1);
+    versions! {
+        /// A mode ended between `edge - 1` and `edge`: finds the instant, changes there, and anchors at `edge`.
+        #[cold]
+        pub(crate) fn change[change_fused, change_with](self: &mut Self, edge: u64)
+    }
+
+    #[inline(always)]
+    fn change_with<P: Product>(&mut self, edge: u64) {
+        let at_edge = self.motion.flow::<P>(edge - self.anchor);
+        let x = self.account::<P>(edge - 1);
         let edge_s = self.motion.system().edge_s();
-        let course = Course::new(Trajectory::new(self.motion.system(), x, *self.motion.constant()));
-        let mut first = (edge_s, None);
-        for check in self.checks.into_iter().flatten().filter(|check| check.passed(&at_edge)) {
-            let above = check.guard.value(&at_edge) > check.band.low;
-            let limit = if above { check.band.high } else { check.band.low };
-            let (before, after) = (check.guard.value(&x) - limit, check.guard.value(&at_edge) - limit);
-            let tau_s = if before == 0.0 || before.signum() == after.signum() {
-                // Already there at the start, or only just there at the end.
-                if before.abs() <= after.abs() { 0.0 } else { edge_s }
-            } else {
-                course.crossing_s(check.guard.row(), limit, before, edge_s * before / (before - after))
+        let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
+        let mut first: Option<(Double, Cause, Side)> = None;
+        for check in self.checks.into_iter().flatten() {
+            let side = check.side(&at_edge);
+            let limit = match side {
+                Side::Inside => continue,
+                Side::Below => check.limits.low,
+                Side::Above => check.limits.high,
             };
-            if first.1.is_none() || tau_s < first.0 {
-                first = (tau_s, Some((check.cause, above)));
+            let (before, after) = (check.value(&x) - limit, check.value(&at_edge) - limit);
+            let tau_s = if before.sign() == 0.0 || before.sign() == after.sign() {
+                // Already there at the start, or only just there at the end.
+                if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }
+            } else {
+                let guess_s = edge_s * before.hi / (before.hi - after.hi);
+                course.crossing_s::<P>(check.guard.row(), limit, before, guess_s)
+            };
+            if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
+                first = Some((tau_s, check.cause, side));
             }
         }
-        let (tau_s, ended) = first;
-        let (cause, above) = ended.expect("a mode ended");
-        let mut there = course.at(tau_s);
-        self.tally(tau_s, &x, &there, &course.integrals(tau_s, &there));
-        self.turn(cause, above, &mut there);
-        self.enter(edge - 1, there);
+        let (tau_s, cause, side) = first.expect("a mode ended");
+        let mut there = course.at::<P>(tau_s);
+        self.tally(tau_s.hi, &x, &there, &course.integrals(tau_s.hi, &there.hi));
+        self.turn(cause, side, &mut there);
+        self.enter_with::<P>(edge - 1, there);
         // The rest of the edge in the new mode, then whatever else is due by then.
-        let rest_s = edge_s - tau_s;
-        let course = Course::new(self.motion);
-        let mut x = course.at(rest_s);
-        self.tally(rest_s, &there, &x, &course.integrals(rest_s, &x));
-        self.enter(edge, x);
+        let rest_s = Double::from(edge_s) - tau_s;
+        let course = Course::new::<P>(self.motion);
+        let mut x = course.at::<P>(rest_s);
+        self.tally(rest_s.hi, &there, &x, &course.integrals(rest_s.hi, &x.hi));
+        self.enter_with::<P>(edge, x);
         for _ in 0..self.checks.len() {
-            let Some(check) = self.checks.into_iter().flatten().find(|check| check.passed(&x)) else { break };
-            self.turn(check.cause, check.guard.value(&x) > check.band.low, &mut x);
-            self.enter(edge, x);
+            let ended = |check: &Check| (check.side(&x) != Side::Inside).then(|| (check.cause, check.side(&x)));
+            let Some((cause, side)) = self.checks.iter().flatten().find_map(ended) else { break };
+            self.turn(cause, side, &mut x);
+            self.enter_with::<P>(edge, x);
         }
     }
 
-    /// The new mode after one ended, at the state where it did, above or below its band.
-    fn turn(&mut self, cause: Cause, above: bool, x: &mut State) {
+    /// The new mode after one ended, at the state where it did, on that side of its band.
+    fn turn(&mut self, cause: Cause, side: Side, x: &mut Doubles) {
         self.mode_changes += 1;
+        let above = side == Side::Above;
         match (cause, self.shaft, self.circuit) {
             (Cause::Shaft, Shaft::Stuck, _) => self.shaft = Shaft::Slip(if above { 1 } else { -1 }),
             (Cause::Shaft, Shaft::Creep, _) => {
                 self.shaft = Shaft::Slip(if above { 1 } else { -1 });
-                x[SPEED] = if above { self.axis.creep_rad_per_s } else { -self.axis.creep_rad_per_s };
+                let creep = Double::from(self.axis.creep_rad_per_s);
+                x.set(SPEED, if above { creep } else { -creep });
             }
             (Cause::Shaft, Shaft::Slip(sign), _) if self.axis.creep_rad_per_s != 0.0 => {
                 self.shaft = Shaft::Creep;
-                x[SPEED] = f64::from(sign) * self.axis.creep_rad_per_s;
+                x.set(SPEED, (f64::from(sign) * self.axis.creep_rad_per_s).into());
             }
             (Cause::Shaft, ..) => {
-                x[SPEED] = 0.0;
+                x.set(SPEED, Double::ZERO);
                 self.shaft = self.shaft_at(x);
             }
             (Cause::Circuit, _, Circuit::Closed { .. }) => {
-                x[CURRENT] = 0.0;
-                self.reroute(x, self.axis.motor.torque_constant_nm_per_a * x[SPEED]);
+                x.set(CURRENT, Double::ZERO);
+                self.reroute(x, self.axis.motor.torque_constant_nm_per_a * x.hi[SPEED]);
             }
             (Cause::Circuit, _, Circuit::Open { .. }) => {
                 self.reroute(x, if above { f64::INFINITY } else { f64::NEG_INFINITY });
@@ -102,84 +120,90 @@ impl<'a> Device<'a> {
         }
     }
 
-    fn reroute(&mut self, x: &State, emf_v: f64) {
+    fn reroute(&mut self, x: &Doubles, emf_v: f64) {
         if let Drive::Gates(gates) = self.drive {
-            self.circuit = self.axis.bridge.circuit(gates, x[CURRENT], emf_v);
+            self.circuit = self.axis.bridge.circuit(gates, x.hi[CURRENT], emf_v);
         }
     }
 
     /// Torque on the shaft except friction, while it stands still.
-    fn net_nm(&self, x: &State) -> f64 {
-        let torque_nm = self.axis.motor.torque_constant_nm_per_a * x[CURRENT] + self.torque_nm();
+    fn net_nm(&self, x: &Doubles) -> Double {
+        let torque_nm = Double::from(self.axis.motor.torque_constant_nm_per_a) * x.lane(CURRENT) + self.torque_nm();
         match self.axis.hand {
-            Hand::Spring(push) => torque_nm + push.stiffness_nm_per_rad * (x[INTENT] - x[ANGLE]),
+            Hand::Spring(push) => {
+                torque_nm + Double::from(push.stiffness_nm_per_rad) * (x.lane(INTENT) - x.lane(ANGLE))
+            }
             _ => torque_nm,
         }
     }
 
     /// The constant part of the hand's torque on a shaft that stands still.
-    fn torque_nm(&self) -> f64 {
+    fn torque_nm(&self) -> Double {
         match self.axis.hand {
-            Hand::Torque(torque_nm) => torque_nm,
-            Hand::Spring(push) => push.damping_nm_s_per_rad * self.intent_rad_per_s,
-            Hand::Prescribed => 0.0,
+            Hand::Torque(torque_nm) => torque_nm.into(),
+            Hand::Spring(push) => Double::product(push.damping_nm_s_per_rad, self.intent_rad_per_s),
+            Hand::Prescribed => Double::ZERO,
         }
     }
 
-    pub(crate) fn shaft_at(&self, x: &State) -> Shaft {
+    pub(crate) fn shaft_at(&self, x: &Doubles) -> Shaft {
         let friction_nm = self.axis.motor.coulomb_nm;
         if self.axis.hand == Hand::Prescribed {
             Shaft::Prescribed
         } else if friction_nm == 0.0 {
             Shaft::Slip(0)
-        } else if x[SPEED].abs() <= self.axis.creep_rad_per_s && self.axis.creep_rad_per_s != 0.0 {
+        } else if x.hi[SPEED].abs() <= self.axis.creep_rad_per_s && self.axis.creep_rad_per_s != 0.0 {
             Shaft::Creep
-        } else if x[SPEED] != 0.0 {
-            Shaft::Slip(if x[SPEED] > 0.0 { 1 } else { -1 })
+        } else if x.hi[SPEED] != 0.0 {
+            Shaft::Slip(if x.hi[SPEED] > 0.0 { 1 } else { -1 })
         } else {
-            match self.net_nm(x) {
-                net if net > friction_nm => Shaft::Slip(1),
-                net if net < -friction_nm => Shaft::Slip(-1),
-                _ => Shaft::Stuck,
+            let net_nm = self.net_nm(x);
+            let friction_nm = Double::from(friction_nm);
+            let limits = Limits { low: -friction_nm, high: friction_nm, open: false };
+            match limits.side(net_nm) {
+                Side::Above => Shaft::Slip(1),
+                Side::Below => Shaft::Slip(-1),
+                Side::Inside => Shaft::Stuck,
             }
         }
     }
 
     /// Anchors at `edge` in state `x`, in the mode that shaft, circuit and hand now make.
-    pub(crate) fn enter(&mut self, edge: u64, mut x: State) {
+    #[inline(always)]
+    pub(crate) fn enter_with<P: Product>(&mut self, edge: u64, mut x: Doubles) {
         let axis = self.axis;
-        let motor = &axis.motor;
-        let voltage_v = axis.bridge.voltage_v(self.circuit);
+        let constants = &axis.constants;
+        let mut f = Doubles::ZERO;
         let switches = match self.circuit {
-            Circuit::Closed { switches, .. } => Some(switches),
+            Circuit::Closed { supply_share, diodes, direction, switches } => {
+                let drop = f64::from(direction) * f64::from(diodes);
+                f.set(CURRENT, constants.supply * supply_share.into() - constants.diode * drop.into());
+                Some(switches)
+            }
             Circuit::Open { .. } | Circuit::Amplified => None,
         };
         self.mode = axis.mode(self.shaft, switches);
-        let mut f = [0.0; 4];
         match self.shaft {
             Shaft::Slip(sign) => {
-                f[SPEED] = (self.torque_nm() - f64::from(sign) * motor.coulomb_nm) / motor.inertia_kg_m2;
+                f.set(SPEED, constants.torque * self.torque_nm() - constants.coulomb * f64::from(sign).into());
             }
-            Shaft::Creep => f[SPEED] = self.torque_nm() / motor.inertia_kg_m2,
+            Shaft::Creep => f.set(SPEED, constants.torque * self.torque_nm()),
             Shaft::Stuck | Shaft::Prescribed => {}
         }
-        if let Some(switches) = switches {
-            if axis.is_resistive() {
-                f[CURRENT] = -f[SPEED] * motor.torque_constant_nm_per_a / axis.path_ohm(switches);
-                x[CURRENT] = axis.ohmic_a(voltage_v, switches, x[SPEED]);
-            } else {
-                f[CURRENT] = voltage_v / motor.inductance_h;
-            }
+        if let (true, Circuit::Closed { supply_share, switches, .. }) = (axis.is_resistive(), self.circuit) {
+            f.set(CURRENT, -(f.lane(SPEED) * axis.ohmic_a_s_per_rad(switches)));
+            x.set(CURRENT, axis.exact_ohmic_a(supply_share, switches, x.lane(SPEED)));
         }
-        f[INTENT] = self.intent_rad_per_s;
+        f.set(INTENT, self.intent_rad_per_s.into());
         self.anchor = edge;
-        self.motion = Trajectory::new(&self.mode.system, x, f);
+        self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
         self.prefix.0 = u64::MAX;
+        self.heard = 0;
         self.powers = self.powers_now(&x);
         self.checks = self.checks_now();
     }
 
-    fn powers_now(&self, x: &State) -> Powers {
+    fn powers_now(&self, x: &Doubles) -> Powers {
         let (axis, motor) = (self.axis, &self.axis.motor);
         let mut powers = Powers {
             viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
@@ -193,8 +217,8 @@ impl<'a> Device<'a> {
                 powers.resistance_ohm = axis.path_ohm(switches);
             }
             Circuit::Amplified => {
-                powers.source_v = motor.resistance_ohm * x[CURRENT];
-                powers.source_nm = motor.torque_constant_nm_per_a * x[CURRENT];
+                powers.source_v = motor.resistance_ohm * x.hi[CURRENT];
+                powers.source_nm = motor.torque_constant_nm_per_a * x.hi[CURRENT];
                 powers.resistance_ohm = motor.resistance_ohm;
             }
             Circuit::Open { .. } => {}
@@ -212,7 +236,7 @@ impl<'a> Device<'a> {
             }
             Hand::Prescribed => {
                 powers.borne_nm_per_a = motor.torque_constant_nm_per_a;
-                powers.coulomb_nm = axis.friction_nm(x[SPEED]).abs();
+                powers.coulomb_nm = axis.friction_nm(x.hi[SPEED]).abs();
             }
         }
         powers
@@ -221,18 +245,17 @@ impl<'a> Device<'a> {
     fn checks_now(&self) -> [Option<Check<'a>>; 2] {
         let mode = self.mode;
         let motor = &self.axis.motor;
-        let band = |low, high| Band { low, high, open: false };
-
-        let positive = band(0.0, f64::INFINITY);
-        let negative = band(f64::NEG_INFINITY, 0.0);
-        let creep = self.axis.creep_rad_per_s;
+        let limits = |low, high| Limits { low, high, open: false };
+        let positive = limits(Double::ZERO, f64::INFINITY.into());
+        let negative = limits(f64::NEG_INFINITY.into(), Double::ZERO);
+        let creep = Double::from(self.axis.creep_rad_per_s);
         let shaft = match self.shaft {
-            Shaft::Slip(1) => Some((&mode.speed, band(creep, f64::INFINITY))),
-            Shaft::Slip(-1) => Some((&mode.speed, band(f64::NEG_INFINITY, -creep))),
-            Shaft::Creep => Some((&mode.speed, band(-creep, creep))),
+            Shaft::Slip(1) => Some((&mode.speed, limits(creep, f64::INFINITY.into()))),
+            Shaft::Slip(-1) => Some((&mode.speed, limits(f64::NEG_INFINITY.into(), -creep))),
+            Shaft::Creep => Some((&mode.speed, limits(-creep, creep))),
             Shaft::Stuck => {
-                let constant_nm = self.torque_nm();
-                Some((&mode.net, band(-motor.coulomb_nm - constant_nm, motor.coulomb_nm - constant_nm)))
+                let (constant_nm, friction_nm) = (self.torque_nm(), Double::from(motor.coulomb_nm));
+                Some((&mode.net, limits(-friction_nm - constant_nm, friction_nm - constant_nm)))
             }
             _ => None,
         };
@@ -241,13 +264,13 @@ impl<'a> Device<'a> {
             Circuit::Closed { direction: -1, .. } => Some((&mode.current, negative)),
             Circuit::Closed { .. } | Circuit::Amplified => None,
             Circuit::Open { emf_min_v, emf_max_v } => {
-                let k = motor.torque_constant_nm_per_a;
-                Some((&mode.speed, band(emf_min_v / k, emf_max_v / k)))
+                let speed = |emf_v: f64| Double::from(emf_v).over(motor.torque_constant_nm_per_a.into());
+                Some((&mode.speed, limits(speed(emf_min_v), speed(emf_max_v))))
             }
         };
         [
-            shaft.map(|(guard, band)| Check { guard, band, cause: Cause::Shaft }),
-            circuit.map(|(guard, band)| Check { guard, band, cause: Cause::Circuit }),
+            shaft.map(|(guard, limits)| Check { guard, limits, cause: Cause::Shaft }),
+            circuit.map(|(guard, limits)| Check { guard, limits, cause: Cause::Circuit }),
         ]
     }
 }

@@ -3,6 +3,7 @@
 //! Without inductance the current is `i = (V - K ω) / R`, a function of the speed. In the exact flow it stays a state: its row
 //! of `A` is `-K / R` times the speed's, and it jumps when the voltage does.
 
+use crate::double::Double;
 use crate::{Axis, AxisError};
 
 impl Axis {
@@ -37,6 +38,17 @@ impl Axis {
     /// The current of a winding without inductance.
     pub(crate) fn ohmic_a(&self, voltage_v: f64, switches: u8, speed_rad_per_s: f64) -> f64 {
         (voltage_v - self.motor.torque_constant_nm_per_a * speed_rad_per_s) / self.path_ohm(switches)
+    }
+
+    /// The same under a share of the supply.
+    pub(crate) fn exact_ohmic_a(&self, supply_share: f64, switches: u8, speed_rad_per_s: Double) -> Double {
+        let emf_v = speed_rad_per_s * self.motor.torque_constant_nm_per_a.into();
+        (Double::product(self.bridge.supply_v, supply_share) - emf_v).over(self.exact_path_ohm(switches))
+    }
+
+    /// How much of the current of such a winding a speed takes.
+    pub(crate) fn ohmic_a_s_per_rad(&self, switches: u8) -> Double {
+        Double::from(self.motor.torque_constant_nm_per_a).over(self.exact_path_ohm(switches))
     }
 
     /// Coulomb friction against a speed, in N·m; 0 at a standstill.

@@ -112,20 +112,20 @@ fn the_encoder_s_edges_under_jumping_forces_are_those_that_scanning_every_clock_
         for device in [&mut searched, &mut scanned] {
             device.intend(0, 0.0, 0.05);
         }
-        let count_m = 1e-6;
-        let band = |x: f64| ((x / count_m).floor() * count_m, ((x / count_m).floor() + 1.0) * count_m);
-        let (mut now, mut crossings) = (0, 0);
+        let band = |count: i64| (count as f64 * 1e-6, (count + 1) as f64 * 1e-6);
+        let (mut now, mut crossings, mut count) = (0, 0, 0i64);
         for force_n in forces(40) {
             searched.drive_current(now, force_n);
             scanned.drive_current(now, force_n);
             let end = now + 40_000;
             while now < end {
-                let limits = band(searched.state(now)[2]);
+                let limits = band(count);
                 let found = searched.next_event(now, end, limits);
                 let modes = scanned.mode_changes();
+                // A prescribed hand comes to a count within a trillionth of an edge: side_of_band knows on which side.
                 let leaves = |edge: &u64| {
                     let x = scanned.step(*edge);
-                    scanned.mode_changes() != modes || x[2] >= limits.1 || x[2] < limits.0
+                    scanned.mode_changes() != modes || scanned.side_of_band(*edge, x[2], limits) != 0
                 };
                 assert_eq!(found.map(|event| event.0), (now + 1..=end).find(leaves));
                 now = found.map_or(end, |event| event.0);
@@ -133,6 +133,8 @@ fn the_encoder_s_edges_under_jumping_forces_are_those_that_scanning_every_clock_
                     searched.arrive(event);
                 }
                 assert_eq!(searched.state(now), scanned.state(now));
+                let x = searched.state(now);
+                count += i64::from(searched.side_of_band(now, x[2], limits));
                 crossings += u32::from(found.is_some());
             }
         }

@@ -1,0 +1,437 @@
+//! Double-double arithmetic: a number as the unevaluated sum of two `f64`, good for 106 bits.
+//!
+//! Sums and products of two `f64` are split into result and rounding error without loss (two-sum of Knuth; two-product by
+//! fused multiply-add, or by the splitting of Dekker and Veltkamp where there is none). Both two-products are exact for factors
+//! whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on what the processor offers. Everything else is
+//! plain `f64`, never contracted.
+//!
+//! [`Doubles`] are four of them, highs and lows apart, so that they run along registers. Lanes below [`LEAST`] count as zero:
+//! products never leave the range above at the lower end.
+
+use std::cmp::Ordering;
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::matrix::{Columns, Matrix, State};
+
+/// Sizes below this count as zero, 2⁻⁴⁰⁰.
+const LEAST: f64 = f64::from_bits((1023 - 400) << 52);
+
+/// A way to multiply without loss.
+pub(crate) trait Product {
+    /// The rounded product, and what rounding took from it.
+    fn two(a: f64, b: f64) -> (f64, f64);
+}
+
+/// By fused multiply-add: fast where the processor has it.
+pub(crate) struct Fused;
+
+impl Product for Fused {
+    #[inline(always)]
+    fn two(a: f64, b: f64) -> (f64, f64) {
+        let product = a * b;
+        (product, a.mul_add(b, -product))
+    }
+}
+
+/// By splitting each factor in halves.
+pub(crate) struct Halves;
+
+impl Product for Halves {
+    #[inline(always)]
+    fn two(a: f64, b: f64) -> (f64, f64) {
+        let halves = |x: f64| {
+            let shifted = 134_217_729.0 * x;
+            let high = shifted - (shifted - x);
+            (high, x - high)
+        };
+        let product = a * b;
+        let ((ah, al), (bh, bl)) = (halves(a), halves(b));
+        (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
+    }
+}
+
+/// The way of the processor that this is compiled for.
+#[cfg(any(target_arch = "aarch64", target_feature = "fma"))]
+pub(crate) type Native = Fused;
+/// The way of the processor that this is compiled for.
+#[cfg(not(any(target_arch = "aarch64", target_feature = "fma")))]
+pub(crate) type Native = Halves;
+
+/// Whether the processor at hand offers more than the one that this is compiled for.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn has_fused() -> bool {
+    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+}
+
+/// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at hand.
+macro_rules! versions {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
+        $(#[$meta])*
+        #[inline]
+        $vis fn $name($($arg: $ty),*) $(-> $out)? {
+            #[cfg(target_arch = "x86_64")]
+            if crate::double::has_fused() {
+                // SAFETY: the processor has just been asked.
+                return unsafe { Self::$fused($($arg),*) };
+            }
+            Self::$inner::<crate::double::Native>($($arg),*)
+        }
+
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,fma")]
+        fn $fused($($arg: $ty),*) $(-> $out)? {
+            Self::$inner::<crate::double::Fused>($($arg),*)
+        }
+    };
+}
+pub(crate) use versions;
+
+#[inline(always)]
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let kept = sum - a;
+    (sum, (a - (sum - kept)) + (b - kept))
+}
+
+/// A number as the sum of two.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Double {
+    /// The nearest `f64`.
+    pub hi: f64,
+    /// The rest.
+    pub lo: f64,
+}
+
+impl Double {
+    pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
+
+    /// The exact product of two `f64`.
+    pub fn product(a: f64, b: f64) -> Self {
+        let (hi, lo) = Halves::two(a, b);
+        Self { hi, lo }
+    }
+
+    #[inline(always)]
+    fn joined(hi: f64, lo: f64) -> Self {
+        let (hi, lo) = two_sum(hi, lo);
+        Self { hi, lo }
+    }
+
+    /// The quotient.
+    pub fn over(self, divisor: Self) -> Self {
+        let first = self.hi / divisor.hi;
+        if !first.is_finite() || first == 0.0 {
+            return first.into();
+        }
+        let rest = self - divisor * first.into();
+        let second = rest.hi / divisor.hi;
+        let rest = rest - divisor * second.into();
+        Self::joined(first, second) + (rest.hi / divisor.hi).into()
+    }
+
+    /// -1, 0 or 1.
+    pub fn sign(self) -> f64 {
+        if self.hi == 0.0 { 0.0 } else { self.hi.signum() }
+    }
+
+    /// Compares with another.
+    pub fn order(self, other: Self) -> Ordering {
+        let apart = if self.hi == other.hi { self.lo - other.lo } else { self.hi - other.hi };
+        // Not a number is beyond every limit.
+        apart.partial_cmp(&0.0).unwrap_or(Ordering::Greater)
+    }
+}
+
+impl From<f64> for Double {
+    #[inline(always)]
+    fn from(hi: f64) -> Self {
+        Self { hi, lo: 0.0 }
+    }
+}
+
+impl Neg for Double {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { hi: -self.hi, lo: -self.lo }
+    }
+}
+
+impl Add for Double {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        let (sum, error) = two_sum(self.hi, other.hi);
+        let (low, rest) = two_sum(self.lo, other.lo);
+        let first = Self::joined(sum, error + low);
+        Self::joined(first.hi, first.lo + rest)
+    }
+}
+
+impl Sub for Double {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Double {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        let (product, error) = Halves::two(self.hi, other.hi);
+        Self::joined(product, error + (self.hi * other.lo + self.lo * other.hi))
+    }
+}
+
+/// Four numbers, each the sum of two.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Doubles {
+    /// The nearest `f64` of each.
+    pub hi: State,
+    /// The rests.
+    pub lo: State,
+}
+
+impl Doubles {
+    pub const ZERO: Self = Self { hi: [0.0; 4], lo: [0.0; 4] };
+
+    #[inline(always)]
+    pub fn lane(&self, index: usize) -> Double {
+        Double { hi: self.hi[index], lo: self.lo[index] }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, index: usize, value: Double) {
+        (self.hi[index], self.lo[index]) = (value.hi, value.lo);
+    }
+
+    /// Sums of highs with what is left of them, as numbers; those too small to matter are zero.
+    #[inline(always)]
+    fn joined(hi: &State, lo: &State) -> Self {
+        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(hi[r], lo[r]));
+        Self {
+            hi: std::array::from_fn(|r| if pairs[r].0.abs() < LEAST { 0.0 } else { pairs[r].0 }),
+            lo: std::array::from_fn(|r| if pairs[r].0.abs() < LEAST { 0.0 } else { pairs[r].1 }),
+        }
+    }
+
+    /// The sum.
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(self.hi[r], other.hi[r]));
+        let lo = std::array::from_fn(|r| pairs[r].1 + (self.lo[r] + other.lo[r]));
+        Self::joined(&pairs.map(|pair| pair.0), &lo)
+    }
+
+    /// Each times the same factor.
+    #[inline(always)]
+    pub fn scaled<P: Product>(&self, factor: Double) -> Self {
+        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| P::two(self.hi[r], factor.hi));
+        let lo = std::array::from_fn(|r| pairs[r].1 + (self.hi[r] * factor.lo + self.lo[r] * factor.hi));
+        Self::joined(&pairs.map(|pair| pair.0), &lo)
+    }
+
+    /// The sum of the lanes, each times a factor.
+    pub fn dot(&self, row: &State) -> Double {
+        (0..4).fold(Double::ZERO, |sum, k| sum + self.lane(k) * row[k].into())
+    }
+
+    /// The differences, rounded.
+    #[inline(always)]
+    pub fn since(&self, before: &Self) -> State {
+        std::array::from_fn(|r| (self.hi[r] - before.hi[r]) + (self.lo[r] - before.lo[r]))
+    }
+}
+
+impl From<State> for Doubles {
+    fn from(hi: State) -> Self {
+        Self { hi, lo: [0.0; 4] }
+    }
+}
+
+/// A matrix of such numbers, by columns.
+#[derive(Clone, Copy)]
+pub(crate) struct Wide {
+    pub hi: Columns,
+    pub lo: Columns,
+}
+
+impl Wide {
+    pub const ZERO: Self = Self { hi: Columns([[0.0; 4]; 4]), lo: Columns([[0.0; 4]; 4]) };
+
+    pub fn of(rows: &[[Double; 4]; 4]) -> Self {
+        let part =
+            |pick: fn(Double) -> f64| Columns(std::array::from_fn(|c| std::array::from_fn(|r| pick(rows[r][c]))));
+        Self { hi: part(|x| x.hi), lo: part(|x| x.lo) }
+    }
+
+    pub fn from_columns(columns: &[Doubles; 4]) -> Self {
+        Self { hi: Columns(columns.map(|column| column.hi)), lo: Columns(columns.map(|column| column.lo)) }
+    }
+
+    #[inline(always)]
+    pub fn column(&self, index: usize) -> Doubles {
+        Doubles { hi: self.hi.0[index], lo: self.lo.0[index] }
+    }
+
+    /// The rows, rounded.
+    pub fn rows(&self) -> Matrix {
+        crate::matrix::transposed(&self.hi.0)
+    }
+
+    /// `before + M v`: the heart of every leap. Products and sums of highs are exact; their errors and the lows are summed up
+    /// in `f64`, so that the result errs by some 2⁻¹⁰⁴ of the greatest term.
+    #[inline(always)]
+    pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
+        let (m, l) = (&self.hi.0, &self.lo.0);
+        let mut high = [[0.0; 4]; 4];
+        let mut low = [[0.0; 4]; 4];
+        for c in 0..4 {
+            for r in 0..4 {
+                let (product, error) = P::two(m[c][r], v.hi[c]);
+                high[c][r] = product;
+                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
+            }
+        }
+        let mut sum = [0.0; 4];
+        let mut rest = [0.0; 4];
+        for r in 0..4 {
+            let (first, a) = two_sum(high[0][r], high[1][r]);
+            let (second, b) = two_sum(high[2][r], high[3][r]);
+            let (both, c) = two_sum(first, second);
+            let (all, d) = two_sum(before.hi[r], both);
+            sum[r] = all;
+            rest[r] = (((low[0][r] + low[1][r]) + (low[2][r] + low[3][r])) + ((a + b) + (c + before.lo[r]))) + d;
+        }
+        Doubles::joined(&sum, &rest)
+    }
+
+    /// The product of two matrices.
+    #[inline(always)]
+    pub fn after<P: Product>(&self, first: &Self) -> Self {
+        Self::from_columns(&std::array::from_fn(|c| self.times::<P>(&first.column(c), &Doubles::ZERO)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mantissas that make rounding nasty: all ones, single bits, halves, the splitter's own boundary.
+    fn mantissas() -> Vec<u64> {
+        let full = (1u64 << 52) - 1;
+        let mut all = vec![0, full, full - 1, full / 3, full / 5, 0x5_5555_5555_5555, 0xA_AAAA_AAAA_AAAA];
+        for bit in 0..52 {
+            all.extend([1 << bit, full ^ (1 << bit), (1 << bit) - 1, full - ((1 << bit) - 1)]);
+        }
+        all
+    }
+
+    /// The exact product of two `f64` as an integer and a power of two.
+    fn exact(a: f64, b: f64) -> (i128, i32) {
+        let part = |x: f64| {
+            let bits = x.to_bits();
+            let size = i128::from(bits & ((1 << 52) - 1) | 1 << 52);
+            (if x < 0.0 { -size } else { size }, (bits >> 52 & 0x7FF) as i32 - 1075)
+        };
+        let ((a, ea), (b, eb)) = (part(a), part(b));
+        (a * b, ea + eb)
+    }
+
+    /// A finite `f64` as a multiple of a power of two that divides it.
+    fn multiple(x: f64, power: i32) -> i128 {
+        if x == 0.0 {
+            return 0;
+        }
+        let (size, exponent) = exact(x, 1.0);
+        // 1.0 has 52 zeros of its own.
+        let (size, exponent) = (size >> 52, exponent + 52);
+        if exponent >= power { size << (exponent - power) } else { size >> (power - exponent) }
+    }
+
+    #[track_caller]
+    fn check(a: f64, b: f64) {
+        let (product, error) = Halves::two(a, b);
+        let fused = Fused::two(a, b);
+        assert_eq!((product.to_bits(), error), (fused.0.to_bits(), fused.1), "{a:e} * {b:e}");
+        let (whole, power) = exact(a, b);
+        assert_eq!(multiple(product, power) + multiple(error, power), whole, "{a:e} * {b:e}");
+    }
+
+    #[test]
+    fn both_ways_to_multiply_lose_nothing_on_nasty_values() {
+        let all = mantissas();
+        for &one in &all {
+            for &other in &all {
+                let number = |mantissa: u64, exponent: u64| f64::from_bits(exponent << 52 | mantissa);
+                check(number(one, 1023), number(other, 1023));
+                check(-number(one, 1023 - 390), number(other, 1023 - 400));
+                check(number(one, 1023 + 450), -number(other, 1023 + 440));
+            }
+        }
+    }
+
+    #[test]
+    fn both_ways_to_multiply_lose_nothing_on_random_values() {
+        let mut state = 1u64;
+        let mut next = || {
+            // The generator of Steele, Lea and Flood 2014 (SplitMix64).
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let z = (state ^ state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+            z ^ z >> 31
+        };
+        for _ in 0..2_000_000 {
+            let mut number = || {
+                let bits = next();
+                f64::from_bits(bits & (1 << 63 | ((1 << 52) - 1)) | (1023 - 400 + (bits >> 52) % 800) << 52)
+            };
+            check(number(), number());
+        }
+    }
+
+    #[test]
+    fn quotients_and_sums_are_good_for_a_hundred_bits() {
+        for (a, b) in [(1.0, 3.0), (2.0, 7.0), (-5.0, 1.37e-6), (0.0259, 2.26e-4), (24.0, 2.26e-4)] {
+            let quotient = Double::from(a).over(b.into());
+            let back = quotient * b.into() - a.into();
+            assert!(back.hi.abs() <= 2f64.powi(-100) * f64::abs(a), "{a} / {b}: {back:?}");
+        }
+        let tiny = Double { hi: 1.0, lo: 2f64.powi(-100) };
+        assert_eq!((tiny - 1.0.into()).hi, 2f64.powi(-100));
+        assert_eq!(tiny.order(1.0.into()), Ordering::Greater);
+    }
+
+    #[test]
+    fn a_matrix_acts_on_a_vector_to_the_same_bits_with_either_product_and_to_a_hundred_bits() {
+        // Integer entries with lows: the sums are known exactly in integers of 2^-104.
+        let number = |i: i64| Double { hi: i as f64, lo: (i * 3 - 7) as f64 * 2f64.powi(-58) };
+        let rows: [[Double; 4]; 4] =
+            std::array::from_fn(|r| std::array::from_fn(|c| number(1 + (r as i64 * 31 + c as i64 * 17) % 23)));
+        let matrix = Wide::of(&rows);
+        let lanes = |from: i64| {
+            let mut all = Doubles::ZERO;
+            (0..4).for_each(|k| all.set(k, number(from - 5 * k as i64)));
+            all
+        };
+        let (v, before) = (lanes(9), lanes(-4));
+        let got = matrix.times::<Halves>(&v, &before);
+        assert_eq!(got, matrix.times::<Fused>(&v, &before));
+        let whole = |x: Double| x.hi as i128 * (1 << 58) + (x.lo * 2f64.powi(58)) as i128;
+        for r in 0..4 {
+            let sum =
+                (0..4).map(|c| whole(rows[r][c]) * whole(v.lane(c))).sum::<i128>() + (whole(before.lane(r)) << 58);
+            let found = (got.hi[r] as i128) * (1i128 << 116) + (got.lo[r] * 2f64.powi(116)) as i128;
+            let high = got.hi[r] * 2f64.powi(60);
+            assert_eq!(high, high.round(), "the high part is a multiple of 2^-60");
+            let found = if got.hi[r].fract() == 0.0 {
+                found
+            } else {
+                ((high as i128) << 56) + (got.lo[r] * 2f64.powi(116)) as i128
+            };
+            assert!((found - sum).abs() >> 18 == 0, "{r}: {}", found - sum);
+        }
+    }
+}
