@@ -1,5 +1,6 @@
 //! Many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
 
+pub mod accuracy;
 pub mod chart;
 pub mod criteria;
 pub mod limits;
@@ -8,5 +9,6 @@ pub mod reproduce;
 pub mod units;
 
 mod sampled;
+mod watch;
 
 pub use sampled::SampledLoop;

@@ -37,11 +37,13 @@
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[10 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
+//! | `[accuracy]` by which models are compared | `outputs` \[by the verdict\]: a list of [`Output`]s; `within` \[1 %\] |
 //!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once; the
 //! modulator runs beside it and drives nothing. The linear law needs neither encoder nor amplifier.
 
+mod accuracy;
 mod expect;
 mod law;
 mod parts;
@@ -58,6 +60,7 @@ mod shipped;
 mod source;
 mod words;
 
+pub use accuracy::{Accuracy, Output};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use parts::{
@@ -171,6 +174,15 @@ impl Experiment {
             Self::Phantom(scene) => &scene.expect,
         }
     }
+
+    /// By what models of it are compared.
+    #[must_use]
+    pub fn accuracy(&self) -> &Accuracy {
+        match self {
+            Self::Axis(scene) => &scene.accuracy,
+            Self::Phantom(scene) => &scene.accuracy,
+        }
+    }
 }
 
 /// One experiment on an axis, validated, in SI units.
@@ -204,6 +216,8 @@ pub struct Scene {
     pub record: Record,
     /// What is expected of the run.
     pub expect: Expect,
+    /// By what models of it are compared.
+    pub accuracy: Accuracy,
     places: Places,
 }
 

@@ -13,10 +13,12 @@
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
+//! | `[accuracy]` | `outputs` \[by the verdict\] (`trace`, `rms`, `verdict`), `within` \[1 %\] |
 
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Clock;
 
+use super::accuracy::Accuracy;
 use super::expect::Expect;
 use super::parts::{Record, Run, Solver};
 use super::source::{Places, SceneError};
@@ -215,6 +217,8 @@ pub struct PhantomScene {
     pub record: Record,
     /// What is expected of the run.
     pub expect: Expect,
+    /// By what models of it are compared.
+    pub accuracy: Accuracy,
     pub(super) places: Places,
 }
 

@@ -2,6 +2,7 @@
 
 use hpu_signal::Clock;
 
+use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::law::LawMethod;
 use super::parts::{BridgeModel, Datapath, Device, Hand, Loop, Ramp, Record, Run, Wall};
@@ -32,6 +33,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         "run",
         "record",
         "expect",
+        "accuracy",
     ])?;
     let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
     let (device, axis) = device(&root.section("device")?)?;
@@ -55,6 +57,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 10e3)?,
         expect: expect(&root.section("expect")?, axis)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
         places: source.places,
     };
     agree(&parts)?;

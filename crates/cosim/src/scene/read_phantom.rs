@@ -5,6 +5,7 @@ use hpu_plant::arm::{ArmModel, kinematics};
 
 use crate::arm_world::is_singular;
 
+use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::parts::Solver;
 use super::phantom::{
@@ -20,6 +21,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
     let root = source.root();
     root.accept(&[
         "about", "device", "drop", "platform", "clock", "method", "room", "model", "run", "record", "expect",
+        "accuracy",
     ])?;
     let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
     let clock = clock(&root.section("clock")?)?;
@@ -39,6 +41,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 1e3)?,
         expect: expect(&root.section("expect")?)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM)?,
         places: source.places,
     };
     agree(&scene)?;

@@ -84,23 +84,41 @@ pub struct Silent {
     pub why: String,
 }
 
+/// Their names.
+pub const NAMES: [&str; 9] = [
+    "spectral_radius",
+    "routh",
+    "low_frequency",
+    "gil_hulin",
+    "colgate_schenkel",
+    "abbott_okamura",
+    "diolaiti",
+    "describing_function",
+    "drop_threshold",
+];
+
 /// Every criterion on a scene: its answer, or why it has none.
 #[must_use]
 pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
+    NAMES.iter().filter_map(|name| named(name, scene)).collect()
+}
+
+/// The criterion of this name on a scene; `None` where there is none for its device.
+#[must_use]
+pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
     let body = Rigid::new(scene);
-    let mut all = vec![linear::spectral_radius(scene), linear::routh(scene)];
-    if let Device::Motor(motor) = &scene.device {
-        all.push(Ok(linear::low_frequency(scene, motor)));
+    match (name, &scene.device) {
+        ("spectral_radius", _) => Some(linear::spectral_radius(scene)),
+        ("routh", _) => Some(linear::routh(scene)),
+        ("low_frequency", Device::Motor(motor)) => Some(Ok(linear::low_frequency(scene, motor))),
+        ("gil_hulin", _) => Some(Ok(sampled_wall::gil_hulin(scene, &body))),
+        ("colgate_schenkel", _) => Some(Ok(sampled_wall::colgate_schenkel(scene, &body))),
+        ("abbott_okamura", _) => Some(Ok(sampled_wall::abbott_okamura(scene, &body))),
+        ("diolaiti", _) => Some(Ok(sampled_wall::diolaiti(scene, &body))),
+        ("describing_function", _) => Some(describing::criterion(scene)),
+        ("drop_threshold", _) => Some(sampled_wall::drop_threshold(scene, &body)),
+        _ => None,
     }
-    all.extend([
-        Ok(sampled_wall::gil_hulin(scene, &body)),
-        Ok(sampled_wall::colgate_schenkel(scene, &body)),
-        Ok(sampled_wall::abbott_okamura(scene, &body)),
-        Ok(sampled_wall::diolaiti(scene, &body)),
-        describing::criterion(scene),
-        sampled_wall::drop_threshold(scene, &body),
-    ]);
-    all
 }
 
 /// The stiffness at which the exact linear loop leaves the unit circle.

@@ -1,12 +1,11 @@
 //! A cell: the scene, run and judged.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig, Trace, Verdict};
+
+use crate::watch::watched;
 
 /// What a cell was; positions in rad, of a mass or a PHANToM in m.
 #[derive(Clone, PartialEq, Debug)]
@@ -112,31 +111,9 @@ impl Cell {
             ));
         }
         let mut trace = ready.trace(&[]);
-        let own = Control::default();
-        let late = AtomicBool::new(false);
-        let (alive, ended) = mpsc::channel::<()>();
-        let summary = thread::scope(|scope| {
-            let (own, late) = (&own, &late);
-            scope.spawn(move || {
-                let start = Instant::now();
-                while ended.recv_timeout(Duration::from_millis(20)) == Err(RecvTimeoutError::Timeout) {
-                    late.store(start.elapsed() >= timeout, Ordering::Relaxed);
-                    if late.load(Ordering::Relaxed) || control.stop.load(Ordering::Relaxed) {
-                        own.stop.store(true, Ordering::Relaxed);
-                        return;
-                    }
-                }
-            });
-            // Dropped when the run ends, even by a panic.
-            let _alive = alive;
-            ready.run(Driver::Events, &mut trace, &mut (), own)
-        });
+        let (summary, late) = watched(timeout, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
         if !summary.complete {
-            return if late.into_inner() {
-                Err(format!("timed out after {} s", timeout.as_secs_f64()))
-            } else {
-                Ok(None)
-            };
+            return if late { Err(format!("timed out after {} s", timeout.as_secs_f64())) } else { Ok(None) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);

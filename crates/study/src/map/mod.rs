@@ -40,6 +40,19 @@ pub struct SceneText {
     pub files: BTreeMap<String, Vec<u8>>,
 }
 
+impl SceneText {
+    /// The scene under overrides.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when they make none.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        let mut load =
+            |file: &str| self.files.get(file).cloned().ok_or_else(|| io::Error::from(io::ErrorKind::NotFound));
+        Experiment::parse(&self.name, &self.text, overrides, &mut load)
+    }
+}
+
 /// A scene over two of its keys.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Map {
@@ -213,9 +226,7 @@ impl Map {
     ///
     /// [`SceneError`] when the cell's values make none.
     pub fn experiment(&self, point: Point) -> Result<Experiment, SceneError> {
-        let mut load =
-            |file: &str| self.scene.files.get(file).cloned().ok_or_else(|| io::Error::from(io::ErrorKind::NotFound));
-        Experiment::parse(&self.scene.name, &self.scene.text, &self.overrides(point), &mut load)
+        self.scene.parse(&self.overrides(point))
     }
 }
 

@@ -1,0 +1,18 @@
+//! Speed against accuracy: every way to run a scene, how fast it is and how wrong.
+//!
+//! The reference is the scene as it is written, from event to event. A contestant ([`contestants`]) is the scene under
+//! overrides, or a published criterion, which tells a verdict and runs nothing. What counts as its error is the worst of
+//! the outputs that the scene names, or that the reference's verdict makes worth comparing ([`Outputs`]); what counts as its speed
+//! is motion over wall time, from a parsed scene to a verdict ([`Race`]).
+
+mod contestants;
+mod front;
+mod outputs;
+mod race;
+mod table;
+
+pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named};
+pub use front::front;
+pub use outputs::{Outputs, driver, usual, worst};
+pub use race::{Chart, Entry, Grade, Plan, Race, RaceError, Row, Speed};
+pub use table::{csv, grade_name, outputs_of};

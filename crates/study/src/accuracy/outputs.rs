@@ -1,0 +1,204 @@
+//! What a run tells, and how wrong that is.
+//!
+//! Every error is a relative number, 0 for equal; each has its denominator:
+//!
+//! | Output | Error |
+//! |---|---|
+//! | `trace` | rms of the difference, over the reference's range of motion |
+//! | `final_angle` | difference, over the reference's range of motion |
+//! | `peak_penetration` | difference, over the reference's own; where it has none, over its range of motion |
+//! | `amplitude`, `frequency` | difference, over the reference's own; one that does not swing has 0 of both |
+//! | `energy` | difference of what source and hand gave, over all energy that the reference exchanged |
+//! | `rms` of a drop test | difference, over the reference's own, or over the 0.003 cm that part the verdicts if these are more |
+//! | `verdict` | 0 when right, infinite when wrong |
+
+use hpu_cosim::scene::{Experiment, Metric, OutcomeKind, Output};
+use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, metric};
+use hpu_signal::{Cycle, Observe};
+
+/// Rows of a recording that a run may hold.
+const MOST_ROWS: u64 = 20_000_000;
+
+/// What a run tells. Positions are in rad, of a mass or a PHANToM in m.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outputs {
+    /// The motion at the plant's rate: the angle of an axis, the tip of a PHANToM along the direction under test.
+    pub trace: Vec<f64>,
+    /// The deepest point in the wall.
+    pub peak_penetration: f64,
+    /// The amplitude of the verdict; 0 for one without.
+    pub amplitude: f64,
+    /// The frequency of the verdict; 0 for one without.
+    pub frequency_hz: f64,
+    /// What source and hand have given.
+    pub given_j: f64,
+    /// Sum of the sizes of all flows of energy.
+    pub exchanged_j: f64,
+    /// rms about the steady value at the end of a drop test.
+    pub rms_m: Option<f64>,
+    /// What became of the motion.
+    pub outcome: OutcomeKind,
+    /// A print of every edge of every net.
+    pub print: u64,
+}
+
+/// The outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
+#[must_use]
+pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
+    match outcome {
+        OutcomeKind::Settled => vec![Output::Trace, Output::PeakPenetration, Output::Verdict],
+        OutcomeKind::LimitCycle => {
+            vec![Output::Amplitude, Output::Frequency, Output::PeakPenetration, Output::Verdict]
+        }
+        OutcomeKind::Passive => vec![Output::Trace, Output::Rms, Output::Verdict],
+        OutcomeKind::NonPassive => vec![Output::Rms, Output::Verdict],
+        OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => vec![Output::Verdict],
+    }
+}
+
+/// The driver that an experiment asks for.
+#[must_use]
+pub fn driver(overrides: &[(String, String)]) -> Driver {
+    let solver = overrides.iter().rev().find(|(key, _)| key == "model.solver");
+    if solver.is_some_and(|(_, solver)| solver == "clock") { Driver::Clock } else { Driver::Events }
+}
+
+/// Every edge of every net, as one number.
+struct Print {
+    last: Vec<i64>,
+    hash: u64,
+}
+
+impl Print {
+    fn add(&mut self, word: u64) {
+        self.hash = (self.hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    }
+}
+
+impl Observe for Print {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.last != words {
+            self.last.resize(words.len(), 0);
+            self.last.copy_from_slice(words);
+            self.add(cycle.0);
+            words.iter().for_each(|word| self.add(word.cast_unsigned()));
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, values: &[f64]) {
+        values.iter().for_each(|value| self.add(value.to_bits()));
+    }
+}
+
+/// A scene made ready, if it has a motion that can be compared.
+pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+    let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
+    if !ready.has_device() {
+        return Err("a recording has no device whose motion could be compared".into());
+    }
+    let rows = ready.edges() / ready.stride();
+    if rows > MOST_ROWS {
+        let most = format!("{rows} rows would be recorded, of {MOST_ROWS} at most");
+        return Err(format!("{most}: lower record.plant_rate or run.duration"));
+    }
+    Ok(ready)
+}
+
+impl Outputs {
+    /// Runs an experiment; the summary of one that `control` stopped has no outputs.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be run.
+    pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), String> {
+        let ready = ready(experiment)?;
+        let mut trace = ready.trace(&[]);
+        let mut print = Print { last: Vec::new(), hash: 0 };
+        let summary = ready.run(driver, &mut trace, &mut print, control);
+        let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace, print.hash)?) } else { None };
+        Ok((outputs, summary))
+    }
+
+    fn new(experiment: &Experiment, summary: &Summary, trace: &Trace, print: u64) -> Result<Self, String> {
+        let outcome = summary.outcome().ok_or("a recording has no verdict")?;
+        let number = |which| metric(which, experiment, summary, trace);
+        let (motion, of_axis) = match experiment {
+            Experiment::Axis(_) => (trace.angles_rad(), true),
+            Experiment::Phantom(scene) => (trace.real(scene.drop.axis.index()), false),
+        };
+        let of_axis = |which| if of_axis { number(which).unwrap_or(0.0) } else { 0.0 };
+        Ok(Self {
+            trace: motion.to_vec(),
+            peak_penetration: of_axis(Metric::PeakPenetration),
+            amplitude: of_axis(Metric::Amplitude),
+            frequency_hz: of_axis(Metric::Frequency),
+            given_j: summary.energy.source_j + summary.energy.hand_j,
+            exchanged_j: summary.energy.exchanged_j,
+            rms_m: number(Metric::Rms),
+            outcome,
+            print,
+        })
+    }
+
+    /// Whether every edge of every net, and every row of the plant, is the reference's to the bit.
+    #[must_use]
+    pub fn same_edges(&self, reference: &Self) -> bool {
+        self.print == reference.print
+    }
+
+    /// The error of every output that the reference has; infinite for a number that is none.
+    #[must_use]
+    pub fn errors(&self, reference: &Self) -> Vec<(Output, f64)> {
+        let (low, high) =
+            reference.trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        let range = high - low;
+        let ends = (self.trace.last().copied().unwrap_or(0.0), reference.trace.last().copied().unwrap_or(0.0));
+        let depth = if reference.peak_penetration > 0.0 { reference.peak_penetration } else { range };
+        let mut errors = vec![(Output::Trace, over(rms_difference(&self.trace, &reference.trace), range))];
+        let mut add = |output, ours: f64, theirs: f64, size: f64| errors.push((output, over(ours - theirs, size)));
+        if let Some(rms_m) = reference.rms_m {
+            add(Output::Rms, self.rms_m.unwrap_or(f64::INFINITY), rms_m, rms_m.max(PASSIVE_RMS_M));
+        } else if is_of_axis(reference.outcome) {
+            add(Output::FinalAngle, ends.0, ends.1, range);
+            add(Output::PeakPenetration, self.peak_penetration, reference.peak_penetration, depth);
+            for (output, ours, theirs) in [
+                (Output::Amplitude, self.amplitude, reference.amplitude),
+                (Output::Frequency, self.frequency_hz, reference.frequency_hz),
+            ] {
+                if theirs > 0.0 {
+                    add(output, ours, theirs, theirs);
+                }
+            }
+            add(Output::Energy, self.given_j, reference.given_j, reference.exchanged_j);
+        }
+        errors.push((Output::Verdict, if self.outcome == reference.outcome { 0.0 } else { f64::INFINITY }));
+        errors
+    }
+}
+
+fn is_of_axis(outcome: OutcomeKind) -> bool {
+    matches!(outcome, OutcomeKind::Settled | OutcomeKind::LimitCycle | OutcomeKind::Diverged)
+}
+
+/// The worst error of these outputs; 0 when none of them was compared.
+#[must_use]
+pub fn worst(errors: &[(Output, f64)], outputs: &[Output]) -> f64 {
+    let counted = errors.iter().filter(|(output, _)| outputs.contains(output));
+    counted.map(|(_, error)| *error).fold(0.0, f64::max)
+}
+
+/// A difference over a size; nothing over nothing is nothing, and what is no number is infinite.
+fn over(difference: f64, size: f64) -> f64 {
+    match (difference.abs(), (difference / size).abs()) {
+        (0.0, _) => 0.0,
+        (_, ratio) if ratio.is_finite() => ratio,
+        _ => f64::INFINITY,
+    }
+}
+
+/// rms of the difference over the rows that both have: an aborted run has fewer.
+fn rms_difference(ours: &[f64], theirs: &[f64]) -> f64 {
+    let rows = ours.len().min(theirs.len()).max(1);
+    let sum: f64 = ours.iter().zip(theirs).map(|(x, y)| (x - y).powi(2)).sum();
+    (sum / rows as f64).sqrt()
+}

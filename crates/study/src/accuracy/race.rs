@@ -1,0 +1,394 @@
+//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one by one.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::hint::black_box;
+use std::io;
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
+use hpu_cosim::{Control, Driver, Rig};
+
+use super::contestants::{Contestant, contestants, named};
+use super::front::front;
+use super::outputs::{Outputs, driver, ready, usual, worst};
+use crate::criteria;
+use crate::map::SceneText;
+use crate::units;
+use crate::watch::watched;
+
+/// A scene, and who runs it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Race {
+    /// The scene.
+    pub scene: SceneText,
+    /// What is changed for all.
+    pub set: Vec<(String, String)>,
+    /// Who runs it.
+    pub contestants: Vec<Contestant>,
+    /// The scene as it is written.
+    pub written: Experiment,
+}
+
+/// Why there is no race.
+#[derive(Clone, PartialEq, Debug)]
+pub enum RaceError {
+    /// The scene is none.
+    Scene(SceneError),
+    /// It cannot be run, or has nothing to compare.
+    Run(String),
+    /// There is no such contestant.
+    Name(String),
+}
+
+impl fmt::Display for RaceError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Scene(error) => error.fmt(f),
+            Self::Run(why) | Self::Name(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for RaceError {}
+
+/// How a race is run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Plan {
+    /// Runs at a time, while only errors are looked for.
+    pub jobs: NonZeroUsize,
+    /// How long a run may take; what takes longer runs a shorter motion.
+    pub longest: Duration,
+    /// Runs are repeated until they took so long all together, for the shortest of them.
+    pub enough: Duration,
+    /// The most runs.
+    pub repeats: u32,
+}
+
+impl Plan {
+    /// As usual: 20 s at most; repeated until 0.2 s are spent, 5 times at most.
+    #[must_use]
+    pub fn usual(jobs: NonZeroUsize) -> Self {
+        Self { jobs, longest: Duration::from_secs(20), enough: Duration::from_millis(200), repeats: 5 }
+    }
+}
+
+/// How wrong a contestant is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Grade {
+    /// Every edge of every net is the reference's, and every row of the plant.
+    Exact,
+    /// The worst error of the outputs that count.
+    Off(f64),
+    /// It tells the right verdict, and of the other outputs that count nothing.
+    VerdictOnly,
+    /// The verdict is wrong, or a number is none.
+    Wrong,
+}
+
+impl Grade {
+    /// The error, where it is a number.
+    #[must_use]
+    pub fn error(self) -> Option<f64> {
+        match self {
+            Self::Exact => Some(0.0),
+            Self::Off(error) => Some(error),
+            Self::VerdictOnly | Self::Wrong => None,
+        }
+    }
+}
+
+/// The best of some runs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Speed {
+    /// Seconds of motion.
+    pub motion_s: f64,
+    /// Seconds of wall time.
+    pub wall_s: f64,
+    /// Clock edges; none of a criterion.
+    pub edges: u64,
+    /// How many runs there were.
+    pub runs: u32,
+}
+
+impl Speed {
+    /// Seconds of motion in a second of wall time.
+    #[must_use]
+    pub fn motion_per_wall(self) -> f64 {
+        self.motion_s / self.wall_s
+    }
+
+    /// Clock edges in a second.
+    #[must_use]
+    pub fn edges_per_s(self) -> f64 {
+        self.edges as f64 / self.wall_s
+    }
+}
+
+/// What a contestant did.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Row {
+    /// How wrong it is.
+    pub grade: Grade,
+    /// The error of every output.
+    pub errors: Vec<(Output, f64)>,
+    /// Its verdict; `None` of a criterion that tells only that the motion does not come to rest.
+    pub outcome: Option<OutcomeKind>,
+    /// The duration that it and its reference were shortened to, if they were.
+    pub shortened_s: Option<f64>,
+    /// How fast it is.
+    pub speed: Speed,
+}
+
+/// A contestant, and what it did, or why it is not one of this scene.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Entry {
+    /// Who.
+    pub contestant: Contestant,
+    /// What it did.
+    pub row: Result<Row, String>,
+}
+
+/// A race that is through.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Chart {
+    /// What became of the reference.
+    pub outcome: OutcomeKind,
+    /// The outputs that count.
+    pub outputs: Vec<Output>,
+    /// The error that the scene allows.
+    pub within: f64,
+    /// Everybody, in the order of the race.
+    pub entries: Vec<Entry>,
+}
+
+impl Chart {
+    /// The entries that no other beats in both speed and error, the slowest first.
+    #[must_use]
+    pub fn front(&self) -> Vec<usize> {
+        let point = |entry: &Entry| {
+            let row = entry.row.as_ref().ok()?;
+            Some((row.speed.motion_per_wall(), row.grade.error()?))
+        };
+        let points: Vec<(f64, f64)> =
+            self.entries.iter().map(|entry| point(entry).unwrap_or((f64::NAN, f64::NAN))).collect();
+        front(&points)
+    }
+
+    /// The fastest entry whose error is within what the scene allows.
+    #[must_use]
+    pub fn fastest_within(&self) -> Option<usize> {
+        let speed = |index: &usize| self.entries[*index].row.as_ref().map_or(0.0, |row| row.speed.motion_per_wall());
+        let within = |index: &usize| {
+            let row = self.entries[*index].row.as_ref();
+            row.is_ok_and(|row| row.grade.error().is_some_and(|error| error <= self.within))
+        };
+        (0..self.entries.len()).filter(within).max_by(|a, b| speed(a).total_cmp(&speed(b)))
+    }
+}
+
+/// A contestant before its wall time was taken.
+struct Judged {
+    grade: Grade,
+    errors: Vec<(Output, f64)>,
+    outcome: Option<OutcomeKind>,
+    shortened_s: Option<f64>,
+}
+
+impl Race {
+    /// A race of the contestants with these names, or of all when there are none.
+    ///
+    /// `load` reads the data files that the scene names; the race keeps them.
+    ///
+    /// # Errors
+    ///
+    /// [`RaceError`].
+    pub fn new(
+        (name, text): (&str, &str),
+        set: &[(String, String)],
+        names: &[String],
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, RaceError> {
+        let mut scene = SceneText { name: name.into(), text: text.into(), files: BTreeMap::new() };
+        let mut keep = |file: &str| {
+            let bytes = load(file)?;
+            scene.files.insert(file.to_string(), bytes.clone());
+            Ok(bytes)
+        };
+        let written = Experiment::parse(name, text, set, &mut keep).map_err(RaceError::Scene)?;
+        ready(&written).map_err(RaceError::Run)?;
+        let mut contestants = contestants(&written);
+        if !names.is_empty() {
+            contestants = named(&contestants, names).map_err(RaceError::Name)?;
+        }
+        Ok(Self { scene, set: set.to_vec(), contestants, written })
+    }
+
+    /// What makes the scene a contestant's.
+    #[must_use]
+    pub fn overrides(&self, contestant: &Contestant) -> Vec<(String, String)> {
+        self.set.iter().chain(&contestant.overrides).cloned().collect()
+    }
+
+    fn experiment(&self, contestant: &Contestant, shortened_s: Option<f64>) -> Result<Experiment, String> {
+        let mut overrides = self.overrides(contestant);
+        overrides.extend(shortened_s.map(|seconds| ("run.duration".to_string(), format!("{seconds:?}"))));
+        self.scene.parse(&overrides).map_err(|error| error.to_string())
+    }
+
+    /// Runs everybody; `None` when `control` stopped it. Everybody counts twice as progress.
+    ///
+    /// # Errors
+    ///
+    /// Why the reference cannot be run.
+    pub fn run(&self, plan: Plan, control: &Control) -> Result<Option<Chart>, String> {
+        let (reference, _) = watched(Duration::MAX, control, |own| Outputs::of(&self.written, Driver::Events, own)).0?;
+        let Some(reference) = reference else { return Ok(None) };
+        let accuracy = self.written.accuracy();
+        let outputs = accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
+
+        let judged: Mutex<BTreeMap<usize, Judged>> = Mutex::default();
+        let judge = |index: usize, control: &Control| match self.judge(index, &reference, &outputs, plan, control) {
+            Ok(None) => None,
+            Ok(Some(row)) => {
+                judged.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert(index, row);
+                Some(Ok(String::new()))
+            }
+            Err(why) => Some(Err(why)),
+        };
+        let mut rows = BTreeMap::new();
+        let kept = |_: usize, _: &units::Row| Ok::<(), std::convert::Infallible>(());
+        let Ok(()) = units::run_some(0..self.contestants.len(), plan.jobs, &mut rows, control, judge, kept);
+        if rows.len() < self.contestants.len() {
+            return Ok(None);
+        }
+        let mut judged = judged.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut entries = Vec::new();
+        for (index, contestant) in self.contestants.iter().enumerate() {
+            let row = match (judged.remove(&index), rows.remove(&index)) {
+                (Some(judged), _) => {
+                    let Some(speed) = self.time(contestant, judged.shortened_s, plan, control)? else {
+                        return Ok(None);
+                    };
+                    let Judged { grade, errors, outcome, shortened_s } = judged;
+                    Ok(Row { grade, errors, outcome, shortened_s, speed })
+                }
+                (None, row) => Err(row.and_then(Result::err).unwrap_or_default()),
+            };
+            control.progress.fetch_add(1, Ordering::Relaxed);
+            entries.push(Entry { contestant: contestant.clone(), row });
+        }
+        Ok(Some(Chart { outcome: reference.outcome, outputs, within: accuracy.within, entries }))
+    }
+
+    /// Holds a contestant against the reference; `None` when it was stopped.
+    fn judge(
+        &self,
+        index: usize,
+        reference: &Outputs,
+        outputs: &[Output],
+        plan: Plan,
+        control: &Control,
+    ) -> Result<Option<Judged>, String> {
+        let contestant = &self.contestants[index];
+        if let Some(name) = contestant.criterion {
+            return criterion(name, &self.written, reference.outcome, outputs).map(Some);
+        }
+        let experiment = self.experiment(contestant, None)?;
+        let driver = driver(&contestant.overrides);
+        let (run, late) = watched(plan.longest, control, |own| Outputs::of(&experiment, driver, own));
+        match run? {
+            (Some(run), _) => Ok(Some(held_against(&run, reference, outputs, None))),
+            (None, _) if !late => Ok(None),
+            (None, summary) => {
+                // Half as far as it came, in two digits.
+                let shortened_s = format!("{:.1e}", 0.5 * summary.motion_s).parse().unwrap_or(summary.motion_s);
+                let short = |contestant, driver| {
+                    let experiment = self.experiment(contestant, Some(shortened_s))?;
+                    let (run, late) = watched(3 * plan.longest, control, |own| Outputs::of(&experiment, driver, own));
+                    match run? {
+                        (None, _) if late => Err(format!("too slow even for {shortened_s} s of motion")),
+                        (run, _) => Ok(run),
+                    }
+                };
+                let as_written = Contestant { overrides: Vec::new(), ..contestant.clone() };
+                let (Some(reference), Some(run)) = (short(&as_written, Driver::Events)?, short(contestant, driver)?)
+                else {
+                    return Ok(None);
+                };
+                Ok(Some(held_against(&run, &reference, outputs, Some(shortened_s))))
+            }
+        }
+    }
+
+    /// The best wall time of a contestant; `None` when it was stopped.
+    fn time(
+        &self,
+        contestant: &Contestant,
+        shortened_s: Option<f64>,
+        plan: Plan,
+        control: &Control,
+    ) -> Result<Option<Speed>, String> {
+        let experiment = self.experiment(contestant, shortened_s)?;
+        let driver = driver(&contestant.overrides);
+        let once = || -> Result<Option<()>, String> {
+            if let (Some(name), Experiment::Axis(scene)) = (contestant.criterion, &experiment) {
+                black_box(criteria::named(name, scene));
+                return Ok(Some(()));
+            }
+            let ready = ready(&experiment)?;
+            let mut trace = ready.trace(&[]);
+            let run = |own: &Control| ready.run(driver, &mut trace, &mut (), own);
+            Ok(watched(Duration::MAX, control, run).0.complete.then_some(()))
+        };
+        let mut speed = Speed {
+            motion_s: experiment.edges() as f64 * experiment.clock().period_s(),
+            wall_s: f64::INFINITY,
+            edges: if contestant.criterion.is_some() { 0 } else { experiment.edges() },
+            runs: 0,
+        };
+        let begin = Instant::now();
+        while speed.runs < plan.repeats && (speed.runs == 0 || begin.elapsed() < plan.enough) {
+            let start = Instant::now();
+            if once()?.is_none() {
+                return Ok(None);
+            }
+            speed.wall_s = speed.wall_s.min(start.elapsed().as_secs_f64());
+            speed.runs += 1;
+        }
+        Ok(Some(speed))
+    }
+}
+
+fn held_against(run: &Outputs, reference: &Outputs, outputs: &[Output], shortened_s: Option<f64>) -> Judged {
+    let errors = run.errors(reference);
+    let grade = match worst(&errors, outputs) {
+        _ if run.same_edges(reference) => Grade::Exact,
+        error if error.is_finite() => Grade::Off(error),
+        _ => Grade::Wrong,
+    };
+    Judged { grade, errors, outcome: Some(run.outcome), shortened_s }
+}
+
+/// Whether a criterion foretells the reference's verdict: rest below its limit, none above.
+fn criterion(
+    name: &'static str,
+    experiment: &Experiment,
+    outcome: OutcomeKind,
+    outputs: &[Output],
+) -> Result<Judged, String> {
+    let Experiment::Axis(scene) = experiment else { return Err("the criteria speak of an axis".into()) };
+    let criterion = criteria::named(name, scene).ok_or("not of this device")?.map_err(|silent| silent.why)?;
+    let rests = scene.wall.stiffness_nm_per_rad < criterion.limit;
+    let right = rests == (outcome == OutcomeKind::Settled);
+    let grade = match right {
+        true if outputs == [Output::Verdict] => Grade::Off(0.0),
+        true => Grade::VerdictOnly,
+        false => Grade::Wrong,
+    };
+    let errors = vec![(Output::Verdict, if right { 0.0 } else { f64::INFINITY })];
+    Ok(Judged { grade, errors, outcome: rests.then_some(OutcomeKind::Settled), shortened_s: None })
+}

@@ -1,0 +1,33 @@
+//! Runs that must not last for ever.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hpu_cosim::Control;
+
+/// Does some work under a control of its own, which stops it when `control` does or after `timeout`; says whether it was the
+/// timeout.
+pub(crate) fn watched<T>(timeout: Duration, control: &Control, work: impl FnOnce(&Control) -> T) -> (T, bool) {
+    let own = Control::default();
+    let late = AtomicBool::new(false);
+    let (alive, ended) = mpsc::channel::<()>();
+    let done = thread::scope(|scope| {
+        let (own, late) = (&own, &late);
+        scope.spawn(move || {
+            let start = Instant::now();
+            while ended.recv_timeout(Duration::from_millis(20)) == Err(RecvTimeoutError::Timeout) {
+                late.store(start.elapsed() >= timeout, Ordering::Relaxed);
+                if late.load(Ordering::Relaxed) || control.stop.load(Ordering::Relaxed) {
+                    own.stop.store(true, Ordering::Relaxed);
+                    return;
+                }
+            }
+        });
+        // Dropped when the work ends, even by a panic.
+        let _alive = alive;
+        work(own)
+    });
+    (done, late.into_inner())
+}
