@@ -2,6 +2,9 @@
 
 mod block;
 mod block_csv;
+mod chart;
+mod chart_map;
+mod chart_text;
 mod check;
 mod cost;
 mod exit;
@@ -55,6 +58,7 @@ enum Verb {
     Check(check::Args),
     Limits(limits::Args),
     Map(map::Args),
+    Chart(chart::Args),
     Cost(cost::Args),
     Reproduce(reproduce::Args),
 }
@@ -69,6 +73,7 @@ fn main() -> ExitCode {
         Verb::Check(args) => check::run(&args),
         Verb::Limits(args) => limits::run(&args),
         Verb::Map(args) => map::run(&args),
+        Verb::Chart(args) => chart::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });

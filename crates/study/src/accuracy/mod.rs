@@ -8,11 +8,13 @@
 mod contestants;
 mod front;
 mod outputs;
+mod over_map;
 mod race;
 mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named};
 pub use front::front;
 pub use outputs::{Outputs, driver, usual, worst};
+pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
 pub use race::{Chart, Entry, Grade, Plan, Race, RaceError, Row, Speed};
 pub use table::{csv, grade_name, outputs_of};

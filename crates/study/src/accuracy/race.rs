@@ -325,7 +325,7 @@ impl Race {
     }
 
     /// The best wall time of a contestant; `None` when it was stopped.
-    fn time(
+    pub(super) fn time(
         &self,
         contestant: &Contestant,
         shortened_s: Option<f64>,

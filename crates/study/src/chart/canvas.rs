@@ -38,6 +38,7 @@ pub(super) enum Anchor {
 enum Mark {
     Line { points: Vec<(i32, i32)>, color: RGBColor, width: u32 },
     Fill { corners: [(i32, i32); 2], color: RGBColor, alpha: f64 },
+    Dot { at: (i32, i32), radius: i32, color: RGBColor, width: u32 },
     Text { at: (i32, i32), text: String, size: i32, bold: bool, color: RGBColor, anchor: Anchor },
 }
 
@@ -69,6 +70,11 @@ impl Canvas {
 
     pub fn fill(&mut self, corners: [(i32, i32); 2], color: RGBColor, alpha: f64) {
         self.marks.push(Mark::Fill { corners, color, alpha });
+    }
+
+    /// A disc, or a ring of some width with white within.
+    pub fn dot(&mut self, at: (i32, i32), radius: i32, color: RGBColor, width: u32) {
+        self.marks.push(Mark::Dot { at, radius, color, width });
     }
 
     /// A text whose point is at the middle of its height.
@@ -124,6 +130,8 @@ fn draw<DB: DrawingBackend>(
             pieces.into_iter().try_for_each(|piece| area.draw(&PathElement::new(piece, color.stroke_width(*width))))
         }
         Mark::Fill { corners, color, alpha } => area.draw(&Rectangle::new(*corners, color.mix(*alpha).filled())),
+        Mark::Dot { at, radius, color, width: 0 } => area.draw(&Circle::new(*at, *radius, color.filled())),
+        Mark::Dot { at, radius, color, width } => area.draw(&Circle::new(*at, *radius, color.stroke_width(*width))),
         Mark::Text { at, text, size, bold, color, anchor } => {
             let across = match anchor {
                 Anchor::Left => HPos::Left,

@@ -14,6 +14,7 @@ mod motion;
 mod panel;
 mod side_by_side;
 mod sines;
+mod speed;
 mod table_2;
 mod words;
 
@@ -28,6 +29,7 @@ pub use ladder::ladder;
 pub use map::map_pictures;
 pub use side_by_side::side_by_side;
 pub use sines::sines;
+pub use speed::{shares, speed};
 pub use table_2::{rms, table_2};
 
 /// The nets that a run's trace must hold for its pictures, in this order.

@@ -1,0 +1,139 @@
+//! `hpu chart`: speed against accuracy.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread;
+
+use hpu_study::accuracy::{self, Chart, Entry, Plan, Race, RaceError};
+use hpu_study::chart;
+use hpu_study::map::Axis;
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::scene::{self, Source, quoted, set_options};
+use crate::terminal::{print, print_json, with_progress};
+use crate::{chart_map, chart_text, interrupt, pictures};
+
+/// Chart speed against accuracy for every way to run a scene
+///
+/// The reference is the scene as it is written, from event to event. Errors are looked for many at a time, wall times are
+/// taken one by one. Over a map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
+#[derive(clap::Args)]
+pub struct Args {
+    /// A scene's file, or the name of a shipped scene
+    pub scene: String,
+    /// Over a map: key and values of the columns, as in 'wall.stiffness=0.1..3 N.m/rad:21:log'
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]", requires = "y")]
+    pub x: Option<Axis>,
+    /// Over a map: key and values of the rows
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]", requires = "x")]
+    pub y: Option<Axis>,
+    /// Contestants or whole ladders of them, as in events,clock,rk4,euler@1us [default: all]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub contestants: Vec<String>,
+    #[command(flatten)]
+    pub set: scene::Set,
+    /// Runs at a time while errors are looked for [default: one for each core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Write table and picture into this folder; over a map, go on there after an interruption
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Args {
+    /// The command, without the folder.
+    pub fn command(&self) -> String {
+        let mut command = format!("hpu chart {}", quoted(&self.scene));
+        for (name, axis) in [("x", &self.x), ("y", &self.y)] {
+            if let Some(axis) = axis {
+                command += &format!(" --{name} {}", quoted(&axis.to_string()));
+            }
+        }
+        if !self.contestants.is_empty() {
+            command += &format!(" --contestants {}", quoted(&self.contestants.join(",")));
+        }
+        command + &set_options(&self.set.set)
+    }
+
+    /// The folder, as an option.
+    pub fn out_option(&self) -> String {
+        self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())))
+    }
+
+    /// Runs at a time.
+    pub fn jobs(&self) -> NonZeroUsize {
+        self.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+    }
+
+    /// Who runs the scene.
+    pub fn race(&self, source: &Source) -> Result<Race, Failure> {
+        let mut load = |file: &str| source.load(file);
+        Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load).map_err(
+            |error| match error {
+                RaceError::Scene(_) => Failure::file(error),
+                RaceError::Run(_) | RaceError::Name(_) => Failure::usage(error),
+            },
+        )
+    }
+}
+
+/// A chart that is through.
+pub struct Charted {
+    /// Who ran.
+    pub race: Race,
+    /// What became of it.
+    pub chart: Chart,
+    /// The command that made it.
+    pub command: String,
+    /// The scene, as it was named.
+    pub scene: String,
+    /// Files that were written.
+    pub files: Vec<PathBuf>,
+}
+
+impl Charted {
+    /// The command that runs a contestant again.
+    pub fn replay(&self, entry: &Entry) -> String {
+        format!("hpu run {}{}", quoted(&self.scene), set_options(&self.race.overrides(&entry.contestant)))
+    }
+
+    fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
+        let outputs = accuracy::outputs_of(&self.race.written);
+        let table = accuracy::csv(&self.chart, outputs, &self.command, |entry| self.replay(entry));
+        folder.write("chart.csv", table)?;
+        pictures::put(&chart::speed(self.race.written.name(), &self.chart, &self.command), &mut folder)?;
+        self.files = folder.places().map(PathBuf::from).collect();
+        folder.commit()
+    }
+}
+
+/// `hpu chart`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let source = scene::source(&args.scene)?;
+    let race = args.race(&source)?;
+    if let (Some(x), Some(y)) = (&args.x, &args.y) {
+        return chart_map::run(args, &source, race, (x.clone(), y.clone()));
+    }
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let control = interrupt::heed();
+    let plan = Plan::usual(args.jobs());
+    let chart = with_progress(2 * race.contestants.len() as u64, "runs", control, || race.run(plan, control));
+    let Some(chart) = chart.map_err(Failure::usage)? else {
+        return chart_text::interrupted(&race, args.json);
+    };
+    let command = args.command() + &args.out_option();
+    let mut charted = Charted { race, chart, command, scene: args.scene.clone(), files: Vec::new() };
+    if let Some(folder) = folder {
+        charted.write(folder)?;
+    }
+    if args.json {
+        print_json(&chart_text::object(&charted))?
+    } else {
+        print(&chart_text::text(&charted))?
+    }
+    Ok(Exit::Fine)
+}

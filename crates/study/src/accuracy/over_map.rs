@@ -1,0 +1,184 @@
+//! Over a map: how often a contestant's verdict is wrong.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::time::Duration;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Experiment, OutcomeKind};
+
+use super::contestants::Contestant;
+use super::front::front;
+use super::race::{Plan, Race, Speed};
+use crate::criteria;
+use crate::map::{Axis, Map, MapError, Method, Point, outcome};
+use crate::units::{self, Row};
+
+/// Steps below this take too long for the many cells of a map, unless they are asked for.
+pub const SHORTEST_STEP_S: f64 = 1e-6;
+
+/// A race over a map: the reference is its first layer, each contestant that runs anything another.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Tour {
+    /// Who runs.
+    pub race: Race,
+    /// The map, of the reference and of those who run.
+    pub map: Map,
+    /// Who cannot run anywhere, and why.
+    pub refused: Vec<(Contestant, String)>,
+    /// The contestants of the layers after the first.
+    runners: Vec<usize>,
+    /// The criteria among the contestants.
+    criteria: Vec<usize>,
+}
+
+/// How often a contestant is wrong.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Share {
+    /// Who.
+    pub contestant: Contestant,
+    /// Cells that both it and the reference have a verdict on.
+    pub cells: usize,
+    /// Those of them where its verdict is wrong.
+    pub wrong: usize,
+    /// How fast it is at the middle cell; `None` where it cannot run.
+    pub speed: Option<Speed>,
+}
+
+impl Share {
+    /// The share of wrong verdicts; `None` without a cell.
+    #[must_use]
+    pub fn share(&self) -> Option<f64> {
+        (self.cells > 0).then(|| self.wrong as f64 / self.cells as f64)
+    }
+}
+
+/// The indices of the shares that no other beats in both speed and share, the slowest first.
+#[must_use]
+pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
+    let point = |share: &Share| Some((share.speed?.motion_per_wall(), share.share()?));
+    front(&shares.iter().map(|share| point(share).unwrap_or((f64::NAN, f64::NAN))).collect::<Vec<_>>())
+}
+
+impl Tour {
+    /// A tour of a race's contestants over two keys; unless `all`, without those that tick every edge or step in less than a
+    /// microsecond.
+    ///
+    /// # Errors
+    ///
+    /// [`MapError`] when there is no such map of the reference.
+    pub fn new(
+        mut race: Race,
+        axes: (Axis, Axis),
+        all: bool,
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, MapError> {
+        let quick =
+            |one: &Contestant| one.name != "clock" && one.step_s.is_none_or(|step_s| step_s >= SHORTEST_STEP_S * 0.999);
+        race.contestants.retain(|one| all || quick(one));
+        let scene = (race.scene.name.clone(), race.scene.text.clone());
+        let reference = Method { label: "reference".into(), set: Vec::new() };
+        let mut map = Map::new((&scene.0, &scene.1), &race.set, axes.clone(), vec![reference], load)?;
+        let (mut refused, mut runners, mut criteria) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, contestant) in race.contestants.iter().enumerate() {
+            if contestant.criterion.is_some() {
+                criteria.push(index);
+                continue;
+            }
+            let method = Method { label: contestant.name.clone(), set: contestant.overrides.clone() };
+            match Map::new((&scene.0, &scene.1), &race.set, axes.clone(), vec![method], load) {
+                Ok(alone) => {
+                    map.methods.extend(alone.methods);
+                    map.scene.files.extend(alone.scene.files);
+                    runners.push(index);
+                }
+                Err(error) => refused.push((contestant.clone(), error.to_string())),
+            }
+        }
+        Ok(Self { race, map, refused, runners, criteria })
+    }
+
+    /// Units of work: the cells of all layers, and then those of the criteria, each of which tells all of them.
+    #[must_use]
+    pub fn units(&self) -> usize {
+        self.map.len() + if self.criteria.is_empty() { 0 } else { self.map.layer() }
+    }
+
+    /// Runs every cell and times everybody at the middle one; `None` when `control` stopped it. Rows that are `done` are not
+    /// run again, and every new one goes through `keep`.
+    ///
+    /// # Errors
+    ///
+    /// What `keep` says.
+    pub fn run<E>(
+        &self,
+        plan: Plan,
+        mut done: BTreeMap<usize, Row>,
+        control: &Control,
+        mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    ) -> Result<Option<Vec<Share>>, E> {
+        let cells = self.map.len();
+        let foretold = done.split_off(&cells);
+        let timeout = Duration::from_secs(60);
+        let Some(found) =
+            self.map.run(crate::map::Plan { full: true, timeout, jobs: plan.jobs }, done, control, &mut keep)?
+        else {
+            return Ok(None);
+        };
+        let tell = |index: usize, _: &Control| Some(Ok(self.foretell(index - cells)));
+        let mut told = foretold;
+        units::run_some(cells..self.units(), plan.jobs, &mut told, control, tell, keep)?;
+        if told.len() < self.units() - cells {
+            return Ok(None);
+        }
+        let truth = |cell: usize| outcome(&found, cell);
+        let count = |verdict: &dyn Fn(usize) -> Option<bool>| {
+            let right: Vec<bool> = (0..self.map.layer()).filter_map(verdict).collect();
+            (right.len(), right.iter().filter(|right| !**right).count())
+        };
+        let mut shares = Vec::new();
+        for (index, contestant) in self.race.contestants.iter().enumerate() {
+            let (cells, wrong) = if let Some(layer) = self.runners.iter().position(|runner| *runner == index) {
+                let first = (layer + 1) * self.map.layer();
+                count(&|cell| Some(truth(cell)? == outcome(&found, first + cell)?))
+            } else if let Some(at) = self.criteria.iter().position(|one| *one == index) {
+                let rests = |cell: usize| match told[&(self.map.len() + cell)].as_ref().ok()?.as_bytes().get(at)? {
+                    b'r' => Some(true),
+                    b'm' => Some(false),
+                    _ => None,
+                };
+                count(&|cell| Some(rests(cell)? == (truth(cell)? == OutcomeKind::Settled)))
+            } else {
+                continue;
+            };
+            let Some(speed) = self.time(contestant, plan, control) else { return Ok(None) };
+            shares.push(Share { contestant: contestant.clone(), cells, wrong, speed });
+        }
+        Ok(Some(shares))
+    }
+
+    /// A letter for each criterion's verdict on a cell: `r`est, `m`otion, or `-` for none.
+    fn foretell(&self, cell: usize) -> String {
+        let Ok(Experiment::Axis(scene)) = self.map.experiment(self.map.point(cell)) else {
+            return "-".repeat(self.criteria.len());
+        };
+        let letter = |name| match criteria::named(name, &scene) {
+            Some(Ok(criterion)) if scene.wall.stiffness_nm_per_rad < criterion.limit => 'r',
+            Some(Ok(_)) => 'm',
+            _ => '-',
+        };
+        self.criteria.iter().filter_map(|index| self.race.contestants[*index].criterion).map(letter).collect()
+    }
+
+    /// The speed at the middle cell; the outer `None` when it was stopped.
+    fn time(&self, contestant: &Contestant, plan: Plan, control: &Control) -> Option<Option<Speed>> {
+        let point = Point { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
+        let mut middle = self.race.clone();
+        middle.set = self.map.overrides(point);
+        match middle.time(contestant, None, plan, control) {
+            Ok(None) => None,
+            Ok(speed) => Some(speed),
+            Err(_) => Some(None),
+        }
+    }
+}
