@@ -1,4 +1,9 @@
-//! The arm's encoder edges against a judge of some 30 digits.
+//! The arm's encoder edges against a judge of some 30 digits (`arm_judge`: another form of the equations, another precision,
+//! another code), which is given the same torques at the same edges.
+//!
+//! Certified: 25,000 encoder edges of each of four models (rigid, one joint, lagging amplifiers, flexible transmissions too;
+//! all with stick and slip) lie on the right one of some 10^7 to 10^8 clock edges, none was near, and the error stays below
+//! what the arm itself says. `arm_edges` goes on from there: 10^5 encoder edges of each, and the tolerance halved.
 
 mod arm_judge;
 
@@ -35,9 +40,13 @@ struct Found {
     encoder_edges: usize,
     wrong: usize,
     mode_changes: u64,
-    segments: u64,
-    /// The greatest difference of angles seen, and the least distance of an encoder edge's angles from their limit.
-    worst_rad: f64,
+    /// Encoder edges that the motion itself calls near.
+    near: usize,
+    /// The greatest error of an angle at an encoder edge, as such and as a share of what the motion says it may be.
+    error_rad: f64,
+    share: f64,
+    said_rad: f64,
+    /// The least distance of an encoder edge's angles from their limit.
     nearest_rad: f64,
 }
 
@@ -67,13 +76,18 @@ fn judged(model: ArmModel, at_least: usize) -> Found {
             let (before, now, angles) = (looked.1, judge.angles(time(edge)), motion.step(edge));
             looked = (edge, now);
             for joint in 0..3 {
-                found.worst_rad = found.worst_rad.max((now[joint] - Twice::from(angles[joint])).hi.abs());
                 let right = within(&bands[joint], before[joint]);
                 if bands[joint].left_by(angles[joint]) {
                     let limit = if angles[joint] < bands[joint].low { bands[joint].low } else { bands[joint].high };
                     for angle in [before[joint], now[joint]] {
                         found.nearest_rad = found.nearest_rad.min((angle - limit.into()).hi.abs());
                     }
+                    found.near += usize::from(motion.is_near(edge, joint, limit));
+                    let above = motion.above_rad(edge, joint, limit);
+                    let error_rad = (now[joint] - limit.into() - above.into()).hi.abs();
+                    found.error_rad = found.error_rad.max(error_rad);
+                    found.share = found.share.max(error_rad / motion.error_rad(edge));
+                    found.said_rad = motion.error_rad(edge);
                     bands[joint] = band(angles[joint]);
                     found.encoder_edges += 1;
                 }
@@ -81,7 +95,7 @@ fn judged(model: ArmModel, at_least: usize) -> Found {
             }
         }
     }
-    Found { clock_edges: edge, mode_changes: motion.mode_changes(), segments: motion.segments(), ..found }
+    Found { clock_edges: edge, mode_changes: motion.mode_changes(), ..found }
 }
 
 fn models() -> [ArmModel; 4] {
@@ -98,8 +112,32 @@ fn models() -> [ArmModel; 4] {
 #[test]
 fn encoder_edges_fall_on_the_clock_edges_that_thirty_digits_put_them_on() {
     for model in models() {
-        let start = std::time::Instant::now();
-        let found = judged(model, 20_000);
-        eprintln!("{found:?} {:?}", start.elapsed());
+        let found = judged(model, 25_000);
+        assert_eq!(found.wrong, 0, "{found:?}");
+        // None of these comes as near to its limit as the arm may be off, so none was decided by luck.
+        assert!(found.nearest_rad > 100.0 * found.error_rad, "{found:?}");
+        assert_eq!(found.near, 0, "{found:?}");
+        // The arm knows how far it may be off, and that is little against what a joint turns in a clock at 1 rad/s.
+        assert!(found.share <= 1.0 && found.said_rad < 1e-4 * EDGE_S, "{found:?}");
+        assert!(found.mode_changes > 10 && found.clock_edges > 10_000_000, "{found:?}");
+    }
+}
+
+#[test]
+fn an_edge_at_a_limit_is_near_and_one_beside_it_is_not() {
+    let [model, ..] = models();
+    let arm = Arm::new(model, EDGE_S).unwrap();
+    let mut motion = ArmMotion::new(&arm, START_RAD, [0.0; 3]);
+    motion.drive(0, [0.3, 0.2, -0.2]);
+    for sample in 1..200 {
+        let edge = sample * PERIOD;
+        let (before, angles) = (motion.step(edge - 1), motion.step(edge));
+        for joint in 0..3 {
+            let (at, turned) = (angles[joint], angles[joint] - before[joint]);
+            assert!(motion.above_rad(edge, joint, at) >= 0.0 && motion.above_rad(edge, joint, at.next_up()) < 0.0);
+            // At the limit now, at the limit an edge ago, half way between.
+            assert!(motion.is_near(edge, joint, at) && motion.is_near(edge, joint, before[joint]));
+            assert!(!motion.is_near(edge, joint, at - 0.5 * turned), "{turned} rad a clock");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The energy audit of an arm: every flow integrated in its own right, from the series of the motion.
 
-use super::polynomial::{Lanes, ORDER, value};
+use super::polynomial::{Coefficients, Lanes, ORDER, value};
 use super::series::{Series, Start};
 use super::{Arm, ArmModel};
 
@@ -31,20 +31,20 @@ impl ArmEnergy {
         if series.powers == 0 {
             return;
         }
-        let turned = value(&series.p[1..], t).map(|rate| rate * t);
+        let turned = value(&series.p[1..=series.powers], t).map(|rate| rate * t);
         let mut flows = [0.0; 4];
         flows[0] = turned.iter().zip(&x.u).map(|(turned, torque)| torque * turned).sum();
         flows[2] = turned.iter().zip(&model.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
         if model.viscous_nm_s_per_rad != [0.0; 3] {
-            let squares = integral(&series.w, &series.w, t);
+            let squares = integral(&series.w, &series.w, series.powers, t);
             flows[1] = squares.iter().zip(&model.viscous_nm_s_per_rad).map(|(square, rate)| rate * square).sum();
         }
         if x.lag != [0.0; 4] {
-            flows[0] += integral(&series.lag, &series.w, t).iter().sum::<f64>();
+            flows[0] += integral(&series.lag, &series.w, series.powers, t).iter().sum::<f64>();
         }
         if model.transmission.iter().any(Option::is_some) {
             let slips = std::array::from_fn(|k| std::array::from_fn(|i| series.w[k][i] - series.v[k][i]));
-            let squares = integral(&slips, &slips, t);
+            let squares = integral(&slips, &slips, series.powers, t);
             let rates =
                 model.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
             flows[3] = squares.iter().zip(rates).map(|(square, rate)| rate * square).sum();
@@ -58,9 +58,9 @@ impl ArmEnergy {
 }
 
 /// The integral over `[0, t]` of the product of two series, to the order to which they are known.
-fn integral(a: &[Lanes; ORDER + 1], b: &[Lanes; ORDER + 1], t: f64) -> Lanes {
+fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes {
     let mut sums = [[0.0; 4]; ORDER];
-    for (k, sum) in sums.iter_mut().enumerate() {
+    for (k, sum) in sums.iter_mut().enumerate().take(powers) {
         for j in 0..=k {
             for lane in 0..4 {
                 sum[lane] += a[j][lane] * b[k - j][lane];
@@ -69,7 +69,7 @@ fn integral(a: &[Lanes; ORDER + 1], b: &[Lanes; ORDER + 1], t: f64) -> Lanes {
         let share = 1.0 / (k + 1) as f64;
         *sum = sum.map(|x| x * share);
     }
-    value(&sums, t).map(|x| x * t)
+    value(&sums[..powers], t).map(|x| x * t)
 }
 
 impl Arm {
@@ -83,7 +83,7 @@ impl Arm {
             stored_j += 0.5 * v[i] * (0..3).map(|j| mass[i][j] * v[j]).sum::<f64>();
             stored_j += 0.5 * model.rotor_kg_m2[i] * x.w[i] * x.w[i];
             if let Some(flexible) = model.transmission[i] {
-                let twist_rad = x.p[i] - x.q[i];
+                let twist_rad = x.twist_rad(i);
                 stored_j += 0.5 * flexible.stiffness_nm_per_rad * twist_rad * twist_rad;
             }
         }

@@ -66,7 +66,7 @@ impl Arm {
             open[i] = holds[i] == Hold::Stuck;
             drive_nm[i] = match (model.transmission[i], holds[i]) {
                 (Some(flexible), hold) => {
-                    let spring_nm = flexible.stiffness_nm_per_rad * (x.p[i] - x.q[i])
+                    let spring_nm = flexible.stiffness_nm_per_rad * x.twist_rad(i)
                         + flexible.damping_nm_s_per_rad * (x.w[i] - x.v[i]);
                     if hold == Hold::Stuck {
                         open[i] = false;

@@ -1,7 +1,7 @@
 //! An arm in motion: its anchor, what ends each segment, and where it is at a clock edge.
 
 use super::friction::Hold;
-use super::polynomial::{Bounds, Polynomial, Reach, derivatives, value};
+use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
 use super::series::{Series, Start};
 use super::{Arm, ArmEnergy};
 use crate::Band;
@@ -12,6 +12,8 @@ const LONGEST_S: f64 = 1.0;
 const SHORTEST_S: f64 = 1e-6;
 /// How far to go on where a condition comes too close to its limit to tell.
 const ONWARD_S: f64 = 1e-9;
+/// Rounding of a term, as a share of the largest number in its sum.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// An amplifier this many tolerances from its command has come there.
 const SETTLED: f64 = 10.0;
 
@@ -22,7 +24,7 @@ pub struct ArmState {
     pub angles_rad: [f64; 3],
     /// Speeds of the links.
     pub speeds_rad_per_s: [f64; 3],
-    /// Angles of the motors, which the encoders see.
+    /// Angles of the motors, which the encoders see, rounded downward.
     pub motor_angles_rad: [f64; 3],
     /// Speeds of the motors.
     pub motor_speeds_rad_per_s: [f64; 3],
@@ -35,6 +37,8 @@ pub struct ArmState {
 /// What ends a segment.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
+    /// The powers written so far are worn out.
+    Short,
     /// The series is worn out.
     Worn,
     /// This joint comes to rest.
@@ -57,6 +61,8 @@ pub struct ArmMotion<'a> {
     end_s: f64,
     end: End,
     end_edge: u64,
+    /// What the errors of angles and speeds at the anchor stay below.
+    error: [f64; 2],
     energy: ArmEnergy,
     initial_j: f64,
     mode_changes: u64,
@@ -88,6 +94,7 @@ impl<'a> ArmMotion<'a> {
             end_s: 0.0,
             end: End::Worn,
             end_edge: 0,
+            error: [0.0; 2],
             energy: ArmEnergy::default(),
             initial_j: arm.stored_j(&start),
             mode_changes: 0,
@@ -107,10 +114,30 @@ impl<'a> ArmMotion<'a> {
         self.encoder_rad(edge)
     }
 
-    /// The angles that the encoders see at an edge from the anchor on and before the segment's end.
+    /// The angles that the encoders see at an edge from the anchor on and before the segment's end, rounded downward: that
+    /// is below a limit just when the angle before rounding is.
     #[inline(always)]
     fn encoder_rad(&self, edge: u64) -> [f64; 3] {
-        joints(value(&self.series.p[..=self.series.powers], self.time_s(edge)))
+        let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
+        std::array::from_fn(|i| if part[i] < 0.0 { whole[i].next_down() } else { whole[i] })
+    }
+
+    /// One of the four sums of the state with the part that rounding leaves of it: the anchor and the change since are added
+    /// without error, and the change is small.
+    #[inline(always)]
+    fn sum(&self, terms: &Coefficients, which: usize, t: f64) -> (Lanes, Lanes) {
+        let low = &self.start.low;
+        let rate = value(&terms[1..=self.series.powers], t);
+        let mut sums = ([0.0; 4], [0.0; 4]);
+        for i in 0..4 {
+            // Angles move by what their speeds lack as well.
+            let rate = if which % 2 == 0 { rate[i] + low[which + 1][i] } else { rate[i] };
+            let (anchor, change) = (terms[0][i], low[which][i] + rate * t);
+            let whole = anchor + change;
+            let kept = whole - anchor;
+            (sums.0[i], sums.1[i]) = (whole, (anchor - (whole - kept)) + (change - kept));
+        }
+        sums
     }
 
     /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at which
@@ -122,7 +149,7 @@ impl<'a> ArmMotion<'a> {
         let mut last = if ended { self.end_edge - 1 } else { limit };
         let mut left = false;
         if self.series.powers > 0 && last > from {
-            let terms = &self.series.p;
+            let terms = &self.series.p[..=self.series.powers];
             let (now, bounds) = (derivatives(terms, self.time_s(from)), Bounds::of(terms, self.time_s(last)));
             // Roughly when each leaves: the others matter only before the first.
             let due = std::array::from_fn::<_, 3, _>(|i| {
@@ -152,7 +179,7 @@ impl<'a> ArmMotion<'a> {
         mut now: [f64; 3],
         bounds: &Bounds,
     ) -> Option<u64> {
-        let angle = Polynomial::bounded(&self.series.p, joint, bounds);
+        let angle = Polynomial::bounded(&self.series.p[..=self.series.powers], joint, bounds);
         let noise = bounds.noise[joint];
         let mut edge = from;
         while edge < last {
@@ -205,7 +232,7 @@ impl<'a> ArmMotion<'a> {
         ArmState {
             angles_rad: joints(x.q),
             speeds_rad_per_s: joints(x.v),
-            motor_angles_rad: joints(x.p),
+            motor_angles_rad: self.encoder_rad(edge),
             motor_speeds_rad_per_s: joints(x.w),
             torques_nm: std::array::from_fn(|i| x.u[i] + x.lag[i]),
             stuck: self.holds.map(|hold| hold == Hold::Stuck),
@@ -224,6 +251,30 @@ impl<'a> ArmMotion<'a> {
     #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
+    }
+
+    /// How far the angles at an edge may be off: what each segment leaves out and rounds away, summed as if it all had one
+    /// sign. An estimate, as it knows nothing of errors that the motion itself amplifies.
+    #[must_use]
+    pub fn error_rad(&self, edge: u64) -> f64 {
+        self.error(self.time_s(edge))[0]
+    }
+
+    /// How far an encoder's angle is above a limit near it, to more digits than the angle itself has.
+    #[must_use]
+    pub fn above_rad(&self, edge: u64, joint: usize, limit_rad: f64) -> f64 {
+        let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
+        (whole[joint] - limit_rad) + part[joint]
+    }
+
+    /// Whether an encoder's angle, which has passed a limit at this edge, was or is so near to it that `f64` alone, with the
+    /// error of the run, may have put it on another one.
+    #[must_use]
+    pub fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
+        let [_, slope, curvature] = derivatives(&self.series.p[..=self.series.powers], self.time_s(edge));
+        let (edge_s, now) = (self.arm.edge_s, self.above_rad(edge, joint, limit_rad));
+        let before = now - edge_s * (slope[joint] - 0.5 * edge_s * curvature[joint]);
+        now.abs().min(before.abs()) <= self.error_rad(edge) + f64::EPSILON * limit_rad.abs()
     }
 
     /// How often a joint has come to stick, to slip, or to slip the other way.
@@ -247,27 +298,53 @@ impl<'a> ArmMotion<'a> {
     /// The state a time after the anchor.
     fn at(&self, t: f64) -> Start {
         let Series { q, v, p, w, lag, powers, .. } = &self.series;
-        let [q, v, p, w, lag] = [q, v, p, w, lag].map(|terms| value(&terms[..=*powers], t));
-        Start { q, v, p, w, u: self.start.u, lag }
+        let [q, v, p, w] = [(q, 0), (v, 1), (p, 2), (w, 3)].map(|(terms, which)| self.sum(terms, which, t));
+        let lag = value(&lag[..=*powers], t);
+        Start { q: q.0, v: v.0, p: p.0, w: w.0, u: self.start.u, lag, low: [q.1, v.1, p.1, w.1] }
+    }
+
+    /// What the errors of angles and speeds stay below, a time after the anchor.
+    fn error(&self, t: f64) -> [f64; 2] {
+        let (Self { arm, start: x, series, .. }, [mut angle, mut speed]) = (self, self.error);
+        let Series { v, w, good_s, powers, .. } = series;
+        if *powers == 0 {
+            return [angle, 0.0];
+        }
+        let most = |lanes: [&Lanes; 2]| lanes.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let mut acceleration = most([&v[1], &w[1]]);
+        for (i, ease) in series.ease(arm).into_iter().enumerate() {
+            acceleration = acceleration.max(ease * (x.u[i].abs() + x.lag[i].abs() + arm.model.coulomb_nm[i]));
+        }
+        // The tail beyond the last terms, which stay below the tolerance while the series is good.
+        let tail = arm.tolerance * libm::pow(t / good_s, (powers - 1) as f64);
+        speed += tail + ROUNDING * acceleration * t;
+        angle += speed * t + ROUNDING * most([&x.v, &x.w]) * t;
+        [angle, speed]
     }
 
     /// Accounts for the energy of the first `t` after the anchor and returns the state there.
     fn account(&mut self, t: f64) -> Start {
         self.energy.take(&self.arm.model, &self.start, &self.series, t);
+        self.error = self.error(t);
         self.at(t)
     }
 
     /// The segment after the present one.
     #[cold]
     fn follow(&mut self) {
+        if self.end == End::Short {
+            let Self { arm, start, holds, series, .. } = self;
+            series.extend(arm, start, holds, ORDER);
+            return self.look_ahead(self.end_s);
+        }
         let mut x = self.account(self.end_s);
         let mut broke = None;
         match self.end {
-            End::Worn => {}
+            End::Short | End::Worn => {}
             End::Stop(joint) => {
-                x.w[joint] = 0.0;
+                (x.w[joint], x.low[3][joint]) = (0.0, 0.0);
                 if self.arm.model.transmission[joint].is_none() {
-                    x.v[joint] = 0.0;
+                    (x.v[joint], x.low[1][joint]) = (0.0, 0.0);
                 }
             }
             End::Break(joint, direction) => broke = Some((joint, direction)),
@@ -286,39 +363,47 @@ impl<'a> ArmMotion<'a> {
         let holds = self.arm.holds(&x, broke);
         self.mode_changes += holds.iter().zip(&self.holds).filter(|(now, before)| now != before).count() as u64;
         self.holds = holds;
-        let good_s = self.series.write(self.arm, &x, &self.holds);
-        (self.end_s, self.end) = (good_s.clamp(SHORTEST_S, LONGEST_S), End::Worn);
-        if self.series.powers == 0 || good_s.is_nan() {
+        self.series.write(self.arm, &x, &self.holds);
+        self.look_ahead(0.0);
+    }
+
+    /// Where the segment ends, which lasts until `from` at least.
+    fn look_ahead(&mut self, from: f64) {
+        let Series { good_s, powers, .. } = self.series;
+        if powers == 0 || good_s.is_nan() {
             // At rest, or lost in a singular pose: nothing changes any more.
             self.end_edge = u64::MAX;
             return;
         }
+        self.end_s = good_s.clamp(SHORTEST_S, LONGEST_S).max(from);
+        self.end = if powers < ORDER { End::Short } else { End::Worn };
         for joint in 0..3 {
-            self.watch(joint);
+            self.watch(joint, from);
         }
-        let mut end_edge = edge + (((self.end_s - offset_s) / self.arm.edge_s) as u64).saturating_sub(1);
-        while self.time_s(end_edge) < self.end_s {
-            end_edge += 1;
+        let edges = ((self.end_s - self.offset_s) / self.arm.edge_s) as u64;
+        self.end_edge = self.anchor + edges.saturating_sub(1);
+        while self.time_s(self.end_edge) < self.end_s {
+            self.end_edge += 1;
         }
-        self.end_edge = end_edge;
     }
 
     /// Ends the segment where this joint's mode ends, if it does before.
-    fn watch(&mut self, joint: usize) {
+    fn watch(&mut self, joint: usize, from: f64) {
+        let terms = ..=self.series.powers;
         match self.holds[joint] {
             Hold::Slip(sign) if sign != 0.0 => {
                 // From rest, the first term only says that it starts.
                 let skip = usize::from(self.start.w[joint] == 0.0);
-                let speed = Polynomial::new(&self.series.w, joint, sign, skip, self.end_s);
-                self.shorten(speed.keeps(0.0, 1.0), End::Stop(joint));
+                let speed = Polynomial::new(&self.series.w[terms], joint, sign, skip, self.end_s);
+                self.shorten(speed.keeps(0.0, 1.0, from), End::Stop(joint));
             }
             Hold::Stuck => {
-                let torque = Polynomial::new(&self.series.hold, joint, 1.0, 0, self.end_s);
+                let torque = Polynomial::new(&self.series.hold[terms], joint, 1.0, 0, self.end_s);
                 // Rounding may have put it beyond its limit already; then it breaks when it goes further.
                 let beyond_nm = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
                 let limit_nm = self.arm.model.coulomb_nm[joint].max(beyond_nm);
                 for direction in [1.0, -1.0] {
-                    self.shorten(torque.keeps(limit_nm, -direction), End::Break(joint, direction));
+                    self.shorten(torque.keeps(limit_nm, -direction, from), End::Break(joint, direction));
                 }
             }
             _ => {}

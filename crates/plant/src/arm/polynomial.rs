@@ -25,9 +25,9 @@ pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
     sum
 }
 
-/// Value, slope and second derivative at `t`.
+/// Value, slope and second derivative at `t` of a series of these powers.
 #[inline]
-pub(super) fn derivatives(terms: &Coefficients, t: f64) -> [Lanes; 3] {
+pub(super) fn derivatives(terms: &[Lanes], t: f64) -> [Lanes; 3] {
     let (mut x, mut slope, mut half) = ([0.0; 4], [0.0; 4], [0.0; 4]);
     for term in terms.iter().rev() {
         for lane in 0..4 {
@@ -49,7 +49,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    pub(super) fn of(terms: &Coefficients, end: f64) -> Self {
+    pub(super) fn of(terms: &[Lanes], end: f64) -> Self {
         let (mut third, mut sum) = ([0.0; 4], [0.0; 4]);
         for (k, term) in terms.iter().enumerate().rev() {
             for lane in 0..4 {
@@ -57,7 +57,7 @@ impl Bounds {
                 if k >= 3 {
                     third[lane] = third[lane] * end + (k * (k - 1) * (k - 2)) as f64 * size;
                 }
-                sum[lane] = sum[lane] * end + (2 * k + 2) as f64 * size;
+                sum[lane] = sum[lane] * end + (2 * k + 3) as f64 * size;
             }
         }
         Self { third, noise: sum.map(|sum| f64::EPSILON * sum), end }
@@ -78,6 +78,8 @@ pub(super) enum Reach {
 /// One polynomial over `[0, end]`.
 pub(super) struct Polynomial {
     c: [f64; ORDER + 1],
+    /// How many of the coefficients there are.
+    terms: usize,
     end: f64,
     /// Bound of the third derivative.
     third: f64,
@@ -91,15 +93,19 @@ impl Polynomial {
             *to = sign * from[lane];
         }
         let mut third = 0.0;
-        for k in (3..=ORDER).rev() {
+        for k in (3..terms.len() - skip).rev() {
             third = third * end + (k * (k - 1) * (k - 2)) as f64 * c[k].abs();
         }
-        Self { c, end, third }
+        Self { c, terms: terms.len() - skip, end, third }
     }
 
     /// One of some series, with its bound.
-    pub(super) fn bounded(terms: &Coefficients, lane: usize, bounds: &Bounds) -> Self {
-        Self { c: terms.map(|term| term[lane]), end: bounds.end, third: bounds.third[lane] }
+    pub(super) fn bounded(terms: &[Lanes], lane: usize, bounds: &Bounds) -> Self {
+        let mut c = [0.0; ORDER + 1];
+        for (to, from) in c.iter_mut().zip(terms) {
+            *to = from[lane];
+        }
+        Self { c, terms: terms.len(), end: bounds.end, third: bounds.third[lane] }
     }
 
     /// The value at 0.
@@ -111,7 +117,7 @@ impl Polynomial {
     #[inline]
     pub(super) fn at(&self, t: f64) -> [f64; 3] {
         let (mut x, mut slope, mut half) = (0.0, 0.0, 0.0);
-        for &c in self.c.iter().rev() {
+        for &c in self.c[..self.terms].iter().rev() {
             half = half * t + slope;
             slope = slope * t + x;
             x = x * t + c;
@@ -149,16 +155,16 @@ impl Polynomial {
         0.25 * ahead
     }
 
-    /// The first time at which `limit + sign · polynomial`, not negative at the start, is negative.
-    pub(super) fn keeps(&self, limit: f64, sign: f64) -> Reach {
+    /// The first time from `from` on at which `limit + sign · polynomial`, not negative there, is negative.
+    pub(super) fn keeps(&self, limit: f64, sign: f64, from: f64) -> Reach {
         let mut most = 0.0;
-        for &c in self.c[1..].iter().rev() {
+        for &c in self.c[1..self.terms].iter().rev() {
             most = (most + (-sign * c).max(0.0)) * self.end;
         }
         if limit + sign * self.c[0] > most {
             return Reach::Clear;
         }
-        let mut t = 0.0;
+        let mut t = from;
         for _ in 0..100 {
             let [x, slope, curvature] = self.at(t).map(|v| sign * v);
             let x = limit + x;

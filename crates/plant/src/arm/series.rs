@@ -16,7 +16,14 @@ pub(super) struct Start {
     /// Commanded torques, and how far the actual ones are above them.
     pub(super) u: Lanes,
     pub(super) lag: Lanes,
+    /// What `q`, `v`, `p` and `w` lack for being rounded, so that no anchor adds to the error.
+    pub(super) low: [Lanes; 4],
 }
+
+/// Powers that most segments need, as a command or friction cuts them short; the others are written when it comes to them.
+const FIRST: usize = 6;
+/// Where the first powers are good for less than this, all are written at once.
+const FIRST_LASTS_S: f64 = 2e-5;
 
 const ZERO: Coefficients = [[0.0; 4]; ORDER + 1];
 
@@ -31,6 +38,8 @@ pub(super) struct Series {
     pub(super) hold: Coefficients,
     /// Powers in use: none but the constant ones where all is at rest.
     pub(super) powers: usize,
+    /// For how long they are good.
+    pub(super) good_s: f64,
     work: Work,
 }
 
@@ -54,6 +63,10 @@ struct Work {
     /// Lanes: half of ∂2M11 and of ∂3M11, and P/2 cos(θ2-θ3); and ω1², ω1², ω2 ω3.
     bend: Coefficients,
     square: Coefficients,
+    /// The term of the momenta that comes next, the forces of the last power, and `M22 M33 - M23²` at the start.
+    momentum: [f64; 3],
+    before: [f64; 3],
+    determinant: f64,
 }
 
 /// The term of power `k` of the products, lane by lane, from `j = from` on in `a`.
@@ -92,6 +105,19 @@ fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients,
     cosine[k + 1] = down.map(|x| -x * share);
 }
 
+/// Whether a joint's link moves.
+fn moves(arm: &Arm, holds: &[Hold; 3], i: usize) -> bool {
+    let held = holds[i] == Hold::Stuck && arm.model.transmission[i].is_none();
+    holds[i] != Hold::Locked && !held
+}
+
+impl Start {
+    /// How far a motor's angle is ahead of its link's.
+    pub(super) fn twist_rad(&self, i: usize) -> f64 {
+        (self.p[i] - self.q[i]) + (self.low[2][i] - self.low[0][i])
+    }
+}
+
 impl Series {
     pub(super) fn new() -> Self {
         let work = Work {
@@ -107,23 +133,35 @@ impl Series {
             met: ZERO,
             bend: ZERO,
             square: ZERO,
+            momentum: [0.0; 3],
+            before: [0.0; 3],
+            determinant: 1.0,
         };
-        Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, powers: 0, work }
+        Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, powers: 0, good_s: 0.0, work }
     }
 
-    /// Writes the series from `x` on, with joints doing what `holds` says, and returns for how long they are good.
-    pub(super) fn write(&mut self, arm: &Arm, x: &Start, holds: &[Hold; 3]) -> f64 {
+    /// Writes the series from `x` on, with joints doing what `holds` says: its first powers if they last, else all.
+    pub(super) fn write(&mut self, arm: &Arm, x: &Start, holds: &[Hold; 3]) {
+        let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
+        (self.q[0], self.v[0], self.p[0], self.w[0], self.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
+        self.powers = 0;
+        if !(0..3).any(|i| moves(arm, holds, i)) && x.lag == [0.0; 4] && (0..3).all(rests) {
+            self.good_s = f64::INFINITY;
+            return;
+        }
+        self.extend(arm, x, holds, FIRST);
+        if self.good_s < FIRST_LASTS_S {
+            self.extend(arm, x, holds, ORDER);
+        }
+    }
+
+    /// Writes on to a higher power.
+    pub(super) fn extend(&mut self, arm: &Arm, x: &Start, holds: &[Hold; 3], powers: usize) {
         let model = &arm.model;
         let flexible = model.transmission;
         let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
-        let moves: [bool; 3] =
-            std::array::from_fn(|i| holds[i] != Hold::Locked && (flexible[i].is_some() || !rests(i)));
-        (self.q[0], self.v[0], self.p[0], self.w[0], self.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
-        if moves == [false; 3] && x.lag == [0.0; 4] && (0..3).all(rests) {
-            self.powers = 0;
-            return f64::INFINITY;
-        }
-        self.powers = ORDER;
+        let moves = [0, 1, 2].map(|i| moves(arm, holds, i));
+        let done = std::mem::replace(&mut self.powers, powers);
         let (g, [a, b]) = (model.gravity_m_per_s2, model.moments_kg_m);
         let heavy = (a != 0.0 || b != 0.0) && g != [0.0; 3];
         let swings = moves[1] || moves[2];
@@ -134,17 +172,31 @@ impl Series {
         let [m1, m22, m33] = arm.diagonal_kg_m2();
         let ([a0, a2, a3], half_p) = (model.turning_kg_m2, 0.5 * model.coupling_kg_m2);
 
-        let Work { rate, sine, cosine, lean, lean_sine, lean_cosine, pull, arm: lever, mass, met, bend, square } =
-            &mut self.work;
-        let [(s1, c1), (s2, c2), (s3, c3)] = [x.q[0], x.q[1], x.q[2]].map(libm::sincos);
-        sine[0] = [2.0 * s2 * c2, 2.0 * s3 * c3, s2 * c3 + c2 * s3, s2 * c3 - c2 * s3];
-        cosine[0] = [c2 * c2 - s2 * s2, c3 * c3 - s3 * s3, c2 * c3 - s2 * s3, c2 * c3 + s2 * s3];
-        lean_sine[0] = [g[0] * s1 + g[2] * c1, s2, s3, 0.0];
-        lean_cosine[0] = [g[0] * c1 - g[2] * s1, c2, c3, 0.0];
-        let mut momentum = [0.0; 3];
-        let mut determinant = 1.0;
-        let mut before = [0.0; 3];
-        for k in 0..ORDER {
+        let Work {
+            rate,
+            sine,
+            cosine,
+            lean,
+            lean_sine,
+            lean_cosine,
+            pull,
+            arm: lever,
+            mass,
+            met,
+            bend,
+            square,
+            momentum,
+            before,
+            determinant,
+        } = &mut self.work;
+        if done == 0 {
+            let [(s1, c1), (s2, c2), (s3, c3)] = [x.q[0], x.q[1], x.q[2]].map(libm::sincos);
+            sine[0] = [2.0 * s2 * c2, 2.0 * s3 * c3, s2 * c3 + c2 * s3, s2 * c3 - c2 * s3];
+            cosine[0] = [c2 * c2 - s2 * s2, c3 * c3 - s3 * s3, c2 * c3 - s2 * s3, c2 * c3 + s2 * s3];
+            lean_sine[0] = [g[0] * s1 + g[2] * c1, s2, s3, 0.0];
+            lean_cosine[0] = [g[0] * c1 - g[2] * s1, c2, c3, 0.0];
+        }
+        for k in done..powers {
             let share = 1.0 / (k + 1) as f64;
             if k == 0 || shape {
                 let (s, c) = (&sine[k], &cosine[k]);
@@ -166,8 +218,8 @@ impl Series {
             let m23 = mass[0][1];
             if k == 0 {
                 mass[0][0] += a0 + m1;
-                determinant = m22 * m33 - m23 * m23;
-                momentum = [mass[0][0] * x.v[0], m22 * x.v[1] + m23 * x.v[2], m33 * x.v[2] + m23 * x.v[1]];
+                *determinant = m22 * m33 - m23 * m23;
+                *momentum = [mass[0][0] * x.v[0], m22 * x.v[1] + m23 * x.v[2], m33 * x.v[2] + m23 * x.v[1]];
             }
             let known = if shape { product(mass, met, 1, k) } else { [0.0; 4] };
             let v = if k == 0 {
@@ -176,7 +228,7 @@ impl Series {
                 let rest = [momentum[0] - known[0], momentum[1] - known[1], momentum[2] - known[2]];
                 let (v2, v3) = match (moves[1], moves[2]) {
                     (true, true) => {
-                        ((m33 * rest[1] - m23 * rest[2]) / determinant, (m22 * rest[2] - m23 * rest[1]) / determinant)
+                        ((m33 * rest[1] - m23 * rest[2]) / *determinant, (m22 * rest[2] - m23 * rest[1]) / *determinant)
                     }
                     (true, false) => (momentum[1] / m22, 0.0),
                     (false, true) => (0.0, momentum[2] / m33),
@@ -227,12 +279,7 @@ impl Series {
             }
             // Motors and transmissions.
             for i in 0..3 {
-                let (q, p, w, lag) = (
-                    self.q[k][i],
-                    self.p[k][i],
-                    if flexible[i].is_some() { self.w[k][i] } else { v[i] },
-                    self.lag[k][i],
-                );
+                let (w, lag) = (if flexible[i].is_some() { self.w[k][i] } else { v[i] }, self.lag[k][i]);
                 let mut torque_nm = lag;
                 if k == 0 {
                     torque_nm += x.u[i];
@@ -247,8 +294,8 @@ impl Series {
                 }
                 torque_nm -= model.viscous_nm_s_per_rad[i] * w;
                 if let Some(flexible) = flexible[i] {
-                    let spring_nm =
-                        flexible.stiffness_nm_per_rad * (p - q) + flexible.damping_nm_s_per_rad * (w - v[i]);
+                    let twist = if k == 0 { x.twist_rad(i) } else { self.p[k][i] - self.q[k][i] };
+                    let spring_nm = flexible.stiffness_nm_per_rad * twist + flexible.damping_nm_s_per_rad * (w - v[i]);
                     self.hold[k][i] = torque_nm - spring_nm;
                     let next = if rests(i) { 0.0 } else { (torque_nm - spring_nm) * share / model.rotor_kg_m2[i] };
                     self.w[k + 1][i] = if k == 0 { onward(holds[i], x.w[i], next) } else { next };
@@ -262,7 +309,7 @@ impl Series {
                 self.q[k + 1][i] = v[i] * share;
                 momentum[i] = force[i] * share;
             }
-            before = force;
+            *before = force;
             if shape {
                 rate[k] = [2.0 * v[1], 2.0 * v[2], v[1] + v[2], v[1] - v[2]];
                 turn(rate, sine, cosine, k);
@@ -273,13 +320,25 @@ impl Series {
             }
         }
         // The highest power of what is only known from the next.
-        self.v[ORDER] = [0.0; 4];
-        self.hold[ORDER] = [0.0; 4];
+        self.v[powers] = [0.0; 4];
+        self.hold[powers] = [0.0; 4];
         for (i, _) in flexible.iter().enumerate().filter(|(_, flexible)| flexible.is_none()) {
-            self.w[ORDER][i] = 0.0;
-            self.hold[ORDER - 1][i] = 0.0;
+            self.w[powers][i] = 0.0;
+            self.hold[powers - 1][i] = 0.0;
         }
-        self.good_for(arm.tolerance)
+        self.good_s = self.good_for(arm.tolerance);
+    }
+
+    /// What each joint's motor accelerates by for a torque, at the start.
+    pub(super) fn ease(&self, arm: &Arm) -> [f64; 3] {
+        let [_, m22, m33] = arm.diagonal_kg_m2();
+        let rigid = [1.0 / self.work.mass[0][0], m33 / self.work.determinant, m22 / self.work.determinant];
+        let model = &arm.model;
+        [0, 1, 2].map(|i| match (model.free[i], model.transmission[i]) {
+            (false, _) => 0.0,
+            (true, None) => rigid[i],
+            (true, Some(_)) => 1.0 / model.rotor_kg_m2[i],
+        })
     }
 
     /// How long the terms of the last two powers of speeds and torques stay below the tolerance.
@@ -291,7 +350,7 @@ impl Series {
             let size = size(k);
             if size == 0.0 { f64::INFINITY } else { libm::pow(tolerance / size, 1.0 / k as f64) }
         };
-        length(ORDER - 1).min(length(ORDER - 2))
+        length(self.powers - 1).min(length(self.powers - 2))
     }
 }
 

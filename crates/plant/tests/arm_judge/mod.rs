@@ -62,8 +62,20 @@ impl Judge {
         }
         let mode = [Mode::Stuck; 3];
         let (anchor, end) = (ZERO, ZERO);
-        let mut judge =
-            Self { model, anchor, end, mode, u: [0.0; 3], q, v: rest, p: q, w: rest, lag: rest, hold: rest, next: None };
+        let mut judge = Self {
+            model,
+            anchor,
+            end,
+            mode,
+            u: [0.0; 3],
+            q,
+            v: rest,
+            p: q,
+            w: rest,
+            lag: rest,
+            hold: rest,
+            next: None,
+        };
         judge.begin(None);
         judge
     }
