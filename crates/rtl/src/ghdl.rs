@@ -119,7 +119,7 @@ impl Library {
         generics: &[(&str, String)],
         environment: &[(&str, String)],
     ) -> Result<String, GhdlError> {
-        let mut command = self.command("-r");
+        let mut command = self.command("--elab-run");
         command.arg(unit);
         // Words are unknown before the first edge; the comparison sees that, a warning a row does not help.
         command.arg("--ieee-asserts=disable");
