@@ -1,0 +1,211 @@
+#!/bin/bash
+# The scene hybrid-wall in hpu and in the tools that one would take instead, on the same VHDL and with the same plant:
+# every register compared, then all of them timed, one after another. Writes record/compare.txt and compare.csv.
+# Sources are in compare/. Exit codes: 0 fine, 1 a register differs, 3 a tool is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages="g++ ghdl-llvm ghdl-mcode iverilog make python3 python3-venv verilator"
+tools="g++ ghdl-llvm ghdl-mcode iverilog make python3 verilator"
+cocotb="cocotb==2.1.0"
+
+# shellcheck disable=SC2086  # one word a tool, one a package
+if ! command -v $tools >/dev/null || [ "$(command -v $tools | wc -l)" != "$(wc -w <<<"$tools")" ]; then
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        echo "error: one of $tools is missing; sudo apt-get install $packages" >&2
+        exit 3
+    fi
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
+fi
+venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/compare-venv
+if ! "$venv/bin/python" -m pip show -q "${cocotb%%=*}" 2>/dev/null; then
+    python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q "$cocotb" || {
+        echo "error: could not install $cocotb from PyPI into $venv" >&2
+        exit 3
+    }
+fi
+
+cargo build --locked --release --quiet -p hpu
+hpu=$PWD/target/release/hpu
+sources=$PWD/testbench/compare
+record=$PWD/testbench/record
+hdl=$PWD/hdl
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+# How far each goes. All nets over the first number of edges, the clock over the second.
+all=100000000
+ghdl_compared=10000000 ghdl_timed=2000000
+icarus_compared=10000000 icarus_timed=1000000
+cocotb_compared=300000 cocotb_timed=300000
+
+files=()
+for block in synchronizer quadrature_decoder position_counter displacement unilateral truncating_multiplier \
+    velocity_register torque_sum saturator pwm hybrid_loop; do
+    files+=("$hdl/$block.vhd")
+done
+# What the scene changes of the wiring's defaults.
+generics=(-gDAMPING_FRAC=4)
+std=(--std=08 -Wno-hide)
+
+echo "building" >&2
+
+# hpu's every change of every net, and the words of the scene.
+trace() { # NAME EDGES [ARGUMENT...]: NAME.csv
+    "$hpu" run hybrid-wall --edges "$2" --no-plot --vcd -o "$1" "${@:3}" >/dev/null
+    awk -v period_ps=20000 -f "$sources/trace.awk" "$1/wave.vcd" >"$1.csv"
+}
+words_of() { awk -F, 'NR == 2 { print $4, $5, $6, $7, $8 }' "$1.csv"; }
+trace hpu $all
+read -ra words <<<"$(words_of hpu)"
+
+# GHDL, and from it Verilog: the wiring, and a copy that shows its nets. What GHDL 2.0 gets wrong there is put right as in
+# crates/rtl/src/cost/verilog.rs: words of no bits, and an arithmetic shift written as a logical one.
+for backend in mcode llvm; do
+    mkdir $backend
+    g++ -O3 -std=c++17 -ffp-contract=off -shared -fPIC -o $backend/libplant.so "$sources/foreign.cpp"
+    (cd $backend && "ghdl-$backend" -a "${std[@]}" "${files[@]}" "$sources/bench.vhd")
+done
+awk -f "$sources/exposed.awk" "$hdl/hybrid_loop.vhd" "$hdl/hybrid_loop.vhd" >mcode/hybrid_nets.vhd
+(cd mcode && ghdl-mcode -a "${std[@]}" hybrid_nets.vhd)
+for top in hybrid_loop hybrid_nets; do
+    (cd mcode && ghdl-mcode --synth "${std[@]}" --out=verilog "${generics[@]}" $top) |
+        sed -e "s/{0'b, /{/" -e 's/\(\$signed([^)]*)\) >> /\1 >>> /' >$top.v
+done
+
+verilate() { # TOP PROGRAM
+    verilator --cc --exe --build -O3 --x-assign fast --noassert -Wno-lint -Wno-fatal --top-module "$1" --Mdir "$2" \
+        -MAKEFLAGS "OPT_FAST=-O3 OPT_SLOW=-O3 OPT_GLOBAL=-O3" \
+        -CFLAGS "-std=c++17 -O3 -ffp-contract=off -I$sources" -o "$2" "$1.v" "$sources/$2.cpp" >"$2.log" 2>&1 ||
+        { cat "$2.log" >&2; return 1; }
+}
+verilate hybrid_loop time &
+verilate hybrid_nets trace
+wait $!
+g++ -O3 -std=c++17 -ffp-contract=off -shared -fPIC -I/usr/include/iverilog -o plant.vpi "$sources/vpi.cpp"
+iverilog -g2005-sv -s bench -o icarus_time hybrid_loop.v "$sources/bench.v"
+iverilog -g2005-sv -s bench -DNETS -o icarus_trace hybrid_nets.v "$sources/bench.v"
+
+# The ways to run each.
+in_verilator() { ./time/time "$1" "${words[@]}"; }
+in_ghdl() { # BACKEND EDGES
+    (cd "$1" && "ghdl-$1" --elab-run "${std[@]}" bench --ieee-asserts=disable -gEDGES="$2" -gREFERENCE="${words[0]}" \
+        -gSTIFFNESS="${words[1]}" -gDAMPING="${words[2]}" -gPERIOD="${words[3]}" -gSCALE="${words[4]}")
+}
+in_hpu_check() { GHDL_BACKEND=$1 "$hpu" check --scene hybrid-wall --edges "$2" --hdl "$hdl"; }
+in_icarus() { # PROGRAM EDGES [ARGUMENT...]
+    vvp -n -M. -mplant "$1" +edges="$2" +reference="${words[0]}" +stiffness="${words[1]}" +damping="${words[2]}" \
+        +period="${words[3]}" +scale="${words[4]}" "${@:3}"
+}
+in_cocotb() { # FOLDER EDGES WORDS [nets]: FOLDER/out
+    mkdir -p "$1"
+    rm -f "$1/out"
+    (cd "$1" && GHDL_BACKEND=mcode HPU_EDGES=$2 HPU_WORDS=$3 HPU_OUT=$PWD/out ${4:+env HPU_NETS=1} \
+        "$venv/bin/python" "$sources/cocotb_run.py" "${files[@]}") >"$1.log" 2>&1 || { cat "$1.log" >&2; return 1; }
+}
+
+# Processor seconds of a command, the least of three, and those that its edges take beyond the first.
+cpu_s() {
+    local TIMEFORMAT='%U %S' said
+    said=$(mktemp -p .)
+    { time "$@" >"$said" 2>&1; } 2>&1 | awk '{ printf "%.3f\n", $1 + $2 }' || { cat "$said" >&2; return 1; }
+    rm "$said"
+}
+least() { sort -g | head -n 1; }
+three() { "$@" && "$@" && "$@"; }
+cpu_s_of_edges() { # RUNS EDGES COMMAND...: the command takes the edges last
+    local first
+    first=$(cpu_s "${@:3}" 1)
+    for _ in $(seq "$1"); do cpu_s "${@:3}" "$2"; done | least | awk -v first="$first" '{ printf "%.3f\n", $1 - first }'
+}
+
+echo "comparing every net" >&2
+
+# The first difference of a trace from hpu's, or "none".
+differs() { # HPU_CSV CSV EDGES
+    local found
+    found=$(awk -v edges="$3" -f "$sources/differ.awk" "$1" "$2")
+    echo "${found:-none}"
+}
+# Cocotb does not come as far as the wall; with the wall nearer it does.
+trace near $cocotb_compared --set "wall.position=4 mrad"
+{
+    cpu_s_of_edges 1 $ghdl_compared in_hpu_check mcode >mcode.check_s
+    in_cocotb free $cocotb_compared "${words[*]}" nets
+    differs hpu.csv free/out $cocotb_compared >free.differs
+    in_cocotb near_wall $cocotb_compared "$(words_of near)" nets
+    differs near.csv near_wall/out $cocotb_compared >near.differs
+} &
+{
+    cpu_s_of_edges 1 $ghdl_compared in_hpu_check llvm >llvm.check_s
+    for world in hpu.csv f64 extended; do
+        ./trace/trace $all "${words[@]}" "$world" >verilator.csv
+        differs hpu.csv verilator.csv $all >"$world.differs"
+    done
+    in_icarus icarus_trace $icarus_compared +pins=hpu.csv >icarus.csv
+    differs hpu.csv icarus.csv $icarus_compared >icarus.differs
+}
+wait $!
+
+echo "timing" >&2
+
+for _ in 1 2 3 4 5 6 7 8 9; do
+    "$hpu" run hybrid-wall --edges $all --json | sed -n 's/.*"edges_per_s": *\([0-9.e+]*\).*/\1/p'
+done | awk -v edges=$all '{ printf "%.6f\n", edges / $1 }' | least >events_s
+three cpu_s "$hpu" run hybrid-wall --edges $all --driver clock | least >clock_s
+three in_verilator $all | least >verilator_s
+for backend in mcode llvm; do cpu_s_of_edges 3 $ghdl_timed in_ghdl $backend >$backend.bench_s; done
+cpu_s_of_edges 3 $icarus_timed in_icarus icarus_time >icarus_s
+for _ in 1 2 3; do in_cocotb timed $cocotb_timed "${words[*]}" && cat timed/out; done | least >cocotb_s
+
+version() { "$@" 2>/dev/null | grep -om 1 '[0-9][0-9.]*[0-9]'; }
+ghdl_version=$(version ghdl-mcode --version)
+events_s=$(<events_s)
+row() { # TOOL VERSION PLANT EDGES SECONDS COMPARED
+    awk -v tool="$1" -v version="$2" -v plant="$3" -v edges="$4" -v s="$5" -v compared="$6" -v events="$all/$events_s" \
+        'BEGIN { split(events, e, "/"); rate = edges / s
+                 printf "%s,%s,%s,%d,%.4g,%.4g,%.4g,%d\n", tool, version, plant, edges, s, rate, e[1] / e[2] / rate, compared }'
+}
+hpu_version=$(version "$hpu" --version)
+{
+    echo "tool,version,plant,edges,cpu_s,edges_per_s,events_faster_by,compared_edges"
+    row "hpu events" "$hpu_version" "closed form" $all "$events_s" $all
+    row "hpu clock" "$hpu_version" "closed form" $all "$(<clock_s)" $all
+    row "Verilator" "$(version verilator --version)" "C++" $all "$(<verilator_s)" $all
+    row "GHDL LLVM" "$ghdl_version" "C++ by VHPIDIRECT" $ghdl_timed "$(<llvm.bench_s)" $ghdl_compared
+    row "GHDL mcode" "$ghdl_version" "C++ by VHPIDIRECT" $ghdl_timed "$(<mcode.bench_s)" $ghdl_compared
+    row "GHDL LLVM in hpu check" "$ghdl_version" "hpu by VHPIDIRECT" $ghdl_compared "$(<llvm.check_s)" $ghdl_compared
+    row "GHDL mcode in hpu check" "$ghdl_version" "hpu by VHPIDIRECT" $ghdl_compared "$(<mcode.check_s)" $ghdl_compared
+    row "Icarus" "$(version iverilog -V)" "C++ by VPI" $icarus_timed "$(<icarus_s)" $icarus_compared
+    row "cocotb on GHDL mcode" "${cocotb##*=}" "Python" $cocotb_timed "$(<cocotb_s)" $cocotb_compared
+} >compare.csv
+{
+    echo "The scene hybrid-wall, switching bridge at 50 MHz, beside the tools that one would take instead"
+    echo "\$ testbench/compare.sh"
+    echo
+    awk -F, '{ printf "%-24s %-8s %-18s %10s %9s %12s %17s %15s\n", $1, $2, $3, $4, $5, $6, $7, $8 }' compare.csv
+    cat <<EOF
+
+Every net, at every edge
+hpu events and clock against each other are compared by \`hpu run --compare\` and the tests, not here.
+Verilator, hpu's pins replayed, $all edges: first difference $(<hpu.csv.differs)
+Verilator, closed around the plant stepped in long double, $all edges: first difference $(<extended.differs)
+Verilator, closed around the plant stepped in double, $all edges: first difference $(<f64.differs)
+GHDL LLVM and mcode, closed around hpu's plant, $ghdl_compared edges: none, or this table would not be
+Icarus, hpu's pins replayed, $icarus_compared edges: first difference $(<icarus.differs)
+cocotb, closed around the plant stepped in double, $cocotb_compared edges: first difference $(<free.differs)
+cocotb, the same with the wall at 4 mrad, which it reaches: first difference $(<near.differs)
+
+EOF
+    cat "$sources/notes.txt"
+    echo
+    echo "Compilers: $(g++ --version | head -n 1); Python $(version "$venv/bin/python" --version)."
+} >compare.txt
+mkdir -p "$record"
+cp compare.csv compare.txt "$record/"
+cat compare.txt
+for replayed in hpu.csv icarus free near; do
+    [ "$(<$replayed.differs)" = none ] || { echo "error: a register differs" >&2; exit 1; }
+done
