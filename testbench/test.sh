@@ -1,12 +1,13 @@
 #!/bin/sh
-# The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL.
+# The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL, and what short
+# runs cost in instructions.
 # Installs the tools of hardware designers where it may; ends with the counts of tests.
 set -eu
 cd "$(dirname "$0")/.."
 
-# GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs.
-packages="ghdl-mcode yosys nextpnr-ice40 fpga-icestorm"
-for tool in ghdl yosys nextpnr-ice40 icetime; do
+# GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions.
+packages="ghdl-mcode yosys nextpnr-ice40 fpga-icestorm valgrind"
+for tool in ghdl yosys nextpnr-ice40 icetime valgrind; do
     command -v "$tool" >/dev/null 2>&1 && continue
     if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
         apt-get update -qq
@@ -33,10 +34,15 @@ rm -f "$log.status"
 checked=passed
 cargo run --locked --quiet -p hpu -- check || checked=failed
 
-awk -v checked="$checked" '
+# What a few short runs cost, in instructions.
+counted=passed
+testbench/instructions.sh || counted=failed
+
+awk -v checked="$checked" -v counted="$counted" '
     /^test result:/ { passed += $4; failed += $6 }
     END {
         if (checked == "passed") passed++; else failed++
+        if (counted == "passed") passed++; else failed++
         printf "%d passed, %d failed\n", passed, failed
     }' "$log"
-[ "$status" = passed ] && [ "$checked" = passed ]
+[ "$status" = passed ] && [ "$checked" = passed ] && [ "$counted" = passed ]

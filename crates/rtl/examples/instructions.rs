@@ -1,0 +1,115 @@
+//! Short runs, one a process, for `testbench/instructions.sh` to count their instructions under callgrind.
+//!
+//! Without an argument it lists the runs and what they do; with the name of one it does that. Only what happens within
+//! `counted` counts: the run and its set-up, not the start of the process nor the parsing of the scene.
+
+use std::env;
+use std::io::{self, Cursor, Write};
+use std::process::ExitCode;
+
+use hpu_cosim::scene::{Experiment, shipped};
+use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary};
+use hpu_rtl::wave::{Fst, Layout, Vcd};
+use hpu_signal::{Clock, Cycle, Observe};
+
+/// What is counted: callgrind collects while it is in here.
+#[inline(never)]
+fn counted(work: &mut dyn FnMut()) {
+    work();
+}
+
+/// A run: its name, what it is for, and itself.
+type Case = (&'static str, &'static str, fn());
+
+const CASES: [Case; 10] = [
+    ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
+        run("hybrid-wall", &[], Driver::Events);
+    }),
+    ("clock", "its first 10^5 edges, edge by edge", || {
+        run("hybrid-wall", &[("run.duration", "2 ms")], Driver::Clock);
+    }),
+    ("contact", "half a second with the hand in the wall, averaged bridge", || {
+        run("hybrid-wall", &[CONTACT, ("model.bridge", "averaged"), ("run.duration", "500 ms")], Driver::Events);
+    }),
+    ("friction", "half a second of friction-wall in contact: stick and slip", || {
+        run("friction-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);
+    }),
+    ("divider", "half a second of energy-level-wall: a law with a sequential divider", || {
+        run("energy-level-wall", &[("run.duration", "500 ms")], Driver::Events);
+    }),
+    ("law", "half a second in contact of the reference law in floats", || {
+        let law = [("model.datapath", "law"), ("model.bridge", "averaged"), ("run.duration", "500 ms")];
+        run("hybrid-wall", &[&law[..], &[CONTACT]].concat(), Driver::Events);
+    }),
+    ("limits", "growth rate of the linear loop over 2^15 samples", || {
+        let Experiment::Axis(scene) = scene("hybrid-wall", &[("model.datapath", "linear")]) else { unreachable!() };
+        counted(&mut || {
+            let law = LinearLoop::new(&scene, scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
+            assert!(law.growth_per_s(1 << 15).is_finite());
+        });
+    }),
+    ("drop", "100 ms of phantom-drop from 0.1 mm above the room's wall", || {
+        run("phantom-drop", &[("room.distance", "0.1 mm"), ("run.duration", "100 ms")], Driver::Events);
+    }),
+    ("fst", "as contact, with the switching bridge and all signals into an FST", || {
+        let (scene, clock) = recorded("500 ms");
+        let ready = Ready::new(&scene).expect("a shipped scene");
+        counted(&mut || {
+            let file = Cursor::new(Vec::new());
+            let mut fst = Fst::new(file, &Layout::of(&ready), clock).expect("memory");
+            let end = observed(&ready, Driver::Events, &mut fst).edges;
+            fst.finish(Cycle(end)).expect("memory");
+        });
+    }),
+    ("vcd", "10^5 edges of the same into a VCD, the clock among them", || {
+        let (scene, clock) = recorded("2 ms");
+        let ready = Ready::new(&scene).expect("a shipped scene");
+        counted(&mut || {
+            let mut vcd = Vcd::new(Vec::new(), &Layout::of(&ready).with_clock(), clock).expect("memory");
+            let end = observed(&ready, Driver::Events, &mut vcd).edges;
+            vcd.finish(Cycle(end)).expect("memory");
+        });
+    }),
+];
+
+/// Puts the wall where the hand is from the first tenth of a second on.
+const CONTACT: (&str, &str) = ("wall.position", "0.05 rad");
+
+fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
+    let shipped = shipped().iter().find(|shipped| shipped.name == name).expect("a shipped scene");
+    let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_string(), (*value).to_string())).collect();
+    shipped.parse(&set).expect("a shipped scene")
+}
+
+fn recorded(duration: &str) -> (Experiment, Clock) {
+    let scene = scene("hybrid-wall", &[CONTACT, ("run.duration", duration)]);
+    let clock = Ready::new(&scene).expect("a shipped scene").clock();
+    (scene, clock)
+}
+
+fn observed(ready: &Ready, driver: Driver, observer: &mut impl Observe) -> Summary {
+    let mut trace = ready.trace(&[]);
+    ready.run(driver, &mut trace, observer, &Control::default())
+}
+
+fn run(name: &str, set: &[(&str, &str)], driver: Driver) {
+    let scene = scene(name, set);
+    counted(&mut || {
+        let ready = Ready::new(&scene).expect("a shipped scene");
+        assert!(observed(&ready, driver, &mut ()).complete);
+    });
+}
+
+fn main() -> ExitCode {
+    let Some(name) = env::args().nth(1) else {
+        // A reader who has seen enough is no error.
+        return ExitCode::from(u8::from(
+            CASES.iter().any(|(name, what, _)| writeln!(io::stdout(), "{name:<9} {what}").is_err()),
+        ));
+    };
+    match CASES.iter().find(|case| case.0 == name) {
+        Some((.., work)) => work(),
+        None => return ExitCode::from(2),
+    }
+    ExitCode::SUCCESS
+}
