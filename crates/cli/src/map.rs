@@ -1,5 +1,6 @@
 //! `hpu map`: a scene over two of its keys.
 
+use std::io::BufWriter;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
@@ -147,9 +148,12 @@ impl Mapped {
 
     fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
         let replay = |index: usize| self.replay(index);
-        folder.write("map.csv", study::csv(&self.map, &self.found, &self.command, replay))?;
-        let rows = study::parquet(&self.map, &self.found, &self.command, replay).map_err(Failure::file)?;
-        folder.write("map.parquet", rows)?;
+        let csv = BufWriter::new(folder.create("map.csv")?);
+        study::csv(csv, &self.map, &self.found, &self.command, replay)
+            .map_err(|error| Failure::at(&folder.place("map.csv"), error))?;
+        let parquet = folder.create("map.parquet")?;
+        study::parquet(parquet, &self.map, &self.found, &self.command, replay)
+            .map_err(|error| Failure::at(&folder.place("map.parquet"), error))?;
         let drawn = chart::map_pictures(&self.map, &self.found, &self.curves, &self.command);
         drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
         self.files = folder.places().map(PathBuf::from).collect();

@@ -21,7 +21,7 @@ pub type Row = Result<String, String>;
 
 /// Does the units `0..count` that are not done yet, and returns the rows of all in their order, or `None` when stopped.
 ///
-/// As [`run_some`], which knows of no last unit.
+/// As [`run_some`]; every new row goes through `keep`.
 ///
 /// # Errors
 ///
@@ -32,39 +32,43 @@ pub fn run<E>(
     mut done: BTreeMap<usize, Row>,
     control: &Control,
     unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
-    keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
 ) -> Result<Option<Vec<Row>>, E> {
-    run_some(0..count, jobs, &mut done, control, unit, keep)?;
+    let left: Vec<usize> = (0..count).filter(|index| !done.contains_key(index)).collect();
+    run_some(&left, jobs, control, unit, |index, row| {
+        keep(index, &row)?;
+        done.insert(index, row);
+        Ok(())
+    })?;
     Ok((0..count).map(|index| done.remove(&index)).collect())
 }
 
-/// Does those of the units that are not done yet, and adds their rows; when stopped, some stay without.
+/// Does these units, and hands their rows to `take` in the order in which they come; when stopped, some do not come. No row
+/// is kept here.
 ///
 /// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit that
-/// was stopped returns `None`. Every new row goes through `keep`, in the order in which they come.
+/// was stopped returns `None`.
 ///
 /// # Errors
 ///
-/// What `keep` says; the other units are stopped then.
+/// What `take` says; the other units are stopped then.
 pub fn run_some<E>(
-    wanted: impl IntoIterator<Item = usize>,
+    wanted: &[usize],
     jobs: NonZeroUsize,
-    done: &mut BTreeMap<usize, Row>,
     control: &Control,
     unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
-    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    mut take: impl FnMut(usize, Row) -> Result<(), E>,
 ) -> Result<(), E> {
-    let left: Vec<usize> = wanted.into_iter().filter(|index| !done.contains_key(index)).collect();
     let next = AtomicUsize::new(0);
-    let own: Vec<Control> = (0..jobs.get().min(left.len())).map(|_| Control::default()).collect();
+    let own: Vec<Control> = (0..jobs.get().min(wanted.len())).map(|_| Control::default()).collect();
     let stop = || own.iter().for_each(|control| control.stop.store(true, Ordering::Relaxed));
     let (send, rows) = mpsc::channel::<(usize, Row)>();
     let failed = thread::scope(|scope| {
         for control in &own {
-            let (send, left, next, unit) = (send.clone(), &left, &next, &unit);
+            let (send, next, unit) = (send.clone(), &next, &unit);
             scope.spawn(move || {
                 while !control.stop.load(Ordering::Relaxed)
-                    && let Some(&index) = left.get(next.fetch_add(1, Ordering::Relaxed))
+                    && let Some(&index) = wanted.get(next.fetch_add(1, Ordering::Relaxed))
                 {
                     let made = catch_unwind(AssertUnwindSafe(|| unit(index, control)));
                     let Some(row) = made.unwrap_or_else(|panic| Some(Err(reason(panic.as_ref())))) else { break };
@@ -77,11 +81,10 @@ pub fn run_some<E>(
         loop {
             match rows.recv_timeout(Duration::from_millis(50)) {
                 Ok((index, row)) => {
-                    if let Err(error) = keep(index, &row) {
+                    if let Err(error) = take(index, row) {
                         stop();
                         return Some(error);
                     }
-                    done.insert(index, row);
                     control.progress.fetch_add(1, Ordering::Relaxed);
                 }
                 Err(RecvTimeoutError::Timeout) => {}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::fs::{self, File};
+use std::fs::File;
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -312,16 +312,17 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     );
     let found = run(&map, plan(false, 2));
     let replay = |index: usize| format!("run {index}, \"again\"");
-    let csv = map::csv(&map, &found, "hpu map x", replay);
+    let mut csv = Vec::new();
+    map::csv(&mut csv, &map, &found, "hpu map x", replay).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
     let mut lines = csv.lines().skip_while(|line| line.starts_with('#'));
     assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
     assert_eq!(lines.next(), Some(format!("{},replay", map::COLUMNS.join(",")).as_str()));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 90);
 
-    let bytes = map::parquet(&map, &found, "hpu map x", replay).unwrap();
     let path = concat!(env!("CARGO_TARGET_TMPDIR"), "/map.parquet");
-    fs::write(path, bytes).unwrap();
+    map::parquet(File::create(path).unwrap(), &map, &found, "hpu map x", replay).unwrap();
     let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
     let metadata = reader.metadata().file_metadata();
     let pairs = metadata.key_value_metadata().expect("metadata");

@@ -132,11 +132,11 @@ impl<S: Sink> Recording<S> {
     }
 
     fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
-        if self.nets.iter().all(|net| net.word == Some(words[net.index])) {
+        let Some(first) = self.nets.iter().position(|net| net.word != Some(words[net.index])) else {
             return Ok(());
-        }
+        };
         self.reach(cycle)?;
-        for net in &mut self.nets {
+        for net in &mut self.nets[first..] {
             let word = words[net.index];
             if net.word != Some(word) {
                 net.word = Some(word);
@@ -176,10 +176,27 @@ impl<S: Sink> Observe for Recording<S> {
 
 /// The word's bits as characters, the most significant first.
 fn digits(format: Format, word: i64, text: &mut [u8; 64]) -> &[u8] {
-    let bits = format.bits(word);
-    let text = &mut text[..format.width() as usize];
-    for (place, digit) in text.iter_mut().rev().enumerate() {
-        *digit = b'0' + u8::from(bits & (1 << place) != 0);
+    let width = format.width();
+    // The most significant bit first in the first byte.
+    let bits = format.bits(word) << (64 - width);
+    let chunks = text.chunks_exact_mut(8).zip(bits.to_be_bytes());
+    for (chunk, byte) in chunks.take(width.div_ceil(8) as usize) {
+        chunk.copy_from_slice(&EIGHT_DIGITS[usize::from(byte)]);
     }
-    text
+    &text[..width as usize]
 }
+
+/// The characters of all bytes.
+static EIGHT_DIGITS: [[u8; 8]; 256] = {
+    let mut all = [[b'0'; 8]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut place = 0;
+        while place < 8 {
+            all[byte][place] += (byte >> (7 - place)) as u8 & 1;
+            place += 1;
+        }
+        byte += 1;
+    }
+    all
+};

@@ -79,19 +79,27 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope) -> 
 impl<W: Write> Sink for VcdFile<W> {
     type Out = W;
 
-    fn time(&mut self, time_ps: u64) -> io::Result<()> {
-        writeln!(self.out, "#{time_ps}")
+    fn time(&mut self, mut time_ps: u64) -> io::Result<()> {
+        // The sign, at most twenty digits, the line feed.
+        let mut line = [b'\n'; 22];
+        let mut start = line.len() - 1;
+        loop {
+            start -= 1;
+            line[start] = b'0' + (time_ps % 10) as u8;
+            time_ps /= 10;
+            if time_ps == 0 {
+                break;
+            }
+        }
+        start -= 1;
+        line[start] = b'#';
+        self.out.write_all(&line[start..])
     }
 
     fn word(&mut self, slot: usize, digits: &[u8]) -> io::Result<()> {
         let end = self.ends[slot].as_bytes();
-        if digits.len() == 1 {
-            self.out.write_all(digits)?;
-            return self.out.write_all(&end[1..]);
-        }
-        self.out.write_all(b"b")?;
-        self.out.write_all(digits)?;
-        self.out.write_all(end)
+        let (start, end): (&[u8], _) = if digits.len() == 1 { (b"", &end[1..]) } else { (b"b", end) };
+        [start, digits, end].iter().try_for_each(|part| self.out.write_all(part))
     }
 
     fn real(&mut self, slot: usize, value: f64) -> io::Result<()> {

@@ -39,45 +39,50 @@ impl Map {
     pub fn run<E>(
         &self,
         plan: Plan,
-        mut done: BTreeMap<usize, Row>,
+        done: BTreeMap<usize, Row>,
         control: &Control,
         mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
     ) -> Result<Option<Vec<Found>>, E> {
-        let unit = |index: usize, control: &Control| self.run_cell(index, plan.timeout, control);
-        let mut do_all = |wanted: Vec<usize>, done: &mut BTreeMap<usize, Row>| {
-            units::run_some(wanted.iter().copied(), plan.jobs, done, control, unit, &mut keep)?;
-            Ok(wanted.iter().all(|index| done.contains_key(index)))
-        };
+        // Of a cell there is in memory what was found, and nothing else.
         let mut found: Vec<Option<Found>> = vec![None; self.len()];
+        for (index, row) in done {
+            found[index] = Some(Found::Run(read(row)));
+        }
+        let unit = |index: usize, control: &Control| self.run_cell(index, plan.timeout, control);
+        let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
+            let left: Vec<usize> = wanted.filter(|index| found[*index].is_none()).collect();
+            units::run_some(&left, plan.jobs, control, unit, |index, row| {
+                keep(index, &row)?;
+                found[index] = Some(Found::Run(read(row)));
+                Ok(())
+            })?;
+            Ok(left.iter().all(|index| found[*index].is_some()))
+        };
         if plan.full {
-            if !do_all((0..self.len()).collect(), &mut done)? {
+            fill(&mut (0..self.len()), &mut found)?;
+            return Ok(found.into_iter().collect());
+        }
+        let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
+        let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
+        loop {
+            let wanted = layers.iter().zip(&firsts);
+            let mut wanted = wanted.flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell));
+            if !fill(&mut wanted, &mut found)? {
                 return Ok(None);
             }
-            found = done.values().map(|row| Some(Found::Run(read(row)))).collect();
-        } else {
-            let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
-            let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
-            loop {
-                let wanted = layers.iter().zip(&firsts);
-                let wanted = wanted.flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell));
-                if !do_all(wanted.collect(), &mut done)? {
-                    return Ok(None);
-                }
-                let class = |index: usize| read(&done[&index]).ok().map(|cell| cell.outcome);
-                let asked =
-                    layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.refine(|cell| class(first + cell)));
-                // Every layer takes its step: no short cut at the first.
-                if !asked.fold(false, |any, asked| any | asked) {
-                    break;
-                }
+            let class = |index: usize| match &found[index] {
+                Some(Found::Run(Ok(cell))) => Some(cell.outcome),
+                _ => None,
+            };
+            let asked = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.refine(|cell| class(first + cell)));
+            // Every layer takes its step: no short cut at the first.
+            if !asked.fold(false, |any, asked| any | asked) {
+                break;
             }
-            for (layer, first) in layers.iter().zip(&firsts) {
-                for cell in layer.wanted() {
-                    found[first + cell] = Some(Found::Run(read(&done[&(first + cell)])));
-                }
-                for (cell, like) in layer.inferred() {
-                    found[first + cell] = Some(Found::As(first + like));
-                }
+        }
+        for (layer, first) in layers.iter().zip(&firsts) {
+            for (cell, like) in layer.inferred() {
+                found[first + cell] = Some(Found::As(first + like));
             }
         }
         Ok(found.into_iter().collect())
@@ -85,8 +90,6 @@ impl Map {
 }
 
 /// A row as the cell that it was.
-fn read(row: &Row) -> Result<Cell, String> {
-    row.as_ref()
-        .map_err(Clone::clone)
-        .and_then(|line| Cell::read(line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
+fn read(row: Row) -> Result<Cell, String> {
+    row.and_then(|line| Cell::read(&line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
 }

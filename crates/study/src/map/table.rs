@@ -1,5 +1,7 @@
 //! A map as rows: CSV, and Parquet.
 
+use std::io::{self, Write};
+use std::ops::Range;
 use std::sync::Arc;
 
 use hpu_cosim::scene::Experiment;
@@ -132,35 +134,53 @@ fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }
 
-/// The map as CSV. Lines that begin with `#` say by which command it was made, and the units; `replay` tells the command of
-/// each cell.
-#[must_use]
-pub fn csv(map: &Map, found: &[Found], command: &str, replay: impl Fn(usize) -> String) -> String {
-    let mut text = format!("# {command}\n");
-    text.extend(units_of(map).iter().map(|(key, value)| format!("# {key}: {value}\n")));
-    text += &format!("{},replay\n", COLUMNS.join(","));
-    for index in 0..found.len() {
-        let Fields { method, place: [ix, iy], at: [x, y], outcome, run, measured, edges, reason } =
-            fields(map, found, index);
-        text += &format!("{},{ix},{iy},{x},{y},{outcome},{},", quoted(method), u8::from(run));
-        text.extend(measured.map(|value| value.map_or(",".to_string(), |value| format!("{value:e},"))));
-        text += &edges.map_or(String::new(), |edges| edges.to_string());
-        text += &format!(",{},{}\n", quoted(reason), quoted(&replay(index)));
-    }
-    text
-}
-
-/// The map as Parquet, with the same columns; units and command are in the file's metadata.
+/// Writes the map as CSV. Lines that begin with `#` say by which command it was made, and the units; `replay` tells the
+/// command of each cell.
 ///
 /// # Errors
 ///
-/// What the writer says; into memory it has no reason to.
-pub fn parquet(
+/// What the writer says.
+pub fn csv(
+    mut out: impl Write,
     map: &Map,
     found: &[Found],
     command: &str,
     replay: impl Fn(usize) -> String,
-) -> Result<Vec<u8>, ParquetError> {
+) -> io::Result<()> {
+    writeln!(out, "# {command}")?;
+    for (key, value) in units_of(map) {
+        writeln!(out, "# {key}: {value}")?;
+    }
+    writeln!(out, "{},replay", COLUMNS.join(","))?;
+    for index in 0..found.len() {
+        let Fields { method, place: [ix, iy], at: [x, y], outcome, run, measured, edges, reason } =
+            fields(map, found, index);
+        write!(out, "{},{ix},{iy},{x},{y},{outcome},{},", quoted(method), u8::from(run))?;
+        for value in measured {
+            value.map_or(Ok(()), |value| write!(out, "{value:e}"))?;
+            out.write_all(b",")?;
+        }
+        edges.map_or(Ok(()), |edges| write!(out, "{edges}"))?;
+        writeln!(out, ",{},{}", quoted(reason), quoted(&replay(index)))?;
+    }
+    out.flush()
+}
+
+/// Rows of a group of the Parquet file; so many are in memory at a time.
+const GROUP_ROWS: usize = 4096;
+
+/// Writes the map as Parquet, with the same columns; units and command are in the file's metadata.
+///
+/// # Errors
+///
+/// What the writer says.
+pub fn parquet(
+    out: impl Write + Send,
+    map: &Map,
+    found: &[Found],
+    command: &str,
+    replay: impl Fn(usize) -> String,
+) -> Result<(), ParquetError> {
     let measured: String = MEASURED.map(|name| format!("optional double {name};")).concat();
     let schema = format!(
         "message map {{ required binary method (utf8); required int32 ix; required int32 iy; required double x; \
@@ -174,35 +194,48 @@ pub fn parquet(
         .set_key_value_metadata(Some(metadata))
         .build();
     let schema = Arc::new(parse_message_type(&schema)?);
-    let mut file = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
-    let mut group = file.next_row_group()?;
-    let rows: Vec<Fields> = (0..found.len()).map(|index| fields(map, found, index)).collect();
-    texts(&mut group, rows.iter().map(|row| row.method))?;
+    let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+    for first in (0..found.len()).step_by(GROUP_ROWS) {
+        let mut group = file.next_row_group()?;
+        rows(&mut group, map, found, first..found.len().min(first + GROUP_ROWS), &replay)?;
+        group.close()?;
+    }
+    file.close().map(drop)
+}
+
+/// Writes a group of rows, column by column.
+fn rows<W: Write + Send>(
+    group: &mut Group<W>,
+    map: &Map,
+    found: &[Found],
+    cells: Range<usize>,
+    replay: impl Fn(usize) -> String,
+) -> Result<(), ParquetError> {
+    let rows: Vec<Fields> = cells.clone().map(|index| fields(map, found, index)).collect();
+    texts(group, rows.iter().map(|row| row.method))?;
     for axis in 0..2 {
         let places: Vec<i32> = rows.iter().map(|row| row.place[axis] as i32).collect();
-        column::<Int32Type>(&mut group, &places, None)?;
+        column::<Int32Type, W>(group, &places, None)?;
     }
     for axis in 0..2 {
         let values: Vec<f64> = rows.iter().map(|row| row.at[axis]).collect();
-        column::<DoubleType>(&mut group, &values, None)?;
+        column::<DoubleType, W>(group, &values, None)?;
     }
-    texts(&mut group, rows.iter().map(|row| row.outcome))?;
+    texts(group, rows.iter().map(|row| row.outcome))?;
     let run: Vec<i32> = rows.iter().map(|row| i32::from(row.run)).collect();
-    column::<Int32Type>(&mut group, &run, None)?;
+    column::<Int32Type, W>(group, &run, None)?;
     for index in 0..MEASURED.len() {
         let (values, levels) = known(rows.iter().map(|row| row.measured[index]));
-        column::<DoubleType>(&mut group, &values, Some(&levels))?;
+        column::<DoubleType, W>(group, &values, Some(&levels))?;
     }
     let (edges, levels) = known(rows.iter().map(|row| row.edges.map(|edges| edges as i64)));
-    column::<Int64Type>(&mut group, &edges, Some(&levels))?;
-    texts(&mut group, rows.iter().map(|row| row.reason))?;
-    let commands: Vec<String> = (0..found.len()).map(replay).collect();
-    texts(&mut group, commands.iter().map(String::as_str))?;
-    group.close()?;
-    file.into_inner()
+    column::<Int64Type, W>(group, &edges, Some(&levels))?;
+    texts(group, rows.iter().map(|row| row.reason))?;
+    let commands: Vec<String> = cells.map(replay).collect();
+    texts(group, commands.iter().map(String::as_str))
 }
 
-type Group<'a> = SerializedRowGroupWriter<'a, Vec<u8>>;
+type Group<'a, W> = SerializedRowGroupWriter<'a, W>;
 
 /// The values that are there, and for each row whether there is one.
 fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
@@ -211,8 +244,8 @@ fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     (values.into_iter().flatten().collect(), levels)
 }
 
-fn column<T: parquet::data_type::DataType>(
-    group: &mut Group,
+fn column<T: parquet::data_type::DataType, W: Write + Send>(
+    group: &mut Group<W>,
     values: &[T::T],
     levels: Option<&[i16]>,
 ) -> Result<(), ParquetError> {
@@ -221,7 +254,7 @@ fn column<T: parquet::data_type::DataType>(
     column.close()
 }
 
-fn texts<'a>(group: &mut Group, values: impl Iterator<Item = &'a str>) -> Result<(), ParquetError> {
+fn texts<'a, W: Write + Send>(group: &mut Group<W>, values: impl Iterator<Item = &'a str>) -> Result<(), ParquetError> {
     let values: Vec<ByteArray> = values.map(ByteArray::from).collect();
-    column::<ByteArrayType>(group, &values, None)
+    column::<ByteArrayType, W>(group, &values, None)
 }

@@ -1,0 +1,84 @@
+//! The memory of a map, counted by an allocator of our own: a cell leaves behind what was found of it, and nothing else.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+use std::{io, mem};
+
+use hpu_cosim::Control;
+use hpu_study::map::{self, Axis, Found, Map, Method, Plan};
+
+/// Counts bytes that are in use, and the most that ever were.
+struct Counting;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: everything is the system's; only numbers are added.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        PEAK.fetch_max(now, Ordering::Relaxed);
+        // SAFETY: as the caller's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as the caller's.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// The most bytes that some work has in use beyond what there was before.
+fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
+    let before = NOW.load(Ordering::Relaxed);
+    PEAK.store(before, Ordering::Relaxed);
+    let made = work();
+    (PEAK.load(Ordering::Relaxed) - before, made)
+}
+
+fn a_map(rows: usize) -> Map {
+    let text = include_str!("../../../testbench/scenes/free-motion.toml");
+    let axis = |text: &str| text.parse::<Axis>().unwrap();
+    let axes =
+        (axis("device.coulomb_friction=0.1..10 mN.m:8"), axis(&format!("device.initial_speed=1..9 rad/s:{rows}")));
+    let methods = vec![Method { label: "scene".into(), set: Vec::new() }];
+    let set = [("run.duration".to_string(), "100 us".to_string())];
+    let mut load = |_: &str| Err(io::ErrorKind::NotFound.into());
+    Map::new(("free-motion.toml", text), &set, axes, methods, &mut load).unwrap()
+}
+
+#[test]
+fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
+    let of = |rows: usize| {
+        let map = a_map(rows);
+        let plan = Plan { full: true, timeout: Duration::from_secs(60), jobs: NonZeroUsize::MIN };
+        let run = || map.run(plan, BTreeMap::new(), &Control::default(), |_, _| Ok::<_, Infallible>(()));
+        let (while_run, found) = peak(run);
+        let found = found.unwrap().expect("not stopped");
+        let replay = |index: usize| format!("hpu run free-motion --set device.initial_speed={index}");
+        let (as_csv, ()) = peak(|| map::csv(io::sink(), &map, &found, "hpu map", replay).unwrap());
+        let (as_parquet, ()) = peak(|| map::parquet(io::sink(), &map, &found, "hpu map", replay).unwrap());
+        [while_run, as_csv, as_parquet]
+    };
+    // All of them more than a group of the Parquet file.
+    let (few, many) = (600, 1200);
+    let [run, csv, parquet]: [f64; 3] = {
+        let (few_bytes, many_bytes) = (of(few), of(many));
+        let cells = (8 * (many - few)) as f64;
+        std::array::from_fn(|at| (many_bytes[at] as f64 - few_bytes[at] as f64) / cells)
+    };
+    // What was found, and the list of units to do.
+    let found = (mem::size_of::<Option<Found>>() + mem::size_of::<usize>()) as f64;
+    assert!(run <= found + 2.0, "{run} bytes a cell, {found} are found");
+    assert!(found <= 136.0, "{found} bytes");
+    assert!(csv.abs() <= 1.0, "{csv} bytes a cell for the CSV");
+    assert!(parquet.abs() <= 2.0, "{parquet} bytes a cell for the Parquet file");
+}

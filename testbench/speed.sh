@@ -1,0 +1,102 @@
+#!/bin/sh
+# How fast scenes run, and how sweeps spread over cores: writes testbench/record/speed.txt.
+#
+# Wall times of this machine, one run after another, all settings in turn and that RUNS times (7 unless told); of each the
+# median. Ratios are of medians of the same turns: they say more than the times do. Nothing else should be running. What
+# recording costs is in instructions.txt, free of noise: fst less switching.
+set -eu
+cd "$(dirname "$0")/.."
+runs=${RUNS:-7}
+record=testbench/record/speed.txt
+[ -x /usr/bin/time ] || { echo "error: GNU time is missing; install it: sudo apt-get install time" >&2; exit 3; }
+
+cargo build --locked --quiet --release -p hpu
+hpu=${CARGO_TARGET_DIR:-target}/release/hpu
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+# A line a setting: its name, then what hpu run is given. PWM counters as wide as keep their period near 82 us.
+cat >"$scratch/settings" <<'SETTINGS'
+hybrid-wall,10MHz hybrid-wall --set clock.frequency=10MHz --set method.pwm.bits=10 --set run.duration=10s
+hybrid-wall,25MHz hybrid-wall --set clock.frequency=25MHz --set method.pwm.bits=11 --set run.duration=10s
+hybrid-wall,50MHz hybrid-wall --set run.duration=10s
+hybrid-wall,100MHz hybrid-wall --set clock.frequency=100MHz --set method.pwm.bits=13 --set run.duration=10s
+hybrid-wall,200MHz hybrid-wall --set clock.frequency=200MHz --set method.pwm.bits=14 --set run.duration=10s
+hybrid-wall,2s hybrid-wall
+contact,averaged hybrid-wall --set model.bridge=averaged --set run.duration=10s
+friction-wall friction-wall --set run.duration=10s
+phantom-drop phantom-drop
+hybrid-wall,by-clock hybrid-wall --driver clock --set run.duration=50ms
+SETTINGS
+
+# Value of a key in what hpu run --json prints.
+value() { sed -n "s/^ *\"$1\": \([0-9.e+-]*\),*$/\1/p" "$2" | head -n 1; }
+# Median of the numbers on standard input.
+median() { sort -g | awk '{ all[NR] = $1 } END { print all[int((NR + 1) / 2)] }'; }
+
+turn=0
+while [ "$turn" -lt "$runs" ]; do
+    while read -r name arguments; do
+        # shellcheck disable=SC2086  # one word an argument
+        "$hpu" run --json $arguments >"$scratch/json" || [ $? = 1 ]
+        value wall_s "$scratch/json" >>"$scratch/wall,$name"
+        for key in edges events motion_s; do value "$key" "$scratch/json" >"$scratch/$key,$name"; done
+    done <"$scratch/settings"
+    turn=$((turn + 1))
+done
+
+# Name, edges, events, seconds of motion, median of the wall time.
+while read -r name _; do
+    echo "$name" "$(cat "$scratch/edges,$name")" "$(cat "$scratch/events,$name")" "$(cat "$scratch/motion_s,$name")" \
+        "$(median <"$scratch/wall,$name")"
+done <"$scratch/settings" >"$scratch/rows"
+
+# A sweep of costly cells by 1 and 2 threads, and one of cheap cells for what a cell leaves in memory.
+sweep="map hybrid-wall --x wall.stiffness=0.1..3N.m/rad:16:log --y wall.damping=0.01..1mN.m.s/rad:16:log --full"
+turn=0
+while [ "$turn" -lt "$runs" ]; do
+    for jobs in 1 2; do
+        # shellcheck disable=SC2086
+        /usr/bin/time -o "$scratch/time" -f '%e %U %S' "$hpu" $sweep --jobs "$jobs" >/dev/null
+        awk '{ print $1 }' "$scratch/time" >>"$scratch/elapsed,$jobs"
+        awk '{ print $2 + $3 }' "$scratch/time" >>"$scratch/busy,$jobs"
+    done
+    turn=$((turn + 1))
+done
+for side in 10 32 100; do
+    rm -rf "$scratch/map"
+    /usr/bin/time -o "$scratch/time" -f '%M' "$hpu" map free-motion --x "device.coulomb_friction=0.1..10mN.m:$side:log" \
+        --y "device.initial_speed=100..300rad/s:$side" --set run.duration=1ms --full --jobs 2 -o "$scratch/map" >/dev/null
+    echo "$((side * side))" "$(cat "$scratch/time")" >>"$scratch/memory"
+done
+
+{
+    echo "Speed, by testbench/speed.sh: medians of $runs runs"
+    echo "$("$hpu" --version), $(rustc -V), $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores"
+    echo
+    awk '
+        BEGIN {
+            printf "%-22s %12s %10s %10s %10s %12s %10s\n", "run", "edges", "events", "wall ms", "ms/s", "edges/s", "ns/event"
+        }
+        {
+            printf "%-22s %12s %10s %10.2f %10.3f %12.3g %10.0f\n", $1, $2, $3, 1e3 * $5, 1e3 * $5 / $4, $2 / $5, 1e9 * $5 / $3
+            cost[$1] = $5 / $4; event[$1] = $5 / $3
+            if ($1 ~ /MHz$/) {
+                if (!most || cost[$1] > most) most = cost[$1]
+                if (!least || cost[$1] < least) least = cost[$1]
+            }
+        }
+        END {
+            printf "\ncost of a second of motion, 10 to 200 MHz: dearest over cheapest %.2f\n", most / least
+            printf "cost of an event, 2 s over 10 s of motion: %.2f\n", event["hybrid-wall,2s"] / event["hybrid-wall,50MHz"]
+        }' "$scratch/rows"
+    one=$(median <"$scratch/elapsed,1")
+    two=$(median <"$scratch/elapsed,2")
+    echo
+    echo "a sweep of 256 cells of hybrid-wall: 1 thread $one s, 2 threads $two s:" \
+        "$(echo "$one $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }') of perfect scaling on 2 cores"
+    echo "processor time of both: $(median <"$scratch/busy,1") s and $(median <"$scratch/busy,2") s"
+    awk '{ printf "a map of %5d cells, tables and pictures written: at most %6d KiB in memory\n", $1, $2 }' "$scratch/memory"
+} >"$scratch/record"
+mv "$scratch/record" "$record"
+cat "$record"
