@@ -1,0 +1,195 @@
+//! Two worlds of one scene, each in a loop of its own, compared at every edge that is ticked.
+
+use std::fmt;
+
+use hpu_cosim::scene::{Device, Experiment, Scene, shipped};
+use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, World};
+use hpu_datapath::{LoopIn, LoopOut, Wiring};
+
+use crate::world::{Laws, PreciseWorld};
+
+/// Where the registers of two loops first differed: the one expected, and the other.
+#[derive(Debug)]
+pub struct Difference {
+    pub edges: [u64; 2],
+    /// A net with both words, unless the edges alone differ.
+    pub net: Option<(&'static str, [i64; 2])>,
+    /// What lies between the angle and a limit of its count at the earlier edge.
+    pub gap_rad: f64,
+}
+
+/// What came of a comparison.
+#[derive(Default, Debug)]
+pub struct Outcome {
+    /// Edges over which all agreed.
+    pub edges: u64,
+    /// Those of them that were ticked; between them nothing changes.
+    pub ticks: u64,
+    /// Edges of the encoder's lines.
+    pub crossings: u64,
+    /// Between the angles at the end.
+    pub off_rad: f64,
+    pub difference: Option<Difference>,
+}
+
+impl Outcome {
+    /// Adds another run's figures.
+    pub fn add(&mut self, other: &Self) {
+        self.edges += other.edges;
+        self.ticks += other.ticks;
+        self.crossings += other.crossings;
+        self.off_rad = self.off_rad.max(other.off_rad);
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { edges, ticks, crossings, off_rad, .. } = self;
+        write!(f, "{edges:>12} {ticks:>10} {crossings:>10} {off_rad:>9.1e}")
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let edges = self.edges;
+        match self.net {
+            None => write!(f, "ticked at edge {}, not {}", edges[1], edges[0])?,
+            Some((name, words)) => write!(f, "at edge {}, {name} is {}, not {}", edges[0], words[1], words[0])?,
+        }
+        write!(f, ", {:.1e} from the limit", self.gap_rad)
+    }
+}
+
+/// Runs the first loop with the world expected and the second with the other, from tick to tick, to an edge or for so many ticks.
+/// The first world is returned as it was before the last tick, too.
+fn beside<E, O, W>(
+    wiring: &W,
+    expected: E,
+    other: O,
+    input: LoopIn<i64>,
+    [end, ticks]: [u64; 2],
+) -> (Outcome, [E; 2], O)
+where
+    E: World<In = LoopIn<i64>, Out = LoopOut<i64>>,
+    O: World<In = LoopIn<i64>, Out = LoopOut<i64>>,
+    W: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> + Clone,
+{
+    let mut expected = ClosedLoop::new(wiring.clone(), expected, input, u64::MAX);
+    let mut other = ClosedLoop::new(wiring.clone(), other, input, u64::MAX);
+    let mut outcome = Outcome::default();
+    let mut before = expected.world.clone();
+    while expected.edge() < end && expected.ticks() < ticks && outcome.difference.is_none() {
+        before.clone_from(&expected.world);
+        tick(&mut expected, end);
+        tick(&mut other, end);
+        let edges = [expected.edge(), other.edge()];
+        let words = expected.wiring.words().iter().zip(other.wiring.words());
+        let net = words
+            .clone()
+            .position(|(one, another)| one != another)
+            .map(|index| (wiring.nets()[index].name, [expected.wiring.words()[index], other.wiring.words()[index]]));
+        if edges[0] != edges[1] || net.is_some() {
+            outcome.difference = Some(Difference { edges, net: net.filter(|_| edges[0] == edges[1]), gap_rad: 0.0 });
+        } else {
+            outcome.edges = edges[0];
+        }
+    }
+    outcome.ticks = expected.ticks();
+    outcome.crossings = expected.world.encoder_edges();
+    (outcome, [before, expected.world], other.world)
+}
+
+/// To the next edge that is ticked, or to the end.
+fn tick<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>>(run: &mut ClosedLoop<W, E>, end: u64) {
+    let ticks = run.ticks();
+    while run.ticks() == ticks && run.edge() < end {
+        run.leap(end, &mut ());
+    }
+}
+
+/// What an expression makes of the wiring of an axis.
+macro_rules! with_wiring {
+    ($the_loop:expr, $wiring:ident => $call:expr) => {
+        match $the_loop {
+            TheLoop::Hybrid($wiring) => $call,
+            TheLoop::Conventional($wiring) => $call,
+            TheLoop::SampledWall($wiring) => $call,
+            TheLoop::VirtualCoupling($wiring) => $call,
+            TheLoop::PassivityController($wiring) => $call,
+            TheLoop::EnergyBounding($wiring) => $call,
+            TheLoop::PassiveSpring($wiring) => $call,
+            TheLoop::Law($wiring) => $call,
+            _ => unreachable!("not an axis's"),
+        }
+    };
+}
+
+/// The engine's plant held to the precise one, to the end of a scene or for so many ticks.
+pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
+    let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let laws = Laws::<4>::new(scene);
+    let command = command(&session);
+    let precise = PreciseWorld::new(&laws, command, session.words().schedule);
+    let shipped = AxisWorld::new(session.plant(), command, session.words().schedule);
+    with_wiring!(session.wiring(), wiring => {
+        let (mut outcome, [mut before, precise], shipped) =
+            beside(wiring, precise, shipped, session.input(), [scene.edges(), ticks]);
+        if let Some(difference) = &mut outcome.difference {
+            let earlier = difference.edges[0].min(difference.edges[1]);
+            while before.edge() < earlier {
+                before.advance(earlier, |_, _| {});
+            }
+            difference.gap_rad = before.gap().float();
+        }
+        outcome.off_rad = (shipped.reals(shipped.edge())[2] - precise.angle().float()).abs();
+        outcome
+    })
+}
+
+/// The precise plant held to one of twice the places, in the same way.
+pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
+    let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let (laws, wide_laws) = (Laws::<4>::new(scene), Laws::<7>::new(scene));
+    let (command, schedule) = (command(&session), session.words().schedule);
+    let (precise, wide) =
+        (PreciseWorld::new(&laws, command, schedule), PreciseWorld::new(&wide_laws, command, schedule));
+    with_wiring!(session.wiring(), wiring => {
+        let (mut outcome, [_, wide], precise) =
+            beside(wiring, wide, precise, session.input(), [scene.edges(), ticks]);
+        outcome.off_rad = (precise.angle().widened() - wide.angle()).abs().float();
+        outcome
+    })
+}
+
+fn command(session: &Session) -> usize {
+    session.wiring().nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
+}
+
+/// The shipped scenes of an axis.
+pub fn axis_scenes() -> Vec<Scene> {
+    let parsed = |scene: &hpu_cosim::scene::Shipped| scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
+    shipped().iter().map(parsed).filter_map(Experiment::axis).collect()
+}
+
+/// The scene, begun so many counts further on.
+pub fn begun_at(mut scene: Scene, counts: f64) -> Scene {
+    let ahead = counts * scene.encoder.count_rad();
+    match &mut scene.device {
+        Device::Motor(motor) => motor.initial_angle_rad += ahead,
+        Device::Mass(mass) => mass.initial_position_m += ahead,
+    }
+    scene
+}
+
+/// The scene without what bends its motion: friction, diodes, an analog shaper.
+pub fn straightened(mut scene: Scene) -> Scene {
+    match &mut scene.device {
+        Device::Motor(motor) => (motor.coulomb_friction_nm, motor.initial_current_a) = (0.0, 0.0),
+        Device::Mass(mass) => mass.coulomb_n = 0.0,
+    }
+    if let Some(amplifier) = &mut scene.amplifier {
+        amplifier.shaper = None;
+    }
+    (scene.method.pwm.floating, scene.method.pwm.dead_time_s) = (false, 0.0);
+    scene
+}

@@ -1,0 +1,200 @@
+//! Fixed-point numbers of many words.
+
+use std::cmp::Ordering;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A number in two's complement, lowest word first: the highest of `N` words is the whole part, so that it lies between `-2^63` and
+/// `2^63` and its last place is `2^-64(N-1)`. Sums and comparisons are exact; products are cut towards zero.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Fixed<const N: usize>([u64; N]);
+
+impl<const N: usize> Fixed<N> {
+    pub const ZERO: Self = Self([0; N]);
+
+    /// An `f64`, exactly.
+    pub fn of(value: f64) -> Self {
+        assert!(value.abs() < 2f64.powi(62), "{value:e} is too great");
+        if value == 0.0 {
+            return Self::ZERO;
+        }
+        let bits = value.abs().to_bits();
+        let mantissa = bits & ((1 << 52) - 1) | 1 << 52;
+        let unused = mantissa.trailing_zeros();
+        // Of the mantissa's last bit that counts.
+        let place = (bits >> 52) as i32 - 1075 + unused as i32 + 64 * (N as i32 - 1);
+        assert!(place >= 0, "{value:e} has bits below the last place");
+        let (mantissa, place) = (mantissa >> unused, place as usize);
+        let wide = u128::from(mantissa) << (place % 64);
+        let mut words = [0; N];
+        words[place / 64] = wide as u64;
+        if wide >> 64 != 0 {
+            words[place / 64 + 1] = (wide >> 64) as u64;
+        }
+        if value < 0.0 { -Self(words) } else { Self(words) }
+    }
+
+    /// A whole number.
+    pub fn whole(value: u64) -> Self {
+        assert!(value < 1 << 63);
+        let mut words = [0; N];
+        words[N - 1] = value;
+        Self(words)
+    }
+
+    pub fn is_negative(self) -> bool {
+        self.0[N - 1] >> 63 != 0
+    }
+
+    pub fn abs(self) -> Self {
+        if self.is_negative() { -self } else { self }
+    }
+
+    /// The `f64` next to it, or the one after that.
+    pub fn float(self) -> f64 {
+        let size = self.abs().0.iter().fold(0.0, |sum, &word| sum * 2f64.powi(-64) + word as f64);
+        if self.is_negative() { -size } else { size }
+    }
+
+    /// The same with more places.
+    pub fn widened<const M: usize>(self) -> Fixed<M> {
+        Fixed(std::array::from_fn(|i| if i + N < M { 0 } else { self.0[i + N - M] }))
+    }
+
+    /// `1 / self`, by Newton's iteration from the `f64`: each step doubles the digits.
+    pub fn reciprocal(self) -> Self {
+        let two = Self::whole(2);
+        (0..N).fold(Self::of(1.0 / self.float()), |guess, _| guess * (two - self * guess))
+    }
+}
+
+impl<const N: usize> Add for Fixed<N> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        let mut carry = false;
+        Self(std::array::from_fn(|i| {
+            let (sum, one) = self.0[i].overflowing_add(other.0[i]);
+            let (sum, two) = sum.overflowing_add(u64::from(carry));
+            carry = one | two;
+            sum
+        }))
+    }
+}
+
+impl<const N: usize> Neg for Fixed<N> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        let mut carry = true;
+        Self(self.0.map(|word| {
+            let (word, over) = (!word).overflowing_add(u64::from(carry));
+            carry = over;
+            word
+        }))
+    }
+}
+
+impl<const N: usize> Sub for Fixed<N> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl<const N: usize> Mul for Fixed<N> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        let (a, b) = (self.abs().0, other.abs().0);
+        let mut words = [0; N];
+        // Column by column, as on paper; the sum of a column has three words.
+        let (mut low, mut high) = (0u128, 0u64);
+        for column in 0..2 * N - 1 {
+            for i in column.saturating_sub(N - 1)..=column.min(N - 1) {
+                let (sum, over) = low.overflowing_add(u128::from(a[i]) * u128::from(b[column - i]));
+                low = sum;
+                high += u64::from(over);
+            }
+            if column >= N - 1 {
+                words[column - (N - 1)] = low as u64;
+            }
+            low = low >> 64 | u128::from(high) << 64;
+            high = 0;
+        }
+        assert!(low == 0 && words[N - 1] >> 63 == 0, "a product is too great");
+        let size = Self(words);
+        if self.is_negative() == other.is_negative() { size } else { -size }
+    }
+}
+
+impl<const N: usize> Ord for Fixed<N> {
+    #[inline]
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |x: &Self| (x.0[N - 1] as i64, x.0);
+        let ((a, low_a), (b, low_b)) = (key(self), key(other));
+        a.cmp(&b).then_with(|| low_a.iter().rev().cmp(low_b.iter().rev()))
+    }
+}
+
+impl<const N: usize> PartialOrd for Fixed<N> {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fixed;
+
+    /// From the digits after the point.
+    fn decimal<const N: usize>(digits: &str) -> Fixed<N> {
+        let tenth = Fixed::whole(10).reciprocal();
+        digits.bytes().rev().fold(Fixed::ZERO, |sum, digit| (sum + Fixed::whole(u64::from(digit - b'0'))) * tenth)
+    }
+
+    #[test]
+    fn floats_go_in_and_out_unchanged() {
+        let values = [0.0, 1.0, -1.0, 0.1, -2345.678, 1.37e-6, 2e-8, -1e15, f64::EPSILON, 4.0e18];
+        for value in values {
+            assert_eq!(Fixed::<4>::of(value).float(), value);
+            assert_eq!(Fixed::<7>::of(value).float(), value);
+        }
+    }
+
+    #[test]
+    fn whole_numbers_multiply_and_compare_as_integers_do() {
+        let values = [0i64, 1, -1, 3, -7, 1 << 20, -(1 << 30), (1 << 31) - 1];
+        for a in values {
+            for b in values {
+                let (x, y) = (Fixed::<4>::of(a as f64), Fixed::<4>::of(b as f64));
+                let product = Fixed::whole((a * b).unsigned_abs());
+                assert_eq!(x * y, if a * b < 0 { -product } else { product });
+                assert_eq!(x + y, Fixed::of((a + b) as f64));
+                assert_eq!(x - y, Fixed::of((a - b) as f64));
+                assert_eq!(x.cmp(&y), a.cmp(&b));
+            }
+        }
+    }
+
+    #[test]
+    fn fractions_multiply_exactly_where_the_product_has_room() {
+        // (2^-90 + 2^-3) (2^-100 - 2^-4) in powers of two.
+        let power = |n: i32| Fixed::<4>::of(2f64.powi(n));
+        let product = (power(-90) + power(-3)) * (power(-100) - power(-4));
+        assert_eq!(product, power(-190) + power(-103) - power(-94) - power(-7));
+    }
+
+    #[test]
+    fn a_number_times_its_reciprocal_is_one_to_the_last_places() {
+        for value in [3.0, 0.1, 1.37e-6, 2.26e-4, 0.0633, -7.5e3] {
+            let x = Fixed::<4>::of(value);
+            let off = (x * x.reciprocal() - Fixed::whole(1)).abs();
+            assert!(off.float() <= 2f64.powi(-190) * value.abs().max(1.0), "{value}: {:e}", off.float());
+        }
+        // One seventh is 0.142857 and so on.
+        let off = (Fixed::<4>::whole(7).reciprocal() - decimal(&"142857".repeat(10))).abs();
+        assert!(off.float() < 1e-57);
+    }
+}

@@ -1,0 +1,238 @@
+//! A linear system `x' = A x + g` on a clock: its state after any number of edges, and bounds on its speed.
+
+use crate::fixed::Fixed;
+
+/// Edges in base 64.
+const DIGIT_BITS: u32 = 6;
+const LEVELS: u32 = 4;
+
+/// The state: current, speed, angle relative to where the hand means to be.
+pub type Vector<const N: usize> = [Fixed<N>; 3];
+/// Rows.
+pub type Matrix<const N: usize> = [Vector<N>; 3];
+
+pub const CURRENT: usize = 0;
+pub const SPEED: usize = 1;
+pub const ANGLE: usize = 2;
+
+/// `exp(A t)` and its integral, which bring a state to `exp(A t) x + (integral) g`.
+#[derive(Clone, Copy)]
+struct Step<const N: usize> {
+    state: Matrix<N>,
+    input: Matrix<N>,
+}
+
+/// The system, its steps tabulated.
+pub struct Flow<const N: usize> {
+    a: [[f64; 3]; 3],
+    edge_s: f64,
+    /// Steps of `digit * 64^level` edges at `63 level + digit - 1`.
+    steps: Vec<Step<N>>,
+    /// Row of the speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for `0 <= s <= t`.
+    bounds: Vec<[f64; 3]>,
+}
+
+/// What is left to rounding where floats prove something: they err by parts in 10^16, a few times over.
+const SLACK: f64 = 1.0 + 1e-9;
+
+impl<const N: usize> Flow<N> {
+    pub fn new(a: Matrix<N>, edge_s: f64) -> Self {
+        let unit = Step::short(&a, Fixed::of(edge_s));
+        let mut steps = Vec::new();
+        let mut base = unit;
+        for _ in 0..LEVELS {
+            let mut step = base;
+            for _ in 1..1 << DIGIT_BITS {
+                steps.push(step);
+                step = base.after(&step);
+            }
+            base = step;
+        }
+        let a = a.map(|row| row.map(Fixed::float));
+        let bounds = bounds(&a, edge_s);
+        Self { a, edge_s, steps, bounds }
+    }
+
+    /// The state so many edges later under a constant `g`.
+    pub fn after(&self, mut edges: u64, mut x: Vector<N>, g: &Vector<N>) -> Vector<N> {
+        assert!(edges < 1 << (DIGIT_BITS * LEVELS), "a leap of {edges} edges");
+        let mut level = 0;
+        while edges > 0 {
+            let digit = (edges & 63) as usize;
+            if digit > 0 {
+                let step = &self.steps[63 * level + digit - 1];
+                x = sum(&apply(&step.state, &x), &apply(&step.input, g));
+            }
+            edges >>= DIGIT_BITS;
+            level += 1;
+        }
+        x
+    }
+
+    /// The most edges that [`acceleration`](Self::acceleration) speaks of.
+    pub fn window(&self) -> u64 {
+        1 << (self.bounds.len() - 1)
+    }
+
+    /// A bound on the size of the acceleration during so many edges from a state: `x''` obeys `x'' = A x'`, so that the
+    /// acceleration is the speed's row of `exp(A t)` on the present `x'`.
+    pub fn acceleration(&self, edges: u64, x: &[f64; 3], g: &[f64; 3]) -> f64 {
+        let row = self.bounds[edges.next_power_of_two().trailing_zeros() as usize];
+        let mut most = 0.0;
+        for (bound, (coefficients, g)) in row.iter().zip(self.a.iter().zip(g)) {
+            let terms = coefficients.iter().zip(x).map(|(a, x)| a * x);
+            let (rate, size) = terms.fold((*g, g.abs()), |(rate, size), term| (rate + term, size + term.abs()));
+            // What cancels leaves its rounding behind.
+            most += bound * (rate.abs() + 1e-12 * size);
+        }
+        most * SLACK
+    }
+
+    /// Seconds that so many edges take, with slack.
+    pub fn at_most_s(&self, edges: u64) -> f64 {
+        edges as f64 * self.edge_s * SLACK
+    }
+}
+
+impl<const N: usize> Step<N> {
+    /// By Taylor's series, for a time in which nothing much happens.
+    fn short(a: &Matrix<N>, time_s: Fixed<N>) -> Self {
+        let at = a.map(|row| row.map(|x| x * time_s));
+        let zero = [[Fixed::ZERO; 3]; 3];
+        let identity: Matrix<N> = std::array::from_fn(|i| std::array::from_fn(|j| Fixed::whole(u64::from(i == j))));
+        let (mut state, mut input, mut term) = (identity, zero, identity);
+        for k in 1.. {
+            // (A t)^(k-1) / (k-1)! becomes the input's t (A t)^(k-1) / k! and the state's (A t)^k / k!.
+            let share = Fixed::whole(k).reciprocal();
+            input = add(&input, &term.map(|row| row.map(|x| x * time_s * share)));
+            term = product(&at, &term).map(|row| row.map(|x| x * share));
+            state = add(&state, &term);
+            if term == zero {
+                return Self { state, input };
+            }
+        }
+        unreachable!("the series ends where its terms vanish")
+    }
+
+    /// One after the other.
+    fn after(&self, first: &Self) -> Self {
+        Self { state: product(&self.state, &first.state), input: add(&product(&self.state, &first.input), &self.input) }
+    }
+}
+
+fn sum<const N: usize>(x: &Vector<N>, y: &Vector<N>) -> Vector<N> {
+    std::array::from_fn(|i| x[i] + y[i])
+}
+
+fn add<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
+    std::array::from_fn(|i| sum(&a[i], &b[i]))
+}
+
+fn apply<const N: usize>(a: &Matrix<N>, x: &Vector<N>) -> Vector<N> {
+    a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+}
+
+fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
+    a.map(|row| std::array::from_fn(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
+}
+
+/// The speed's rows of `exp(|A| t)`, from above, for 1, 2, 4 edges and so on, as long as they are of use.
+fn bounds(a: &[[f64; 3]; 3], edge_s: f64) -> Vec<[f64; 3]> {
+    let size = a.map(|row| row.map(|x| x.abs() * edge_s));
+    assert!(size.iter().flatten().sum::<f64>() < 1.0, "an edge is too long for the bounds");
+    let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut term = all;
+    // What the terms leave out is far below the slack.
+    for k in 1..30 {
+        term = multiply(&term, &size).map(|row| row.map(|x| x / f64::from(k)));
+        all = std::array::from_fn(|i| std::array::from_fn(|j| all[i][j] + term[i][j]));
+    }
+    let mut rows = Vec::new();
+    while rows.len() < (DIGIT_BITS * LEVELS) as usize && (0..3).all(|i| all[i][i] < 8.0) {
+        all = all.map(|row| row.map(|x| x * SLACK));
+        rows.push(all[SPEED]);
+        all = multiply(&all, &all);
+    }
+    rows
+}
+
+fn multiply(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    a.map(|row| std::array::from_fn(|j| (0..3).map(|i| row[i] * b[i][j]).sum()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ANGLE, CURRENT, Flow, Matrix, SPEED};
+    use crate::fixed::Fixed;
+
+    const EDGE_S: f64 = 1.0 / (1 << 22) as f64;
+
+    fn matrix(entries: [[f64; 3]; 3]) -> Matrix<4> {
+        entries.map(|row| row.map(Fixed::of))
+    }
+
+    /// From the first 50 digits after the point, as tables of constants have them.
+    fn decimal(digits: &str) -> Fixed<4> {
+        let tenth = Fixed::whole(10).reciprocal();
+        digits.bytes().rev().fold(Fixed::ZERO, |sum, digit| (sum + Fixed::whole(u64::from(digit - b'0'))) * tenth)
+    }
+
+    #[track_caller]
+    fn assert_near(x: Fixed<4>, digits: &str) {
+        let off = (x - decimal(digits)).abs().float();
+        assert!(off < 1e-48, "{off:e}");
+    }
+
+    const E_INVERSE: &str = "36787944117144232159552377016146086744581113103176";
+    const SINE_1: &str = "84147098480789650665250232163029899962256306079837";
+    const COSINE_1: &str = "54030230586813971740093660744297660373231042061792";
+
+    #[test]
+    fn after_a_time_constant_the_tables_digits_of_1_over_e_are_left() {
+        let flow = Flow::new(matrix([[-1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]]), EDGE_S);
+        let (one, zero) = (Fixed::whole(1), Fixed::ZERO);
+        assert_near(flow.after(1 << 22, [one, zero, zero], &[zero; 3])[CURRENT], E_INVERSE);
+        // Driven from rest, the rest of one.
+        assert_near(one - flow.after(1 << 22, [zero; 3], &[one, zero, zero])[CURRENT], E_INVERSE);
+        // In two leaps that share no digit of the count.
+        let part = flow.after(1_234_567, [one, zero, zero], &[zero; 3]);
+        assert_near(flow.after((1 << 22) - 1_234_567, part, &[zero; 3])[CURRENT], E_INVERSE);
+    }
+
+    #[test]
+    fn after_a_radian_a_swing_has_the_tables_digits_of_sine_and_cosine() {
+        let flow = Flow::new(matrix([[0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), EDGE_S);
+        let (one, zero) = (Fixed::whole(1), Fixed::ZERO);
+        let x = flow.after(1 << 22, [zero, zero, one], &[zero; 3]);
+        assert_near(x[ANGLE], COSINE_1);
+        assert_near(-x[SPEED], SINE_1);
+        // A constant acceleration swings it about one: 1 - cos and sin.
+        let x = flow.after(1 << 22, [zero; 3], &[zero, one, zero]);
+        assert_near(one - x[ANGLE], COSINE_1);
+        assert_near(x[SPEED], SINE_1);
+    }
+
+    #[test]
+    fn a_falling_body_falls_by_half_g_t_squared_exactly() {
+        let flow = Flow::<4>::new(matrix([[0.0; 3], [0.0; 3], [0.0, 1.0, 0.0]]), EDGE_S);
+        let x = flow.after(3 << 20, [Fixed::ZERO; 3], &[Fixed::ZERO, Fixed::whole(8), Fixed::ZERO]);
+        assert_eq!((x[SPEED], x[ANGLE]), (Fixed::whole(6), Fixed::of(2.25)));
+    }
+
+    #[test]
+    fn no_acceleration_in_a_window_exceeds_its_bound() {
+        let a = matrix([[-1e4, -115.0, 0.0], [1.9e4, -80.0, -2.2e5], [0.0, 1.0, 0.0]]);
+        let flow = Flow::new(a, 2e-8);
+        let g = [1e5, -300.0, 7.0];
+        for x in [[0.0, 0.0, 0.0], [10.0, -40.0, 0.1], [-3.0, 200.0, -1.5], [9.98, 0.0, 0.86]] {
+            let state: [Fixed<4>; 3] = x.map(Fixed::of);
+            let bound = flow.acceleration(flow.window(), &x, &g);
+            let most = (0..=flow.window()).step_by(16).map(|edges| {
+                let [i, w, d] = flow.after(edges, state, &g.map(Fixed::of)).map(Fixed::float);
+                (1.9e4 * i - 80.0 * w - 2.2e5 * d + g[1]).abs()
+            });
+            let most = most.fold(0.0, f64::max);
+            assert!(most <= bound && bound <= 50.0 * most, "{most} of {bound}");
+        }
+    }
+}
