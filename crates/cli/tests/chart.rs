@@ -38,7 +38,9 @@ fn a_chart_writes_a_table_and_a_picture_and_says_what_is_exact() {
     assert!(line("clock").contains("0: every register edge equal"), "{said}");
     assert!(!line("averaged").contains("every register edge"), "{said}");
     let svg = fs::read_to_string(out.join("chart.svg")).expect("a picture");
-    for word in ["$ hpu chart hybrid-wall --contestants", "hybrid-wall: speed against accuracy", "averaged", "1 % allowed"] {
+    for word in
+        ["$ hpu chart hybrid-wall --contestants", "hybrid-wall: speed against accuracy", "averaged", "1 % allowed"]
+    {
         assert!(svg.contains(word), "{word}");
     }
     let csv = fs::read_to_string(out.join("chart.csv")).expect("a table");
@@ -68,7 +70,10 @@ fn json_is_one_object_with_the_error_of_every_output_and_a_command_that_runs() {
     assert!(of("averaged")["errors"]["trace"].as_f64() > Some(0.0));
     assert_eq!(of("criterion:routh")["edges"], 0, "a criterion runs nothing");
     let replay = of("averaged")["replay"].as_str().expect("a command");
-    assert!(replay.starts_with("hpu run hybrid-wall --set ") && replay.ends_with("--set model.bridge=averaged"), "{replay}");
+    assert!(
+        replay.starts_with("hpu run hybrid-wall --set ") && replay.ends_with("--set model.bridge=averaged"),
+        "{replay}"
+    );
 }
 
 #[test]

@@ -131,7 +131,7 @@ impl<'p> AxisWorld<'p> {
 
 /// The encoder looks at the angle at an edge.
 #[inline(always)]
-fn count(encoder: &mut Encoder, pins: &mut Pins, device: &mut Device, edge: u64, angle_rad: f64) {
+fn count(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64, angle_rad: f64) {
     if encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
         *pins = encoder.pins();
     }
@@ -248,6 +248,6 @@ impl World for AxisWorld<'_> {
     }
 
     fn redecided(&self) -> u64 {
-        self.device.as_ref().map_or(0, Device::redecided)
+        self.device.as_ref().map_or(0, Body::redecided)
     }
 }

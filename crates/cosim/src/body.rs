@@ -2,6 +2,7 @@
 
 use hpu_plant::{Device, Drive, Energy, Event, REALS, State};
 
+use crate::encoder::side_of;
 use crate::stepped::Stepped;
 
 /// A device in motion. Both kinds have the same functions.
@@ -62,6 +63,23 @@ impl Body<'_> {
     #[inline(always)]
     pub(crate) fn step(&mut self, edge: u64) -> State {
         forward!(self, body => body.step(edge))
+    }
+
+    /// On which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0 inside, 1 above.
+    #[inline(always)]
+    pub(crate) fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
+        match self {
+            Self::Exact(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad),
+        }
+    }
+
+    /// Decisions made again in higher precision: of a body that has it.
+    pub(crate) fn redecided(&self) -> u64 {
+        match self {
+            Self::Exact(body) => body.redecided(),
+            Self::Stepped(_) => 0,
+        }
     }
 
     pub(crate) fn energy(&self, edge: u64) -> Energy {

@@ -114,9 +114,9 @@ impl Direct<'_> {
         }
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
-        let (energy, mode_changes) = match &course.mover {
-            Mover::Fixed { energy, .. } => (*energy, 0),
-            Mover::Exact(device) => (device.energy(edge), device.mode_changes()),
+        let (energy, mode_changes, redecided) = match &course.mover {
+            Mover::Fixed { energy, .. } => (*energy, 0, 0),
+            Mover::Exact(device) => (device.energy(edge), device.mode_changes(), device.redecided()),
         };
         let summary = Summary {
             verdict: None,
@@ -130,6 +130,7 @@ impl Direct<'_> {
             encoder_edges: course.encoder_edges,
             output_changes: course.output_changes,
             mode_changes,
+            redecided,
             energy: EnergyAudit::of(&energy, stored_j),
             nets: Vec::new(),
         };

@@ -40,7 +40,7 @@ impl Encoder {
     /// The shaft is at an angle now; whether the count has changed.
     #[inline(always)]
     pub(crate) fn sense(&mut self, angle_rad: f64) -> bool {
-        self.sense_by(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low))
+        self.sense_by(angle_rad, |band| side_of(band, angle_rad))
     }
 
     /// The same where somebody else knows better than `f64` on which side of a band the angle lies: -1 below, 0 inside, 1 above.
@@ -73,4 +73,10 @@ impl Encoder {
         let (low, high) = band(count);
         self.band = Band { low, high, open: true };
     }
+}
+
+/// Where an angle lies with respect to a band: -1 below, 0 inside, 1 above.
+#[inline(always)]
+pub(crate) fn side_of((low, high): (f64, f64), angle_rad: f64) -> i8 {
+    i8::from(angle_rad >= high) - i8::from(angle_rad < low)
 }

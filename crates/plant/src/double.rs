@@ -421,8 +421,7 @@ mod tests {
         assert_eq!(got, matrix.times::<Fused>(&v, &before));
         let whole = |x: Double| x.hi as i128 * (1 << 58) + (x.lo * 2f64.powi(58)) as i128;
         for (r, row) in rows.iter().enumerate() {
-            let sum =
-                (0..4).map(|c| whole(row[c]) * whole(v.lane(c))).sum::<i128>() + (whole(before.lane(r)) << 58);
+            let sum = (0..4).map(|c| whole(row[c]) * whole(v.lane(c))).sum::<i128>() + (whole(before.lane(r)) << 58);
             let found = (got.hi[r] as i128) * (1i128 << 116) + (got.lo[r] * 2f64.powi(116)) as i128;
             let high = got.hi[r] * 2f64.powi(60);
             assert_eq!(high, high.round(), "the high part is a multiple of 2^-60");

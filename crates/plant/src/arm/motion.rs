@@ -131,7 +131,7 @@ impl<'a> ArmMotion<'a> {
         let mut sums = ([0.0; 4], [0.0; 4]);
         for i in 0..4 {
             // Angles move by what their speeds lack as well.
-            let rate = if which % 2 == 0 { rate[i] + low[which + 1][i] } else { rate[i] };
+            let rate = if which.is_multiple_of(2) { rate[i] + low[which + 1][i] } else { rate[i] };
             let (anchor, change) = (terms[0][i], low[which][i] + rate * t);
             let whole = anchor + change;
             let kept = whole - anchor;

@@ -127,7 +127,12 @@ impl Tour {
         };
         let tell = |index: usize, _: &Control| Some(Ok(self.foretell(index - cells)));
         let mut told = foretold;
-        units::run_some(cells..self.units(), plan.jobs, &mut told, control, tell, keep)?;
+        let left: Vec<usize> = (cells..self.units()).filter(|index| !told.contains_key(index)).collect();
+        units::run_some(&left, plan.jobs, control, tell, |index, row| {
+            keep(index, &row)?;
+            told.insert(index, row);
+            Ok(())
+        })?;
         if told.len() < self.units() - cells {
             return Ok(None);
         }

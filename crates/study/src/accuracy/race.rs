@@ -260,8 +260,11 @@ impl Race {
             Err(why) => Some(Err(why)),
         };
         let mut rows = BTreeMap::new();
-        let kept = |_: usize, _: &units::Row| Ok::<(), std::convert::Infallible>(());
-        let Ok(()) = units::run_some(0..self.contestants.len(), plan.jobs, &mut rows, control, judge, kept);
+        let all: Vec<usize> = (0..self.contestants.len()).collect();
+        let Ok(()) = units::run_some(&all, plan.jobs, control, judge, |index, row| {
+            rows.insert(index, row);
+            Ok::<(), std::convert::Infallible>(())
+        });
         if rows.len() < self.contestants.len() {
             return Ok(None);
         }
