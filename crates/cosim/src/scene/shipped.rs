@@ -37,6 +37,11 @@ macro_rules! scenes {
 static SCENES: &[Shipped] = scenes![
     "hybrid-wall",
     "hybrid-wall-25mhz",
+    "slow-pwm",
+    "slow-winding",
+    "slow-friction",
+    "short-contact",
+    "ringing-wall",
     "friction-wall",
     "thrown-hybrid",
     "thrown-conventional",

@@ -1,0 +1,134 @@
+//! `hpu fit`: the least model that still answers a scene's question.
+
+use hpu_cosim::Control;
+use hpu_study::accuracy::Output;
+use hpu_study::fit::{Fit, FitError, fit};
+use hpu_study::map::SceneText;
+use serde_json::{Value, json};
+
+use crate::exit::{Exit, Failure};
+use crate::interrupt;
+use crate::scene::{self, Source, set_options};
+use crate::terminal::{print, print_json};
+use crate::units::{percent, si};
+
+/// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
+///
+/// The scene says which outputs it is about ([accuracy] outputs). The cheapest model is tried first, and more is modelled until
+/// every output is within half of the tolerance of the scene as it is written, and within the tolerance, with the same verdict, when the
+/// wall is a little softer, stiffer, nearer and farther. A scene with model = "auto" is run so.
+#[derive(clap::Args)]
+pub struct Args {
+    /// A scene's file, or the name of a shipped scene
+    scene: String,
+    /// The tolerance, as in 1% [default: the scene's accuracy.within, else 1%]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    within: Option<f64>,
+    #[command(flatten)]
+    set: scene::Set,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
+    share.filter(|share| *share > 0.0 && *share < 1.0).ok_or_else(|| "write a share between 0 and 1, as in 1% or 0.01".into())
+}
+
+/// `hpu fit`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let source = scene::source(&args.scene)?;
+    let Some(found) = least(&source, &args.set.set, args.within, interrupt::heed())? else {
+        return Ok(Exit::Interrupted);
+    };
+    let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
+    let command = format!("hpu run {}{}", scene::quoted(&args.scene), set_options(&set));
+    if args.json { print_json(&object(&args.scene, &found, &command))? } else { print(&text(&args.scene, &found, &command))? }
+    Ok(Exit::Fine)
+}
+
+/// The least model of a scene; `None` when interrupted.
+pub fn least(
+    source: &Source,
+    set: &[(String, String)],
+    within: Option<f64>,
+    control: &Control,
+) -> Result<Option<Fit>, Failure> {
+    let mut load = |file: &str| source.load(file);
+    let text = SceneText::read(&source.name, &source.text, set, &mut load).map_err(Failure::file)?;
+    let within = match within {
+        Some(within) => within,
+        None => source.parse(set)?.accuracy().within,
+    };
+    match fit(&text, &set.to_vec(), within, control) {
+        Ok(found) => Ok(Some(found)),
+        Err(FitError::Stopped) => Ok(None),
+        Err(error) => Err(Failure::file(format!("{}: {error}", source.name))),
+    }
+}
+
+/// What was chosen and why, as lines of a name and what is said.
+pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    let model = match &found.set[..] {
+        [] => "as written: nothing can be left out".to_string(),
+        set => set.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", "),
+    };
+    lines.push(("model", model));
+    let errors = found.errors.iter().map(|(output, error)| match output {
+        Output::Verdict if *error == 0.0 => "the same verdict".to_string(),
+        _ => format!("{} {}", output.name(), percent(*error)),
+    });
+    let errors = errors.collect::<Vec<_>>().join(", ");
+    if !found.set.is_empty() {
+        lines.push(("errors", format!("{errors}; in the scenes around at most {}", percent(found.around))));
+        lines.push(("speed", format!("{:.1} times the scene as written ({})", found.speedup, si(found.wall_s, "s"))));
+    }
+    for left in &found.left_out {
+        let effect = match left.effect {
+            0.0 => "changes nothing".to_string(),
+            effect => format!("{} of {}", percent(effect), left.output.name()),
+        };
+        lines.push(("left out", format!("{}: {effect}; {:.1} times faster without", left.what, left.gain)));
+    }
+    lines.extend(found.kept.iter().map(|kept| ("kept", format!("{}: {}", kept.what, kept.why))));
+    lines.push(("tried", format!("{} models in {} runs", found.tried, found.runs)));
+    lines
+}
+
+fn text(scene: &str, found: &Fit, command: &str) -> String {
+    let mut text = format!("{scene}: the least model within {}\n", percent(found.within));
+    for (name, said) in lines(found).into_iter().chain([("run it by", command.to_string())]) {
+        text += &format!("{name:<10} {said}\n");
+    }
+    text
+}
+
+fn object(scene: &str, found: &Fit, command: &str) -> Value {
+    let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
+    let errors: serde_json::Map<_, _> =
+        found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
+    let left_out = found.left_out.iter().map(|left| {
+        json!({ "what": left.what, "output": left.output.name(), "effect": left.effect, "speedup": left.gain })
+    });
+    let kept = found.kept.iter().map(|kept| json!({ "what": kept.what, "why": kept.why }));
+    json!({
+        "scene": scene,
+        "within": found.within,
+        "set": set,
+        "errors": errors,
+        "around": found.around,
+        "speedup": found.speedup,
+        "wall_s": found.wall_s,
+        "left_out": left_out.collect::<Vec<_>>(),
+        "kept": kept.collect::<Vec<_>>(),
+        "models_tried": found.tried,
+        "runs": found.runs,
+        "command": command,
+    })
+}

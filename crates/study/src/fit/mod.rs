@@ -1,0 +1,22 @@
+//! The least model that still answers a scene's question.
+//!
+//! A scene says which outputs it is about (`[accuracy] outputs`) and how exact they have to be. What its model has beyond what
+//! they need is left out, one simplification at a time ([`simplifications`]): the bridge's switching, the winding's inductance, friction or its sticking,
+//! the words, what happens between samples, the encoder's counts; of a PHANToM its transmission, its amplifiers, its joints.
+//!
+//! The models are tried from the cheapest up. One is taken when
+//!
+//! 1. every output is within *half* of the tolerance of the reference's (the scene as written, from event to event), with
+//!    the same verdict;
+//! 2. it is within the tolerance, with the same verdict, in four scenes around: the wall 5 % softer and stiffer, and moved by a few counts
+//!    either way, so that a contact meets the sampling and the counts in another phase. Where a boundary of stability is near,
+//!    one of the four lies beyond it, and a model that does not know it shows.
+//!
+//! Then its neighbours are looked at: those with one thing less left out, for what each costs in accuracy, and whether it gains any time;
+//! those with one thing more, for why that had to stay. Nothing is taken on trust: each figure is of a run against a run.
+
+mod climb;
+mod knobs;
+
+pub use climb::{Fit, FitError, Kept, LeftOut, fit};
+pub use knobs::{Simplification, models, overrides, simplifications};
