@@ -166,6 +166,15 @@ impl Experiment {
         }
     }
 
+    /// Whether its model is left to `hpu fit`: `model = "auto"`.
+    #[must_use]
+    pub fn auto(&self) -> bool {
+        match self {
+            Self::Axis(scene) => scene.auto,
+            Self::Phantom(scene) => scene.auto,
+        }
+    }
+
     /// What is expected of the run.
     #[must_use]
     pub fn expect(&self) -> &Expect {
@@ -218,6 +227,8 @@ pub struct Scene {
     pub expect: Expect,
     /// By what models of it are compared.
     pub accuracy: Accuracy,
+    /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
+    pub auto: bool,
     places: Places,
 }
 

@@ -219,6 +219,8 @@ pub struct PhantomScene {
     pub expect: Expect,
     /// By what models of it are compared.
     pub accuracy: Accuracy,
+    /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
+    pub auto: bool,
     pub(super) places: Places,
 }
 

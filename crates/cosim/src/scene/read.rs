@@ -58,6 +58,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         record: record(&root.section("record")?, 10e3)?,
         expect: expect(&root.section("expect")?, axis)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
+        auto: source.auto,
         places: source.places,
     };
     agree(&parts)?;

@@ -42,6 +42,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         record: record(&root.section("record")?, 1e3)?,
         expect: expect(&root.section("expect")?)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM)?,
+        auto: source.auto,
         places: source.places,
     };
     agree(&scene)?;

@@ -91,6 +91,8 @@ impl Places {
 pub(super) struct Source {
     document: DocumentMut,
     pub places: Places,
+    /// Whether the scene leaves its model to `hpu fit`: `model = "auto"`.
+    pub auto: bool,
 }
 
 impl Source {
@@ -102,9 +104,13 @@ impl Source {
         })?;
         let mut places = Places { file: file.to_string(), keys: BTreeMap::new(), values: BTreeMap::new() };
         places.note(text, "", None, document.as_item());
-        let mut source = Self { document: document.into_mut(), places };
+        let mut source = Self { document: document.into_mut(), places, auto: false };
         for (key, value) in overrides {
             source.set(key, value)?;
+        }
+        source.auto = is_auto(source.document.get("model"));
+        if source.auto {
+            source.document.insert("model", Item::Value(Value::InlineTable(InlineTable::new())));
         }
         Ok(source)
     }
@@ -119,7 +125,8 @@ impl Source {
         let mut path = String::new();
         for section in sections {
             path = join(&path, section.get());
-            if table.get(section.get()).is_none() {
+            // A key of the model takes the place of "auto".
+            if table.get(section.get()).is_none() || path == "model" && is_auto(table.get("model")) {
                 table.insert(section.get(), Item::Value(Value::InlineTable(InlineTable::new())));
                 self.places.replace(&path, &place);
             }
@@ -135,6 +142,10 @@ impl Source {
     pub fn root(&self) -> Section<'_> {
         Section::root(&self.places, self.document.as_table())
     }
+}
+
+fn is_auto(model: Option<&Item>) -> bool {
+    model.and_then(Item::as_str) == Some("auto")
 }
 
 pub(super) fn join(path: &str, key: &str) -> String {
