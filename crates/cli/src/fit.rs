@@ -1,8 +1,8 @@
 //! `hpu fit`: the least model that still answers a scene's question.
 
 use hpu_cosim::Control;
-use hpu_study::accuracy::Output;
-use hpu_study::fit::{Fit, FitError, fit};
+use hpu_cosim::scene::Output;
+use hpu_study::fit::{Fit, FitError, fit, percent};
 use hpu_study::map::SceneText;
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use crate::exit::{Exit, Failure};
 use crate::interrupt;
 use crate::scene::{self, Source, set_options};
 use crate::terminal::{print, print_json};
-use crate::units::{percent, si};
+use crate::units::si;
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
@@ -60,12 +60,9 @@ pub fn least(
     control: &Control,
 ) -> Result<Option<Fit>, Failure> {
     let mut load = |file: &str| source.load(file);
-    let text = SceneText::read(&source.name, &source.text, set, &mut load).map_err(Failure::file)?;
-    let within = match within {
-        Some(within) => within,
-        None => source.parse(set)?.accuracy().within,
-    };
-    match fit(&text, &set.to_vec(), within, control) {
+    let (scene, experiment) =
+        SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
+    match fit(&scene, &set.to_vec(), within.unwrap_or(experiment.accuracy().within), control) {
         Ok(found) => Ok(Some(found)),
         Err(FitError::Stopped) => Ok(None),
         Err(error) => Err(Failure::file(format!("{}: {error}", source.name))),

@@ -9,6 +9,7 @@ mod check;
 mod cost;
 mod exit;
 mod files;
+mod fit;
 mod interrupt;
 mod journal;
 mod limits;
@@ -59,6 +60,7 @@ enum Verb {
     Limits(limits::Args),
     Map(map::Args),
     Chart(chart::Args),
+    Fit(fit::Args),
     Cost(cost::Args),
     Reproduce(reproduce::Args),
 }
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Verb::Limits(args) => limits::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Chart(args) => chart::run(&args),
+        Verb::Fit(args) => fit::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });

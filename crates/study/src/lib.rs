@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod chart;
 pub mod criteria;
+pub mod fit;
 pub mod limits;
 pub mod map;
 pub mod reproduce;

@@ -14,6 +14,7 @@ mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named};
 pub use front::front;
+pub(crate) use outputs::ready;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
 pub use race::{Chart, Entry, Grade, Plan, Race, RaceError, Row, Speed};

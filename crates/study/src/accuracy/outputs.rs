@@ -91,7 +91,7 @@ impl Observe for Print {
 }
 
 /// A scene made ready, if it has a motion that can be compared.
-pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+pub(crate) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
     let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
     if !ready.has_device() {
         return Err("a recording has no device whose motion could be compared".into());
@@ -119,7 +119,8 @@ impl Outputs {
         Ok((outputs, summary))
     }
 
-    fn new(experiment: &Experiment, summary: &Summary, trace: &Trace, print: u64) -> Result<Self, String> {
+    /// From what a complete run left behind.
+    pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace, print: u64) -> Result<Self, String> {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
         let (motion, of_axis) = match experiment {

@@ -207,18 +207,12 @@ impl Race {
     ///
     /// [`RaceError`].
     pub fn new(
-        (name, text): (&str, &str),
+        text: (&str, &str),
         set: &[(String, String)],
         names: &[String],
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     ) -> Result<Self, RaceError> {
-        let mut scene = SceneText { name: name.into(), text: text.into(), files: BTreeMap::new() };
-        let mut keep = |file: &str| {
-            let bytes = load(file)?;
-            scene.files.insert(file.to_string(), bytes.clone());
-            Ok(bytes)
-        };
-        let written = Experiment::parse(name, text, set, &mut keep).map_err(RaceError::Scene)?;
+        let (scene, written) = SceneText::read(text, set, load).map_err(RaceError::Scene)?;
         ready(&written).map_err(RaceError::Run)?;
         let mut contestants = contestants(&written);
         if !names.is_empty() {

@@ -1,12 +1,14 @@
 //! From the cheapest model up.
 
 use std::fmt;
+use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::scene::{Experiment, Output};
 
 use super::knobs::{Simplification, models, overrides, simplifications};
-use crate::accuracy::{Measured, Output};
+use super::measured::Measured;
+use crate::accuracy::usual;
 use crate::map::SceneText;
 
 type Set = Vec<(String, String)>;
@@ -85,10 +87,12 @@ impl std::error::Error for FitError {}
 ///
 /// When the scene cannot be run, is a recording, or `control` stopped.
 pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, FitError> {
-    let experiment = scene.experiment(set).map_err(|error| FitError::Scene(error.to_string()))?;
+    let experiment = scene.parse(set).map_err(|error| FitError::Scene(error.to_string()))?;
     let all = simplifications(&experiment);
-    let mut climb = Climb { scene, set, within, control, all: &all, around: Vec::new(), runs: 0 };
-    let reference = climb.run(&[], &[]).map_err(|why| climb.error(why))?;
+    let mut climb =
+        Climb { scene, set, within, control, all: &all, outputs: Vec::new(), around: Vec::new(), runs: 0 };
+    let reference = climb.run(&[], &Set::new()).map_err(|why| climb.error(why))?;
+    climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     for change in around(&experiment) {
         // A neighbour that cannot be run (a wall that no longer fits its word) says nothing.
         if let Ok(measured) = climb.run(&[], &change) {
@@ -98,7 +102,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
     for model in models(&all).into_iter().filter(|model| !model.is_empty()) {
-        if control.stopped() {
+        if control.stop.load(Ordering::Relaxed) {
             return Err(FitError::Stopped);
         }
         tried += 1;
@@ -117,7 +121,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     Ok(Fit {
         set: overrides(&all, &model),
         within,
-        errors: measured.outputs.errors(&reference.outputs),
+        errors: climb.errors(&measured, &reference),
         around: worst,
         speedup: reference.wall_s / measured.wall_s,
         wall_s: measured.wall_s,
@@ -137,6 +141,8 @@ struct Climb<'a> {
     within: f64,
     control: &'a Control,
     all: &'a [Simplification],
+    /// The outputs that count.
+    outputs: Vec<Output>,
     /// Changes of the scene, and what the reference measured there.
     around: Vec<(Set, Measured)>,
     runs: usize,
@@ -146,24 +152,34 @@ impl Climb<'_> {
     fn run(&mut self, model: &[usize], change: &Set) -> Result<Measured, String> {
         self.runs += 1;
         let set: Set = [self.set, change, &overrides(self.all, model)].into_iter().flatten().cloned().collect();
-        let experiment = self.scene.experiment(&set).map_err(|error| error.to_string())?;
+        let experiment = self.scene.parse(&set).map_err(|error| error.to_string())?;
         Measured::of(&experiment, self.control)?.ok_or_else(|| "stopped".to_string())
     }
 
+    /// Errors of the outputs that count.
+    fn errors(&self, run: &Measured, reference: &Measured) -> Vec<(Output, f64)> {
+        let all = run.outputs.errors(&reference.outputs);
+        all.into_iter().filter(|(output, _)| self.outputs.contains(output)).collect()
+    }
+
+    fn worst(&self, run: &Measured, reference: &Measured) -> f64 {
+        self.errors(run, reference).into_iter().map(|(_, error)| error).fold(0.0, f64::max)
+    }
+
     fn error(&self, why: String) -> FitError {
-        if self.control.stop.load(std::sync::atomic::Ordering::Relaxed) { FitError::Stopped } else { FitError::Scene(why) }
+        if self.control.stop.load(Ordering::Relaxed) { FitError::Stopped } else { FitError::Scene(why) }
     }
 
     /// What the model measures and its worst error around, if it answers as the reference does with room to spare.
     fn holds(&mut self, model: &[usize], reference: &Measured) -> Option<(Measured, f64)> {
         let measured = self.run(model, &Set::new()).ok()?;
-        if measured.outputs.worst(&reference.outputs) > self.within / 2.0 {
+        if self.worst(&measured, reference) > self.within / 2.0 {
             return None;
         }
         let mut worst = 0.0f64;
         for index in 0..self.around.len() {
             let there = self.run(model, &self.around[index].0.clone()).ok()?;
-            worst = worst.max(there.outputs.worst(&self.around[index].1.outputs));
+            worst = worst.max(self.worst(&there, &self.around[index].1));
             if worst > self.within {
                 return None;
             }
@@ -196,7 +212,7 @@ impl Climb<'_> {
         let mut all = Vec::new();
         for (index, less) in self.less(model) {
             let Ok(fuller) = self.run(&less, &Set::new()) else { continue };
-            let errors = measured.outputs.errors(&fuller.outputs);
+            let errors = self.errors(measured, &fuller);
             let Some((output, effect)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
             let gain = fuller.wall_s / measured.wall_s;
             all.push(LeftOut { what: self.all[index].what, output, effect, gain });
@@ -232,14 +248,14 @@ impl Climb<'_> {
             Output::Verdict => "the verdict would be wrong".to_string(),
             _ => format!("{} would be off by {}", output.name(), percent(error)),
         };
-        match worst(measured.outputs.errors(&reference.outputs)) {
+        match worst(self.errors(measured, reference)) {
             Some(found) if found.1 > self.within / 2.0 => return said(found),
             _ => {}
         }
         for index in 0..self.around.len() {
             let (change, there) = self.around[index].clone();
             let Ok(measured) = self.run(model, &change) else { continue };
-            if let Some(found) = worst(measured.outputs.errors(&there.outputs)).filter(|found| found.1 > self.within) {
+            if let Some(found) = worst(self.errors(&measured, &there)).filter(|found| found.1 > self.within) {
                 let (key, value) = &change[0];
                 return format!("at {key} = {value} {}", said(found));
             }

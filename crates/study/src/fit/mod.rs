@@ -17,6 +17,7 @@
 
 mod climb;
 mod knobs;
+mod measured;
 
-pub use climb::{Fit, FitError, Kept, LeftOut, fit};
+pub use climb::{Fit, FitError, Kept, LeftOut, fit, percent};
 pub use knobs::{Simplification, models, overrides, simplifications};

@@ -41,6 +41,26 @@ pub struct SceneText {
 }
 
 impl SceneText {
+    /// A scene and what it is under overrides; the data files that it names are read by `load`, and kept.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when it is none.
+    pub fn read(
+        (name, text): (&str, &str),
+        overrides: &[(String, String)],
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<(Self, Experiment), SceneError> {
+        let mut scene = Self { name: name.into(), text: text.into(), files: BTreeMap::new() };
+        let mut keep = |file: &str| {
+            let bytes = load(file)?;
+            scene.files.insert(file.to_string(), bytes.clone());
+            Ok(bytes)
+        };
+        let experiment = Experiment::parse(name, text, overrides, &mut keep)?;
+        Ok((scene, experiment))
+    }
+
     /// The scene under overrides.
     ///
     /// # Errors
