@@ -37,7 +37,9 @@ fn share(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
-    share.filter(|share| *share > 0.0 && *share < 1.0).ok_or_else(|| "write a share between 0 and 1, as in 1% or 0.01".into())
+    share
+        .filter(|share| *share > 0.0 && *share < 1.0)
+        .ok_or_else(|| "write a share between 0 and 1, as in 1% or 0.01".into())
 }
 
 /// `hpu fit`.
@@ -48,7 +50,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
     let command = format!("hpu run {}{}", scene::quoted(&args.scene), set_options(&set));
-    if args.json { print_json(&object(&args.scene, &found, &command))? } else { print(&text(&args.scene, &found, &command))? }
+    if args.json {
+        print_json(&object(&args.scene, &found, &command))?
+    } else {
+        print(&text(&args.scene, &found, &command))?
+    }
     Ok(Exit::Fine)
 }
 
@@ -60,8 +66,7 @@ pub fn least(
     control: &Control,
 ) -> Result<Option<Fit>, Failure> {
     let mut load = |file: &str| source.load(file);
-    let (scene, experiment) =
-        SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
+    let (scene, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
     match fit(&scene, &set.to_vec(), within.unwrap_or(experiment.accuracy().within), control) {
         Ok(found) => Ok(Some(found)),
         Err(FitError::Stopped) => Ok(None),
@@ -110,9 +115,9 @@ fn object(scene: &str, found: &Fit, command: &str) -> Value {
     let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
     let errors: serde_json::Map<_, _> =
         found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
-    let left_out = found.left_out.iter().map(|left| {
-        json!({ "what": left.what, "output": left.output.name(), "effect": left.effect, "speedup": left.gain })
-    });
+    let left_out = found.left_out.iter().map(
+        |left| json!({ "what": left.what, "output": left.output.name(), "effect": left.effect, "speedup": left.gain }),
+    );
     let kept = found.kept.iter().map(|kept| json!({ "what": kept.what, "why": kept.why }));
     json!({
         "scene": scene,

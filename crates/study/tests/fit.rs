@@ -42,9 +42,23 @@ fn dump() {
         let start = std::time::Instant::now();
         match fit(&text, &Set::new(), 0.01, &Control::default()) {
             Ok(found) => {
-                println!("{:<24} {:5.1}x  {:?} err {:?} around {:.4} tried {} runs {} in {:.2?}", shipped.name, found.speedup, found.set, found.errors, found.around, found.tried, found.runs, start.elapsed());
-                for left in &found.left_out { println!("      left {left:?}"); }
-                for kept in &found.kept { println!("      kept {kept:?}"); }
+                println!(
+                    "{:<24} {:5.1}x  {:?} err {:?} around {:.4} tried {} runs {} in {:.2?}",
+                    shipped.name,
+                    found.speedup,
+                    found.set,
+                    found.errors,
+                    found.around,
+                    found.tried,
+                    found.runs,
+                    start.elapsed()
+                );
+                for left in &found.left_out {
+                    println!("      left {left:?}");
+                }
+                for kept in &found.kept {
+                    println!("      kept {kept:?}");
+                }
             }
             Err(error) => println!("{:<24} {error}", shipped.name),
         }

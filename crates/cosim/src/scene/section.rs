@@ -40,7 +40,8 @@ impl<'a> Section<'a> {
             Some(item) => match item.as_table_like() {
                 Some(table) => Some(table),
                 None => {
-                    let auto = if self.key(key) == "model" { ", or model = \"auto\" for what hpu fit chooses" } else { "" };
+                    let auto =
+                        if self.key(key) == "model" { ", or model = \"auto\" for what hpu fit chooses" } else { "" };
                     return Err(self.error(key, format!("a section is expected; write [{}]{auto}", self.key(key))));
                 }
             },

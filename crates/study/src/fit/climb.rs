@@ -89,8 +89,7 @@ impl std::error::Error for FitError {}
 pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, FitError> {
     let experiment = scene.parse(set).map_err(|error| FitError::Scene(error.to_string()))?;
     let all = simplifications(&experiment);
-    let mut climb =
-        Climb { scene, set, within, control, all: &all, outputs: Vec::new(), around: Vec::new(), runs: 0 };
+    let mut climb = Climb { scene, set, within, control, all: &all, outputs: Vec::new(), around: Vec::new(), runs: 0 };
     let reference = climb.run(&[], &Set::new()).map_err(|why| climb.error(why))?;
     climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     for change in around(&experiment) {

@@ -81,7 +81,12 @@ fn axis(scene: &Scene, list: &mut List) {
     }
     let words = scene.model.datapath == Datapath::Words;
     if words && has_law(scene) {
-        let law = list.add("the words of the datapath (rounding, wrapping, latency)", 2, &[("model.datapath", "law")], &[averaged]);
+        let law = list.add(
+            "the words of the datapath (rounding, wrapping, latency)",
+            2,
+            &[("model.datapath", "law")],
+            &[averaged],
+        );
         let sample = [("model.solver", "sample")];
         let sample = list.add("all that happens between two samples", 5, &sample, &[averaged]);
         list.add("the encoder's counts", 1, &[("model.encoder", "ideal")], &[Some(law), Some(sample)]);
