@@ -48,7 +48,7 @@ fn a_map(rows: usize) -> Map {
     let text = include_str!("../../../testbench/scenes/free-motion.toml");
     let axis = |text: &str| text.parse::<Axis>().unwrap();
     let axes =
-        (axis("device.coulomb_friction=0.1..10 mN.m:8"), axis(&format!("device.initial_speed=1..9 rad/s:{rows}")));
+        (axis("device.coulomb_friction=0.1..10 mN.m:10"), axis(&format!("device.initial_speed=1..9 rad/s:{rows}")));
     let methods = vec![Method { label: "scene".into(), set: Vec::new() }];
     let set = [("run.duration".to_string(), "100 us".to_string())];
     let mut load = |_: &str| Err(io::ErrorKind::NotFound.into());
@@ -69,10 +69,10 @@ fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
         [while_run, as_csv, as_parquet]
     };
     // All of them more than a group of the Parquet file.
-    let (few, many) = (600, 1200);
+    let (few, many) = (420, 630);
     let [run, csv, parquet]: [f64; 3] = {
         let (few_bytes, many_bytes) = (of(few), of(many));
-        let cells = (8 * (many - few)) as f64;
+        let cells = (10 * (many - few)) as f64;
         std::array::from_fn(|at| (many_bytes[at] as f64 - few_bytes[at] as f64) / cells)
     };
     // What was found, and the list of units to do.
