@@ -7,8 +7,13 @@ use hpu_plant::Shaper;
 pub(crate) enum Actuator {
     /// The bridge, every switching of it.
     Switching,
-    /// The bridge's mean voltage: PWM counts of full scale.
-    Averaged(f64),
+    /// The bridge's mean voltage over each period of the modulator.
+    Averaged {
+        /// PWM counts of full scale.
+        full_scale: f64,
+        /// Clock edges of a period, whose duty is taken at its start; `None` where the duty is taken at once.
+        period: Option<u64>,
+    },
     /// A force amplifier that follows the command.
     Amplified {
         /// Force of one count, in N.
@@ -58,5 +63,39 @@ impl Shaping {
     pub(crate) fn hand_on(&mut self, edge: u64) -> f64 {
         self.next = edge + self.hold;
         self.at(edge).output()
+    }
+}
+
+/// The duty that a modulator has been given and takes at the start of its next period, as `pwm` does.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Latch {
+    period: u64,
+    wanted: f64,
+    /// The edge at which it is taken.
+    pub(crate) next: u64,
+}
+
+impl Latch {
+    /// A latch at edge 0, with nothing to take.
+    pub(crate) fn new(period: u64) -> Self {
+        Self { period, wanted: 0.0, next: u64::MAX }
+    }
+
+    /// The duty is this from `edge` on; whether that is another than before.
+    #[inline]
+    pub(crate) fn give(&mut self, edge: u64, duty: f64) -> bool {
+        if self.wanted == duty {
+            return false;
+        }
+        self.wanted = duty;
+        // Periods begin at the edges after those that `period` divides; a word is seen at the edge after its own.
+        self.next = edge.div_ceil(self.period) * self.period + 1;
+        true
+    }
+
+    /// The duty, taken.
+    pub(crate) fn take(&mut self) -> f64 {
+        self.next = u64::MAX;
+        self.wanted
     }
 }

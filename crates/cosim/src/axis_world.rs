@@ -7,7 +7,7 @@ use hpu_datapath::{LoopIn, LoopOut};
 use hpu_plant::{Band, Device, Drive, Gates, REALS};
 use hpu_signal::Real;
 
-use crate::actuator::{Actuator, Shaping};
+use crate::actuator::{Actuator, Latch, Shaping};
 use crate::body::Body;
 use crate::encoder::Encoder;
 use crate::plant::{Kind, Plant};
@@ -24,13 +24,14 @@ pub struct AxisWorld<'p> {
     command: usize,
     schedule: Schedule,
     shaping: Option<Shaping>,
+    latch: Option<Latch>,
     device: Option<Body<'p>>,
     encoder: Encoder,
     edge: u64,
     pins: Pins,
     /// Index of the next knot or recorded change.
     next: usize,
-    /// The next edge at which anything is due by itself: a knot, a recorded change, a word, the shaper.
+    /// The next edge at which anything is due by itself: a knot, a recorded change, a word, the shaper, a duty.
     next_due: u64,
     /// Words that are not the scene's constants.
     stiffness: Option<i64>,
@@ -48,6 +49,7 @@ impl<'p> AxisWorld<'p> {
             command,
             schedule,
             shaping: None,
+            latch: None,
             device: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             edge: 0,
@@ -69,8 +71,10 @@ impl<'p> AxisWorld<'p> {
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
             world.pins = world.encoder.pins();
         }
-        if let Actuator::Amplified { shaping, .. } = plant.actuator {
-            world.shaping = shaping;
+        match plant.actuator {
+            Actuator::Amplified { shaping, .. } => world.shaping = shaping,
+            Actuator::Averaged { period, .. } => world.latch = period.map(Latch::new),
+            Actuator::Switching => {}
         }
         world.due();
         world.recorded = 0;
@@ -86,7 +90,7 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
-    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output.
+    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the duty.
     fn due(&mut self) {
         let edge = self.edge;
         self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
@@ -95,6 +99,11 @@ impl<'p> AxisWorld<'p> {
             && shaping.next <= edge
         {
             device.driven(edge, Drive::Current(-shaping.hand_on(edge)));
+        }
+        if let (Some(latch), Some(device)) = (&mut self.latch, &mut self.device)
+            && latch.next <= edge
+        {
+            device.driven(edge, Drive::Average(latch.take()));
         }
         match &self.plant.kind {
             Kind::Axis { knots, .. } => {
@@ -124,7 +133,8 @@ impl<'p> AxisWorld<'p> {
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
         let shaper = self.shaping.map(|shaping| shaping.next);
-        let all = [outside, self.schedule.next(self.edge), shaper];
+        let latch = self.latch.map(|latch| latch.next);
+        let all = [outside, self.schedule.next(self.edge), shaper, latch];
         self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
     }
 }
@@ -202,8 +212,16 @@ impl World for AxisWorld<'_> {
                     [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
                 device.driven(edge, Drive::Gates(Gates { a_high, a_low, b_high, b_low }));
             }
-            Actuator::Averaged(full_scale) => {
-                device.driven(edge, Drive::Average(words[self.command] as f64 / full_scale));
+            Actuator::Averaged { full_scale, .. } => {
+                let duty = words[self.command] as f64 / full_scale;
+                match &mut self.latch {
+                    None => device.driven(edge, Drive::Average(duty)),
+                    Some(latch) => {
+                        if latch.give(edge, duty) {
+                            self.plan();
+                        }
+                    }
+                }
             }
             // As a bridge does, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {

@@ -278,7 +278,7 @@ impl<'d, 'p> Course<'d, 'p> {
         let limit_n = self.direct.law.limit_n;
         let force_n = self.force_n.clamp(-limit_n, limit_n);
         match (self.direct.plant.actuator, &mut self.shaping) {
-            (Actuator::Averaged(_), _) => Drive::Average(force_n / self.direct.law.full_scale_n),
+            (Actuator::Averaged { .. }, _) => Drive::Average(force_n / self.direct.law.full_scale_n),
             (_, None) => Drive::Current(-force_n),
             (_, Some(shaping)) => match shaping.take(edge, force_n) {
                 Some(shaped_n) => Drive::Current(-shaped_n),

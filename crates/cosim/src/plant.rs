@@ -152,7 +152,10 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let full_scale = 2f64.powi(bits.cast_signed());
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
-        (scene::Device::Motor(_), _, BridgeModel::Averaged) => Ok(Actuator::Averaged(full_scale)),
+        (scene::Device::Motor(_), _, BridgeModel::Averaged) => {
+            let pwm = scene.method.pwm;
+            Ok(Actuator::Averaged { full_scale, period: pwm.latched.then(|| 1 << pwm.bits) })
+        }
         (scene::Device::Mass(_), Some(amplifier), _) => {
             let shaping = amplifier
                 .shaper
