@@ -19,7 +19,7 @@ pub struct Difference {
 }
 
 /// What came of a comparison.
-#[derive(Default, Debug)]
+#[derive(Debug)]
 pub struct Outcome {
     /// Edges over which all agreed.
     pub edges: u64,
@@ -29,23 +29,31 @@ pub struct Outcome {
     pub crossings: u64,
     /// Between the angles at the end.
     pub off_rad: f64,
+    /// The nearest that a crossing came to a clock edge, as a distance between angle and limit there.
+    pub nearest_rad: f64,
     pub difference: Option<Difference>,
 }
 
 impl Outcome {
+    /// Of nothing yet.
+    pub fn none() -> Self {
+        Self { edges: 0, ticks: 0, crossings: 0, off_rad: 0.0, nearest_rad: f64::INFINITY, difference: None }
+    }
+
     /// Adds another run's figures.
     pub fn add(&mut self, other: &Self) {
         self.edges += other.edges;
         self.ticks += other.ticks;
         self.crossings += other.crossings;
         self.off_rad = self.off_rad.max(other.off_rad);
+        self.nearest_rad = self.nearest_rad.min(other.nearest_rad);
     }
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { edges, ticks, crossings, off_rad, .. } = self;
-        write!(f, "{edges:>12} {ticks:>10} {crossings:>10} {off_rad:>9.1e}")
+        let Self { edges, ticks, crossings, nearest_rad, .. } = self;
+        write!(f, "{edges:>12} {ticks:>10} {crossings:>10} {nearest_rad:>8.0e}")
     }
 }
 
@@ -76,7 +84,7 @@ where
 {
     let mut expected = ClosedLoop::new(wiring.clone(), expected, input, u64::MAX);
     let mut other = ClosedLoop::new(wiring.clone(), other, input, u64::MAX);
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome::none();
     let mut before = expected.world.clone();
     while expected.edge() < end && expected.ticks() < ticks && outcome.difference.is_none() {
         before.clone_from(&expected.world);
@@ -141,6 +149,7 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
             }
             difference.gap_rad = before.gap().float();
         }
+        outcome.nearest_rad = precise.nearest;
         outcome.off_rad = (shipped.reals(shipped.edge())[2] - precise.angle().float()).abs();
         outcome
     })

@@ -7,6 +7,7 @@
 //! `cargo test --release -p hpu-cosim --test high_precision falls -- --nocapture --test-threads 1` shows the table.
 
 mod beside;
+mod exact;
 mod fixed;
 mod flow;
 mod world;
@@ -33,11 +34,11 @@ fn linear_scenes() -> Vec<Scene> {
 
 /// What the scenes make of the engine's plant; from every start but the first, a share of a count further on.
 fn run(scenes: &[Scene]) -> Outcome {
-    println!("{:48}  starts        edges      ticks  crossings   off_rad", "scene");
-    let mut all = Outcome::default();
+    println!("\n{:48}  starts        edges      ticks  crossings  nearest", "scene");
+    let mut all = Outcome::none();
     let mut differing = Vec::new();
     for scene in scenes {
-        let mut sum = Outcome::default();
+        let mut sum = Outcome::none();
         let mut starts = 0;
         let mut differences = Vec::new();
         while sum.edges < ENOUGH_EDGES && sum.ticks < ENOUGH_TICKS {

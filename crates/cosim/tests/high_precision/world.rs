@@ -172,6 +172,8 @@ pub struct PreciseWorld<'p, const N: usize> {
     knot: usize,
     count: i64,
     crossings: u64,
+    /// The least that lay between the angle and a limit at the edges on both sides of a crossing.
+    pub nearest: f64,
 }
 
 impl<'p, const N: usize> PreciseWorld<'p, N> {
@@ -192,6 +194,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
             knot: 0,
             count: 0,
             crossings: 0,
+            nearest: f64::INFINITY,
         };
         world.driven();
         world.due();
@@ -204,7 +207,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.x[ANGLE] + self.intent
     }
 
-    /// From the angle to the nearer limit of its count.
+    /// From the angle to the nearer limit of its count; below zero outside of it.
     pub fn gap(&self) -> Fixed<N> {
         let angle = self.angle();
         (angle - self.limit(self.count)).min(self.limit(self.count + 1) - angle)
@@ -313,7 +316,9 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
                     left -= half;
                 }
             }
+            let gap = self.gap();
             self.go(1);
+            self.nearest = self.nearest.min(gap.float()).min(self.gap().abs().float());
             return true;
         }
         self.cross(edges / 2) || self.cross(edges - edges / 2)
