@@ -3,7 +3,7 @@
 //! Every `f64` that the plant is given (parameters, the clock's period, the hand's knots, a force, the limits of a count) is
 //! taken as that very number. The state is stepped from event to event; a step is as good as any other at this precision.
 
-use hpu_cosim::scene::{self, BridgeModel, Datapath, Device, Hand, Scene};
+use hpu_cosim::scene::{self, BridgeModel, Datapath, Device, Hand, Scene, Winding};
 use hpu_cosim::{COMMAND_BITS, EnergyAudit, Schedule, World};
 use hpu_datapath::{LoopIn, LoopOut};
 use hpu_signal::Real;
@@ -17,6 +17,8 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
     match (&scene.hand, &scene.device, scene.amplifier) {
         (Hand::Capture { .. }, ..) => Some("a recording, without a device"),
         _ if scene.model.datapath == Datapath::Linear => Some("no datapath"),
+        _ if !scene.model.solver.is_exact() => Some("steps"),
+        _ if scene.model.winding != Winding::Inductive => Some("a winding without inductance"),
         // Of an imposed motion nothing that the electrical side does can be seen.
         _ if prescribed => None,
         (_, Device::Motor(motor), _) if motor.coulomb_friction_nm != 0.0 => Some("Coulomb friction"),
