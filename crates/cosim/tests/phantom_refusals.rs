@@ -54,7 +54,7 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
         "[run]",
         "[wall]\n[run]",
         "12:2: wall: unknown key; accepted here: about, device, drop, platform, clock, method, room, model, run, record, \
-         expect",
+         expect, accuracy",
     );
     says_with(
         "device",
