@@ -68,6 +68,8 @@ enum DriverArg {
 pub struct Ran<'s> {
     /// Name of the driver.
     pub driver: &'static str,
+    /// What moved the device, as the scene has it.
+    pub solver: &'static str,
     /// The scene, ready.
     pub session: &'s Ready<'s>,
     /// What it was.
@@ -186,6 +188,7 @@ fn simulate<'s>(
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
         // The VHDL's nets and plant are the emulator's, edge by edge, or the comparison has told; so this is its run.
         Some(DriverArg::Rtl) => (Driver::Events, "rtl"),
+        None if session.direct().is_some() => (session.driver(), solver(scene)),
         None => match session.driver() {
             Driver::Events => (Driver::Events, "events"),
             Driver::Clock => (Driver::Clock, "clock"),
@@ -213,6 +216,7 @@ fn simulate<'s>(
     });
     Ok(Ran {
         driver: name,
+        solver: solver(scene),
         session,
         outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
         numbers: numbers.collect(),
@@ -221,6 +225,14 @@ fn simulate<'s>(
         rtl: None,
         files: Vec::new(),
     })
+}
+
+/// `model.solver`.
+fn solver(scene: &Experiment) -> &'static str {
+    match scene {
+        Experiment::Axis(scene) => scene.model.solver.name(),
+        Experiment::Phantom(scene) => scene.model.solver.name(),
+    }
 }
 
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {

@@ -15,6 +15,7 @@ pub fn summary(ran: &Ran) -> Value {
     json!({
         "scene": ran.session.name(),
         "driver": ran.driver,
+        "solver": ran.solver,
         "outcome": summary.verdict.map(outcome),
         "complete": summary.complete,
         "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),
@@ -25,6 +26,7 @@ pub fn summary(ran: &Ran) -> Value {
         "events": summary.events(),
         "activity": summary.activity(),
         "ticks": summary.ticks,
+        "steps": summary.steps,
         "encoder_edges": summary.encoder_edges,
         "output_changes": summary.output_changes,
         // The name that this had first.

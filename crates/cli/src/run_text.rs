@@ -25,6 +25,9 @@ pub fn summary(ran: &Ran) -> String {
         None => "stopped before its end".to_string(),
     };
     row("outcome", outcome);
+    if let Some(abort) = ran.summary.aborted {
+        row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
+    }
     match ran.session {
         Ready::Axis(session) => {
             if ran.summary.verdict.is_some() {
@@ -33,9 +36,6 @@ pub fn summary(ran: &Ran) -> String {
             words(session).into_iter().for_each(|said| row("words", said));
         }
         Ready::Phantom(session) => {
-            if let Some(abort) = ran.summary.aborted {
-                row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
-            }
             row("platform", phantom::platform(session.scene()));
             row("motion", phantom::motion(session.scene(), &ran.trace));
             phantom::words(session).into_iter().for_each(|said| row("words", said));
@@ -45,8 +45,14 @@ pub fn summary(ran: &Ran) -> String {
         energy(ran).into_iter().for_each(|said| row("energy", said));
     }
     row("edges", edges(ran));
-    row("activity", activity(ran));
-    if ran.summary.edges > 0 {
+    if ran.summary.steps > 0 {
+        let rate = ran.summary.steps as f64 / ran.summary.wall_s;
+        row("steps", format!("{} of {}: {rate:.2e} steps/s", ran.summary.steps, ran.solver));
+    }
+    if !ran.summary.nets.is_empty() {
+        row("activity", activity(ran));
+    }
+    if ran.summary.edges > 0 && !ran.summary.nets.is_empty() {
         text += &nets(ran);
     }
     for line in expectations(ran) {

@@ -191,3 +191,28 @@ fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet
     let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
     assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
 }
+
+#[test]
+fn a_scene_runs_by_the_solver_that_its_model_names() {
+    let told = |sets: &[&str]| {
+        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let output = run(&[&["run", "rail-drop", "--edges", "5000000", "--json"][..], &sets].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let value = json(&output);
+        ["driver", "solver", "steps"].map(|key| value[key].to_string())
+    };
+    let words = ["model.solver=rk4", "model.step=1 us"];
+    assert_eq!(told(&["model.solver=clock"]), ["\"clock\"", "\"clock\"", "0"]);
+    assert_eq!(told(&words), ["\"events\"", "\"rk4\"", "100000"]);
+    assert_eq!(told(&[&words[..], &["model.datapath=law"]].concat()), ["\"rk4\"", "\"rk4\"", "100001"]);
+}
+
+#[test]
+fn a_law_in_steps_has_no_driver_to_choose_and_none_to_compare() {
+    for arguments in [&["--driver", "clock"][..], &["--compare"]] {
+        let law = ["run", "rail-drop", "--set", "model.datapath=law", "--set", "model.solver=sample"];
+        let output = run(&[&law[..], arguments].concat());
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("leave out --driver and --compare"), "{}", stderr(&output));
+    }
+}

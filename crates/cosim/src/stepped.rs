@@ -148,8 +148,10 @@ impl<'p> Stepped<'p> {
                     }
                 }
                 x = self.axis.taken(self.drive, &x);
-                self.axis.jumped(energy, &self.from, &x);
-                self.from = x;
+                if x != self.from {
+                    self.axis.jumped(energy, &self.from, &x);
+                    self.from = x;
+                }
             }
         }
     }

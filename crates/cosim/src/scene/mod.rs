@@ -46,6 +46,7 @@
 mod accuracy;
 mod expect;
 mod law;
+mod model;
 mod parts;
 pub mod phantom;
 mod quantity;
@@ -63,9 +64,10 @@ mod words;
 pub use accuracy::{Accuracy, Output};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
+pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parts::{
-    Amplifier, AnalogShaper, Bridge, BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Mass,
-    Method, Model, Motor, PathPoint, Pwm, Ramp, Record, Run, Solver, Units, Wall, Winding,
+    Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Loop, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record,
+    Run, Units, Wall,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform, Premium, Room,

@@ -20,7 +20,8 @@ use hpu_signal::Clock;
 
 use super::accuracy::Accuracy;
 use super::expect::Expect;
-use super::parts::{Record, Run, Solver};
+use super::model::Solver;
+use super::parts::{Record, Run};
 use super::source::{Places, SceneError};
 
 /// What computes the wall's force, and how often.

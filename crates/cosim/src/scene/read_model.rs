@@ -1,7 +1,8 @@
 //! Reading `[model]` of an axis: how much is modelled, and what of it goes together.
 
 use super::Scene;
-use super::parts::{BridgeModel, Datapath, Device, EncoderModel, Friction, Hand, Model, Solver, Winding};
+use super::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
+use super::parts::{Device, Hand};
 use super::quantity as q;
 use super::section::Section;
 use super::section::Sign::{NotNegative, Positive};

@@ -7,7 +7,7 @@ use crate::arm_world::is_singular;
 
 use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::parts::Solver;
+use super::model::Solver;
 use super::phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
 };
