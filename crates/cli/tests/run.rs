@@ -216,3 +216,17 @@ fn a_law_in_steps_has_no_driver_to_choose_and_none_to_compare() {
         assert!(stderr(&output).contains("leave out --driver and --compare"), "{}", stderr(&output));
     }
 }
+
+#[test]
+fn a_law_in_steps_leaves_its_trace_and_its_motion_and_no_bits() {
+    let out = scratch("law-in-steps").join("out");
+    let law = ["--set", "model.datapath=law", "--set", "model.solver=rk4", "--set", "model.step=10 us"];
+    let output = run(&[&["run", "rail-drop", "--edges", "5000000", "--vcd", "-o", text(&out)][..], &law].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let written = names(&out);
+    assert!(written.iter().any(|name| name == "position.svg"), "{written:?}");
+    assert!(written.iter().all(|name| name != "bits.svg"), "{written:?}");
+    // 0.1 s at 10 kHz, both ends.
+    let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+    assert_eq!(trace.lines().count(), 1 + 1_001);
+}

@@ -72,7 +72,7 @@ pub struct Picture {
     pub png: Vec<u8>,
 }
 
-/// The pictures of one run. A recording has no device, so only its bits are shown.
+/// The pictures of one run. A recording has no device, so only its bits are shown; a law without a wiring has no bits.
 #[must_use]
 pub fn run_pictures(run: &Run) -> Vec<Picture> {
     let mut pictures = Vec::new();
@@ -80,7 +80,9 @@ pub fn run_pictures(run: &Run) -> Vec<Picture> {
         pictures.push(motion::position(run));
         pictures.push(motion::torque(run));
     }
-    pictures.push(bits::bits(run));
+    if !run.summary.nets.is_empty() {
+        pictures.push(bits::bits(run));
+    }
     pictures
 }
 
