@@ -86,8 +86,11 @@ pub fn text(charted: &Charted) -> String {
     text + &files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
 }
 
-/// How much faster an entry is than the slowest exact one, and than `events`.
+/// How much faster an entry is than `events`.
 fn ratio(chart: &Chart, of: usize) -> Option<String> {
+    if chart.entries[of].contestant.name == "events" {
+        return None;
+    }
     let speed = |entry: &Entry| entry.row.as_ref().ok().map(|row| row.speed.motion_per_wall());
     let events = chart.entries.iter().find(|entry| entry.contestant.name == "events").and_then(speed)?;
     Some(format!(", {:.1} x the speed of events", speed(&chart.entries[of])? / events))

@@ -156,8 +156,9 @@ fn ladder(scene: &Scene) -> Vec<f64> {
     std::iter::once(least_s).chain(between).chain(std::iter::once(most_s)).collect()
 }
 
-/// A time with the largest unit that leaves it above one.
-fn time(seconds: f64) -> String {
+/// A time as a scene takes it, in the largest unit that leaves it at one or above.
+#[must_use]
+pub fn time(seconds: f64) -> String {
     let units = [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
     let (unit, scale) = units.into_iter().find(|(_, scale)| seconds * scale >= 0.999_999).unwrap_or(("ns", 1e9));
     // Six digits, which are plain where there are fewer.

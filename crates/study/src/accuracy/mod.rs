@@ -12,7 +12,7 @@ mod over_map;
 mod race;
 mod table;
 
-pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named};
+pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named, time};
 pub use front::front;
 pub(crate) use outputs::ready;
 pub use outputs::{Outputs, driver, usual, worst};

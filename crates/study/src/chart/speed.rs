@@ -5,7 +5,7 @@ mod plane;
 
 use plotters::style::RGBColor;
 
-use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares};
+use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
 use crate::map::{Map, outcome_name};
 
 use super::canvas::{Anchor, BLUE, GREEN, INK, ORANGE, QUIET, RED, WALL};
@@ -46,32 +46,45 @@ fn shape(contestant: &Contestant) -> Shape {
     }
 }
 
-/// What a spot is called: a rung by its step alone, but for the ends of its ladder.
-fn label(contestant: &Contestant, ends: bool, front: bool) -> String {
-    match (contestant.step_s, contestant.criterion) {
+/// What a spot is called: a rung by its step alone, but for the first of its ladder; one behind others by nothing.
+fn label(contestant: &Contestant, first: bool, front: bool) -> String {
+    let plain = |name: &str| name.replace('_', "-").replace('+', ", ");
+    match (contestant.step_s.map(time), contestant.criterion) {
         (_, Some(name)) => name.replace('_', " "),
-        (None, None) => contestant.name.replace(['_', '+'], " "),
-        (Some(_), None) if ends || front => contestant.name.replace('_', "-").replace(['@', '+'], " "),
-        (Some(_), None) => {
-            let step = contestant.name.split(['@', '+']).nth(1).unwrap_or_default();
-            step.to_string()
-        }
+        (None, None) => plain(&contestant.name),
+        (Some(step), None) if front => format!("{} {step}", plain(&contestant.family)),
+        (Some(_), None) if is_behind(contestant) => String::new(),
+        (Some(step), None) if first => format!("{} {step}", plain(&contestant.family)),
+        (Some(step), None) => step,
     }
+    .replace(" us", " \u{b5}s")
+}
+
+/// Whether it is on a ladder that leaves something out beside its steps.
+fn is_behind(contestant: &Contestant) -> bool {
+    contestant.step_s.is_some() && contestant.family.contains('+')
+}
+
+/// A colour half way to white.
+fn pale(RGBColor(r, g, b): RGBColor) -> RGBColor {
+    let half = |of: u8| of / 2 + 127;
+    RGBColor(half(r), half(g), half(b))
 }
 
 fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize], chosen: Option<usize>) -> Vec<Spot> {
     let all = contestants.iter().enumerate();
     all.map(|(index, (contestant, speed, height))| {
-        let rungs = || (0..contestants.len()).filter(|other| contestants[*other].0.family == contestant.family);
-        let ends = contestant.step_s.is_some() && (rungs().next() == Some(index) || rungs().last() == Some(index));
+        let first = (0..contestants.len()).find(|other| contestants[*other].0.family == contestant.family);
         let on_front = front.contains(&index);
         Spot {
-            family: contestant.family.clone(),
+            // Criteria are no ladder.
+            family: if contestant.criterion.is_some() { contestant.name.clone() } else { contestant.family.clone() },
             speed: *speed,
             height: *height,
             shape: shape(contestant),
-            color: color(contestant),
-            label: label(contestant, ends, on_front),
+            color: if is_behind(contestant) && !on_front { pale(color(contestant)) } else { color(contestant) },
+            label: label(contestant, first == Some(index), on_front),
+            behind: is_behind(contestant),
             needed: on_front || contestant.step_s.is_none(),
             front: on_front,
             chosen: chosen == Some(index),
@@ -159,7 +172,6 @@ pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
     canvas.text((60, 222), y.as_str(), 26, INK, Anchor::Left);
     let words = Words {
         x: X,
-        y,
         floor: "0: every register edge equal",
         told: "the right verdict, and no more",
         wrong: "wrong verdict",
@@ -189,7 +201,7 @@ pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Pictur
     plane::key(&mut canvas, (60, 166), &entries(&ran));
     let y = "up: share of cells with another verdict than the scene as written".to_string();
     canvas.text((60, 222), y.as_str(), 26, INK, Anchor::Left);
-    let words = Words { x: X, y, floor: "no cell is wrong", told: "", wrong: "", allowed: None };
+    let words = Words { x: X, floor: "no cell is wrong", told: "", wrong: "", allowed: None };
     plane::draw(&mut canvas, &spots, &words);
     canvas.render("chart")
 }

@@ -49,14 +49,14 @@ fn crosses((from, to): &(Pixel, Pixel), area: &Area) -> bool {
 /// Places for a text of some width: the middle of its box beside the point, the nearest first.
 fn places(width: i32) -> impl Iterator<Item = Pixel> {
     const RINGS: [i32; 7] = [0, 1, 2, 3, 4, 6, 8];
-    let half = width / 2 + 18;
+    let half = width / 2 + 28;
     RINGS.into_iter().flat_map(move |ring| {
         let out = 34 * ring;
         [
             (half + out / 2, -out),
             (-half - out / 2, -out),
-            (0, -30 - out),
-            (0, 32 + out),
+            (0, -34 - out),
+            (0, 36 + out),
             (half + out / 2, out),
             (-half - out / 2, out),
             (half - 12, -26 - out),
@@ -93,14 +93,7 @@ pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surrou
         let middle = (at.0 + place.0, at.1 + place.1);
         if place.1.abs() > 40 {
             let end = if place.1 > 0 { middle.1 - half.1 } else { middle.1 + half.1 };
-            canvas.line(
-                vec![
-                    *at,
-                    (middle.0.clamp(at.0 - half.0, at.0 + half.0).clamp(middle.0 - half.0, middle.0 + half.0), end),
-                ],
-                *color,
-                1,
-            );
+            canvas.line(vec![*at, (at.0.clamp(middle.0 - half.0, middle.0 + half.0), end)], *color, 1);
         }
         canvas.text(middle, text.as_str(), SIZE, *color, Anchor::Centre);
         taken.push(around(middle, (half.0 + 6, half.1)));

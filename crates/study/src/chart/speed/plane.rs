@@ -42,6 +42,8 @@ pub(super) struct Spot {
     pub label: String,
     /// Whether the name must be there.
     pub needed: bool,
+    /// Whether it is drawn behind the others.
+    pub behind: bool,
     /// Whether no other beats it.
     pub front: bool,
     /// Whether it is the one to take.
@@ -51,7 +53,6 @@ pub(super) struct Spot {
 /// What is written about the plane.
 pub(super) struct Words<'a> {
     pub x: &'a str,
-    pub y: String,
     pub floor: &'a str,
     pub told: &'a str,
     pub wrong: &'a str,
@@ -60,7 +61,7 @@ pub(super) struct Words<'a> {
 }
 
 const LEFT: i32 = 190;
-const RIGHT: i32 = WIDTH - 60;
+const RIGHT: i32 = WIDTH - 90;
 const TOP: i32 = 262;
 const BOTTOM: i32 = HEIGHT - 150;
 /// Height of the bands at top and floor.
@@ -70,9 +71,10 @@ const TOLD: i32 = 66;
 
 struct Plane {
     panel: Panel,
-    /// Middles of the bands.
-    wrong: i32,
-    told: i32,
+    /// Tops of the bands above it, of those that are there.
+    wrong: Option<i32>,
+    told: Option<i32>,
+    /// Middle of the band at the floor.
     floor: i32,
 }
 
@@ -94,17 +96,19 @@ impl Plane {
             _ => None,
         });
         let allowed = allowed.unwrap_or(0.1);
-        let wrong = spots.iter().any(|spot| spot.height == Height::Wrong);
-        let told = spots.iter().any(|spot| spot.height == Height::Told);
-        let top = TOP + if wrong { BAND } else { 0 } + if told { TOLD } else { 0 };
+        let there = |height| spots.iter().any(|spot| spot.height == height);
+        let mut top = TOP;
+        let mut band = |height, size: i32| {
+            there(height).then(|| {
+                top += size;
+                top - size
+            })
+        };
+        let (wrong, told) = (band(Height::Wrong, BAND), band(Height::Told, TOLD));
         let x = decades(speeds, slowest..slowest * 10.0);
         let y = decades(errors, 0.1 * allowed..1.0);
-        Self {
-            panel: Panel { left: LEFT, top, right: RIGHT, bottom: BOTTOM - BAND, x, y },
-            wrong: TOP + BAND / 2,
-            told: top - TOLD / 2,
-            floor: BOTTOM - BAND / 2,
-        }
+        let panel = Panel { left: LEFT, top, right: RIGHT, bottom: BOTTOM - BAND, x, y };
+        Self { panel, wrong, told, floor: BOTTOM - BAND / 2 }
     }
 
     /// The pixel of a spot; in a band each family has its own lane.
@@ -114,24 +118,22 @@ impl Plane {
         match spot.height {
             Height::At(error) => self.panel.at(speed, libm::log10(error.max(1e-300))),
             Height::Floor => (x, self.floor),
-            Height::Told => (x, self.told),
-            Height::Wrong => (x, self.wrong + lane),
+            Height::Told => (x, self.told.unwrap_or(TOP) + TOLD / 2),
+            Height::Wrong => (x, self.wrong.unwrap_or(TOP) + BAND / 2 + lane),
         }
     }
 
     fn grid(&self, canvas: &mut Canvas, words: &Words) {
-        let Panel { left, top, right, bottom, .. } = self.panel;
+        let Panel { left, right, bottom, .. } = self.panel;
         let power = |power: i32| libm::exp10(f64::from(power));
         for decade in self.panel.y.start as i32..=self.panel.y.end as i32 {
             let (_, y) = self.panel.at(self.panel.x.start, f64::from(decade));
             canvas.line(vec![(left, y), (right, y)], GRID, 2);
-            // 2 - n zeros of a per cent, as text: no third of a binary digit.
-            let label = if decade >= -5 {
-                format!("{} %", format!("{:.*}", (-2 - decade).max(0) as usize, 100.0 * power(decade)))
-            } else {
-                format!("1e{} %", decade + 2)
+            let label = match decade {
+                -5.. => format!("{:.*} %", (-2 - decade).max(0) as usize, 100.0 * power(decade)),
+                _ => format!("1e\u{2212}{} %", -2 - decade),
             };
-            canvas.text((left - 14, y), label.replace("e-", "e\u{2212}"), 26, QUIET, Anchor::Right);
+            canvas.text((left - 14, y), label, 26, QUIET, Anchor::Right);
         }
         for decade in self.panel.x.start as i32..=self.panel.x.end as i32 {
             let (x, _) = self.panel.at(f64::from(decade), 0.0);
@@ -145,18 +147,13 @@ impl Plane {
             canvas.text((left + 16, from + 22), text, 24, INK, Anchor::Left);
         };
         band(canvas, bottom, BOTTOM, PALE, 0.45, words.floor);
-        if self.told > TOP && top - self.told == TOLD / 2 && top > TOP + if self.wrong_is_there(top) { BAND } else { 0 }
-        {
-            band(canvas, top - TOLD, top, GRID, 0.6, words.told);
+        if let Some(from) = self.told {
+            band(canvas, from, from + TOLD, GRID, 0.6, words.told);
         }
-        if self.wrong_is_there(top) {
-            band(canvas, TOP, TOP + BAND, RED, 0.10, words.wrong);
+        if let Some(from) = self.wrong {
+            band(canvas, from, from + BAND, RED, 0.10, words.wrong);
         }
         canvas.line(vec![(left, TOP), (left, BOTTOM)], QUIET, 2);
-    }
-
-    fn wrong_is_there(&self, top: i32) -> bool {
-        top >= TOP + BAND
     }
 
     fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) {
@@ -204,19 +201,20 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
         .collect();
     canvas.line(corners, FRONT, 10);
 
+    families.sort_by_key(|family| !spots.iter().any(|spot| spot.family == *family && spot.behind));
     let mut lines = Vec::new();
     for family in families {
-        let mut rungs: Vec<usize> = (0..spots.len()).filter(|index| spots[*index].family == family).collect();
-        rungs.retain(|index| spots[*index].height != Height::Told);
+        let rungs: Vec<usize> = (0..spots.len()).filter(|index| spots[*index].family == family).collect();
         lines.extend(rungs.windows(2).map(|pair| (pixels[pair[0]], pixels[pair[1]])));
-        if let [first, _, ..] = rungs[..] {
-            canvas.line(rungs.iter().map(|index| pixels[*index]).collect(), spots[first].color, 2);
+        if rungs.len() > 1 {
+            let width = if spots[rungs[0]].behind { 2 } else { 4 };
+            canvas.line(rungs.iter().map(|index| pixels[*index]).collect(), spots[rungs[0]].color, width);
         }
-    }
-    for (spot, &pixel) in spots.iter().zip(&pixels) {
-        shape(canvas, pixel, spot.shape, spot.color);
-        if spot.chosen {
-            canvas.dot(pixel, 20, GREEN, 4);
+        for index in rungs {
+            shape(canvas, pixels[index], spots[index].shape, spots[index].color);
+            if spots[index].chosen {
+                canvas.dot(pixels[index], 20, GREEN, 4);
+            }
         }
     }
     let mut order: Vec<usize> = (0..spots.len()).filter(|index| !spots[*index].label.is_empty()).collect();
