@@ -24,6 +24,7 @@ pub fn percent(error: f64) -> String {
     match error {
         0.0 => "0".into(),
         error if !error.is_finite() => "wrong".into(),
+        error if error > 10.0 => ">1000 %".into(),
         error if error < 1e-4 => format!("{:.0e} %", 100.0 * error),
         error => format!("{:.2} %", 100.0 * error),
     }

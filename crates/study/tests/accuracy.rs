@@ -1,8 +1,12 @@
 //! Speed against accuracy: errors of known differences, the front, who runs a scene.
 
+use std::num::NonZeroUsize;
+use std::time::Duration;
+
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, shipped};
 use hpu_cosim::{Control, Driver};
-use hpu_study::accuracy::{Outputs, SOLVERS, contestants, front, named, usual, worst};
+use hpu_study::accuracy::{Chart, Grade, Outputs, Plan, Race, SOLVERS, contestants, front, named, usual, worst};
+use hpu_study::criteria;
 use proptest::prelude::*;
 
 fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
@@ -198,4 +202,72 @@ fn clock_has_every_edge_of_events() {
     let moved = [("run.duration", "20 ms"), ("device.initial_angle", "1.6 rad")];
     let stiff = scene("hybrid-wall", &[&moved[..], &[("wall.stiffness", "1.55 N.m/rad")]].concat());
     assert!(!run(&stiff, Driver::Events).same_edges(&run(&scene("hybrid-wall", &moved), Driver::Events)));
+}
+
+/// A mass on a rail that runs down in a viscous medium and comes to no wall: a smooth, linear motion.
+fn coasting(names: &[&str]) -> Chart {
+    let shipped = shipped().iter().find(|shipped| shipped.name == "rail-drop").expect("a shipped scene");
+    let set = [
+        ("device.coulomb", "0"),
+        ("device.damping", "10 N.s/m"),
+        ("device.initial_speed", "1 m/s"),
+        // Ends where a step of every rung ends.
+        ("run.duration", "30 ms"),
+        ("accuracy.outputs", "[\"final_angle\"]"),
+    ];
+    let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+    let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+    let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+    let race = Race::new((shipped.name, shipped.text), &set, &names, &mut load).expect("a race");
+    let plan = Plan { repeats: 1, ..Plan::usual(NonZeroUsize::MIN) };
+    race.run(plan, &Control::default()).expect("runs").expect("to its end")
+}
+
+#[test]
+fn in_a_race_clock_is_exact_and_a_ladder_s_error_falls_with_its_step_by_the_solver_s_order() {
+    let chart = coasting(&["events", "clock", "euler", "rk4"]);
+    let row = |name: &str| {
+        let entry = chart.entries.iter().find(|entry| entry.contestant.name == name).expect("a contestant");
+        entry.row.as_ref().unwrap_or_else(|why| panic!("{name}: {why}"))
+    };
+    assert_eq!((row("events").grade, row("clock").grade), (Grade::Exact, Grade::Exact));
+    let error = |name: &str| row(name).grade.error().unwrap_or(f64::INFINITY);
+    // A tenth of the step: a tenth of Euler's error; of the classic method of order 4 a third of it is enough.
+    for (solver, order, rungs) in [("euler", 1.0, ["1ms", "100us"]), ("rk4", 4.0, ["1ms", "300us"])] {
+        let [long, short] = rungs.map(|rung| error(&format!("{solver}@{rung}")));
+        let shorter: f64 = if rungs[1] == "100us" { 10.0 } else { 10.0 / 3.0 };
+        let fall = (long / short).ln() / shorter.ln();
+        assert!((fall - order).abs() < 0.1 * order, "{solver}: {long:e} to {short:e}");
+    }
+    let ladder = ["rk4@1ms", "rk4@300us", "rk4@100us", "rk4@30us"].map(error);
+    assert!(ladder.windows(2).all(|pair| pair[1] < pair[0]), "{ladder:?}");
+    let fastest = chart.fastest_within().expect("events is within");
+    assert!(chart.entries[fastest].row.as_ref().is_ok_and(|row| row.grade.error() <= Some(chart.within)));
+}
+
+#[test]
+fn a_run_that_takes_too_long_is_shortened_with_its_reference_and_says_so() {
+    let shipped = shipped().iter().find(|shipped| shipped.name == "hybrid-wall").expect("a shipped scene");
+    let set = [("run.duration".to_string(), "100 s".to_string())];
+    let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+    let race = Race::new((shipped.name, shipped.text), &set, &["clock".to_string()], &mut load).expect("a race");
+    let plan = Plan { longest: Duration::from_millis(150), repeats: 1, ..Plan::usual(NonZeroUsize::MIN) };
+    let chart = race.run(plan, &Control::default()).expect("runs").expect("to its end");
+    let row = chart.entries[0].row.as_ref().expect("ran");
+    let shortened_s = row.shortened_s.expect("100 s of edges take longer");
+    assert!(shortened_s < 100.0 && row.speed.motion_s <= shortened_s * 1.001);
+    assert_eq!(row.grade, Grade::Exact, "against the reference of the same length");
+}
+
+#[test]
+fn every_criterion_has_its_name() {
+    let Experiment::Axis(axis) = scene("rail-drop", &[]) else { panic!("an axis") };
+    for name in criteria::NAMES {
+        match criteria::named(name, &axis) {
+            Some(Ok(criterion)) => assert_eq!(criterion.name, name),
+            Some(Err(silent)) => assert_eq!(silent.name, name),
+            None => assert_eq!(name, "low_frequency", "there for motors alone"),
+        }
+    }
+    assert!(criteria::named("telepathy", &axis).is_none());
 }

@@ -76,7 +76,7 @@ pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>
 }
 
 /// A command as the foot of a page has room for it; whole, it is in the tables.
-fn shortened(command: &str) -> String {
+pub(super) fn shortened(command: &str) -> String {
     const ROOM: i32 = WIDTH - 260;
     if text_width(command, 24) <= ROOM {
         return command.to_string();

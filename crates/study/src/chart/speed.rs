@@ -9,6 +9,7 @@ use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, t
 use crate::map::{Map, outcome_name};
 
 use super::canvas::{Anchor, BLUE, GREEN, INK, ORANGE, QUIET, RED, WALL};
+use super::map::shortened;
 use super::{Picture, page};
 use plane::{Height, Shape, Spot, Words};
 
@@ -52,9 +53,9 @@ fn label(contestant: &Contestant, first: bool, front: bool) -> String {
     match (contestant.step_s.map(time), contestant.criterion) {
         (_, Some(name)) => name.replace('_', " "),
         (None, None) => plain(&contestant.name),
-        (Some(step), None) if front => format!("{} {step}", plain(&contestant.family)),
+        (Some(step), None) if front => format!("{}, {step}", plain(&contestant.family)),
         (Some(_), None) if is_behind(contestant) => String::new(),
-        (Some(step), None) if first => format!("{} {step}", plain(&contestant.family)),
+        (Some(step), None) if first => format!("{}, {step}", plain(&contestant.family)),
         (Some(step), None) => step,
     }
     .replace(" us", " \u{b5}s")
@@ -75,6 +76,11 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
     let all = contestants.iter().enumerate();
     all.map(|(index, (contestant, speed, height))| {
         let first = (0..contestants.len()).find(|other| contestants[*other].0.family == contestant.family);
+        // Of the rungs that are wrong the first says where its ladder stops being true.
+        let before = index.checked_sub(1).map(|before| &contestants[before]);
+        let wrong_before =
+            before.is_some_and(|(other, _, height)| other.family == contestant.family && *height == Height::Wrong);
+        let is_named = *height != Height::Wrong || contestant.step_s.is_none() || !wrong_before;
         let on_front = front.contains(&index);
         Spot {
             // Criteria are no ladder.
@@ -83,7 +89,7 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
             height: *height,
             shape: shape(contestant),
             color: if is_behind(contestant) && !on_front { pale(color(contestant)) } else { color(contestant) },
-            label: label(contestant, first == Some(index), on_front),
+            label: if is_named { label(contestant, first == Some(index), on_front) } else { String::new() },
             behind: is_behind(contestant),
             needed: on_front || contestant.step_s.is_none(),
             front: on_front,
@@ -165,7 +171,7 @@ pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
 
     let outputs: Vec<String> = chart.outputs.iter().map(|output| output.name().replace('_', " ")).collect();
     let title = format!("{scene}: speed against accuracy");
-    let mut canvas = page(&title, &findings(chart), command);
+    let mut canvas = page(&title, &findings(chart), &shortened(command));
     let outcome = outcome_name(Some(chart.outcome)).replace('_', " ");
     let y = format!("error up: the worst of {}; the scene as written: {outcome}", outputs.join(", "));
     plane::key(&mut canvas, (60, 166), &entries(&ran));
@@ -197,7 +203,7 @@ pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Pictur
     let front: Vec<usize> = front_of_shares(shares).into_iter().filter_map(place).collect();
     let spots = spots(&ran, &front, None);
     let axes = format!("{} by {}, {} cells", map.x, map.y, map.layer());
-    let mut canvas = page(&format!("{scene}: how often the verdict is wrong"), &axes, command);
+    let mut canvas = page(&format!("{scene}: how often the verdict is wrong"), &axes, &shortened(command));
     plane::key(&mut canvas, (60, 166), &entries(&ran));
     let y = "up: share of cells with another verdict than the scene as written".to_string();
     canvas.text((60, 222), y.as_str(), 26, INK, Anchor::Left);

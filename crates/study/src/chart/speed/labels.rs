@@ -10,7 +10,7 @@ pub(super) const SIZE: i32 = 24;
 type Pixel = (i32, i32);
 
 /// A box: left, top, right, bottom.
-type Area = [i32; 4];
+pub(super) type Area = [i32; 4];
 
 /// A point to be named.
 pub(super) struct Label {
@@ -25,6 +25,8 @@ pub(super) struct Label {
 pub(super) struct Surroundings<'a> {
     /// Where labels may stand.
     pub inside: Area,
+    /// Texts that stand there already.
+    pub taken: Vec<Area>,
     pub dots: &'a [Pixel],
     pub lines: &'a [(Pixel, Pixel)],
 }
@@ -69,7 +71,7 @@ fn places(width: i32) -> impl Iterator<Item = Pixel> {
 
 /// Writes the labels, those first that come first.
 pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surroundings) {
-    let mut taken: Vec<Area> = Vec::new();
+    let mut taken = surroundings.taken.clone();
     for Label { at, text, color, needed } in labels {
         let half = (text_width(text, SIZE) / 2, SIZE / 2 + 2);
         let [left, top, right, bottom] = surroundings.inside;

@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 
 use super::super::canvas::{Anchor, Canvas, GREEN, GRID, HEIGHT, INK, ORANGE, PALE, QUIET, RED, WIDTH, text_width};
 use super::super::panel::Panel;
-use super::labels::{self, Label, Surroundings};
+use super::labels::{self, Area, Label, Surroundings};
 
 /// How high a spot stands.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -123,7 +123,8 @@ impl Plane {
         }
     }
 
-    fn grid(&self, canvas: &mut Canvas, words: &Words) {
+    /// Grid, axes and bands; returns where the bands' names stand.
+    fn grid(&self, canvas: &mut Canvas, words: &Words) -> Vec<Area> {
         let Panel { left, right, bottom, .. } = self.panel;
         let power = |power: i32| libm::exp10(f64::from(power));
         for decade in self.panel.y.start as i32..=self.panel.y.end as i32 {
@@ -142,7 +143,9 @@ impl Plane {
             canvas.text((x, BOTTOM + 26), label, 26, QUIET, Anchor::Centre);
         }
         canvas.text(((left + right) / 2, BOTTOM + 66), words.x, 26, INK, Anchor::Centre);
-        let band = |canvas: &mut Canvas, from: i32, to: i32, color, alpha, text: &str| {
+        let mut names = Vec::new();
+        let mut band = |canvas: &mut Canvas, from: i32, to: i32, color, alpha, text: &str| {
+            names.push([left, from, left + 32 + text_width(text, 24), from + 44]);
             canvas.fill([(left, from), (right, to)], color, alpha);
             canvas.text((left + 16, from + 22), text, 24, INK, Anchor::Left);
         };
@@ -154,23 +157,27 @@ impl Plane {
             band(canvas, from, from + BAND, RED, 0.10, words.wrong);
         }
         canvas.line(vec![(left, TOP), (left, BOTTOM)], QUIET, 2);
+        names
     }
 
-    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) {
+    /// Draws the error that is allowed; returns its line.
+    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> ((i32, i32), (i32, i32)) {
         let (_, y) = self.panel.at(self.panel.x.start, libm::log10(error));
         for x in (LEFT..RIGHT).step_by(28) {
             canvas.line(vec![(x, y), ((x + 16).min(RIGHT), y)], GREEN, 3);
         }
         canvas.text((RIGHT - 8, y - 20), text, 24, GREEN, Anchor::Right);
+        ((LEFT, y), (RIGHT, y))
     }
 }
 
 /// Draws the spots with their ladders and their front.
 pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
     let plane = Plane::new(spots, words.allowed.as_ref().map(|(error, _)| *error));
-    plane.grid(canvas, words);
+    let taken = plane.grid(canvas, words);
+    let mut lines = Vec::new();
     if let Some((error, text)) = &words.allowed {
-        plane.allowed(canvas, *error, text);
+        lines.push(plane.allowed(canvas, *error, text));
     }
     let mut families: Vec<&str> = Vec::new();
     for spot in spots {
@@ -199,10 +206,10 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
             corner.into_iter().chain([here])
         })
         .collect();
+    lines.extend(corners.windows(2).map(|pair| (pair[0], pair[1])));
     canvas.line(corners, FRONT, 10);
 
     families.sort_by_key(|family| !spots.iter().any(|spot| spot.family == *family && spot.behind));
-    let mut lines = Vec::new();
     for family in families {
         let rungs: Vec<usize> = (0..spots.len()).filter(|index| spots[*index].family == family).collect();
         lines.extend(rungs.windows(2).map(|pair| (pixels[pair[0]], pixels[pair[1]])));
@@ -227,7 +234,7 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
         })
         .collect();
     let inside = [LEFT + 4, TOP + 4, RIGHT - 4, BOTTOM - 4];
-    labels::write(canvas, &named, &Surroundings { inside, dots: &pixels, lines: &lines });
+    labels::write(canvas, &named, &Surroundings { inside, taken, dots: &pixels, lines: &lines });
 }
 
 /// The front, behind all that is on it.
