@@ -9,21 +9,22 @@ packages="g++ ghdl-llvm ghdl-mcode iverilog make python3 python3-venv verilator"
 tools="g++ ghdl-llvm ghdl-mcode iverilog make python3 verilator"
 cocotb="cocotb==2.1.0"
 
-# shellcheck disable=SC2086  # one word a tool, one a package
-if ! command -v $tools >/dev/null || [ "$(command -v $tools | wc -l)" != "$(wc -w <<<"$tools")" ]; then
+missing=$(for tool in $tools; do command -v "$tool" >/dev/null || echo "$tool"; done)
+if [ -n "$missing" ]; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: one of $tools is missing; sudo apt-get install $packages" >&2
+        echo "error: no ${missing//$'\n'/, no }; install and run this again: sudo apt-get install $packages" >&2
         exit 3
     fi
     apt-get update -qq
+    # shellcheck disable=SC2086  # one word a package
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
 fi
 venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/compare-venv
 if ! "$venv/bin/python" -m pip show -q "${cocotb%%=*}" 2>/dev/null; then
-    python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q "$cocotb" || {
-        echo "error: could not install $cocotb from PyPI into $venv" >&2
+    if ! { python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q "$cocotb"; }; then
+        echo "error: $cocotb could not be installed from PyPI into $venv, which takes python3-venv too" >&2
         exit 3
-    }
+    fi
 fi
 
 cargo build --locked --release --quiet -p hpu
@@ -71,6 +72,7 @@ done
 awk -f "$sources/exposed.awk" "$hdl/hybrid_loop.vhd" "$hdl/hybrid_loop.vhd" >mcode/hybrid_nets.vhd
 (cd mcode && ghdl-mcode -a "${std[@]}" hybrid_nets.vhd)
 for top in hybrid_loop hybrid_nets; do
+    # shellcheck disable=SC2016  # $signed is Verilog's
     (cd mcode && ghdl-mcode --synth "${std[@]}" --out=verilog "${generics[@]}" $top) |
         sed -e "s/{0'b, /{/" -e 's/\(\$signed([^)]*)\) >> /\1 >>> /' >$top.v
 done
@@ -129,6 +131,12 @@ differs() { # HPU_CSV CSV EDGES
     found=$(awk -v edges="$3" -f "$sources/differ.awk" "$1" "$2")
     echo "${found:-none}"
 }
+# How many of the encoder's edges fall on another clock than hpu's.
+moved() {
+    awk -F, 'FNR == 1 { n = 0; pins = "" }
+             $1 + 0 > 0 && $2 "," $3 != pins { pins = $2 "," $3; n++; if (NR == FNR) at[n] = $1; else moved += at[n] != $1 }
+             END { print moved + 0, "of", n - 1 }' hpu.csv "$1"
+}
 # Cocotb does not come as far as the wall; with the wall nearer it does.
 trace near $cocotb_compared --set "wall.position=4 mrad"
 {
@@ -143,8 +151,10 @@ trace near $cocotb_compared --set "wall.position=4 mrad"
     for world in hpu.csv f64 extended; do
         ./trace/trace $all "${words[@]}" "$world" >verilator.csv
         differs hpu.csv verilator.csv $all >"$world.differs"
+        moved verilator.csv >"$world.moved"
     done
     in_icarus icarus_trace $icarus_compared +pins=hpu.csv >icarus.csv
+    "$hpu" run hybrid-wall --compare --edges $all >compared.log || { cat compared.log >&2; false; }
     differs hpu.csv icarus.csv $icarus_compared >icarus.differs
 }
 wait $!
@@ -160,7 +170,7 @@ for backend in mcode llvm; do cpu_s_of_edges 3 $ghdl_timed in_ghdl $backend >$ba
 cpu_s_of_edges 3 $icarus_timed in_icarus icarus_time >icarus_s
 for _ in 1 2 3; do in_cocotb timed $cocotb_timed "${words[*]}" && cat timed/out; done | least >cocotb_s
 
-version() { "$@" 2>/dev/null | grep -om 1 '[0-9][0-9.]*[0-9]'; }
+version() { "$@" 2>/dev/null | awk 'NR == 1 && match($0, /[0-9]+(\.[0-9]+)+/) { print substr($0, RSTART, RLENGTH) }'; }
 ghdl_version=$(version ghdl-mcode --version)
 events_s=$(<events_s)
 row() { # TOOL VERSION PLANT EDGES SECONDS COMPARED
@@ -188,15 +198,17 @@ hpu_version=$(version "$hpu" --version)
     awk -F, '{ printf "%-24s %-8s %-18s %10s %9s %12s %17s %15s\n", $1, $2, $3, $4, $5, $6, $7, $8 }' compare.csv
     cat <<EOF
 
-Every net, at every edge
-hpu events and clock against each other are compared by \`hpu run --compare\` and the tests, not here.
-Verilator, hpu's pins replayed, $all edges: first difference $(<hpu.csv.differs)
-Verilator, closed around the plant stepped in long double, $all edges: first difference $(<extended.differs)
-Verilator, closed around the plant stepped in double, $all edges: first difference $(<f64.differs)
-GHDL LLVM and mcode, closed around hpu's plant, $ghdl_compared edges: none, or this table would not be
-Icarus, hpu's pins replayed, $icarus_compared edges: first difference $(<icarus.differs)
-cocotb, closed around the plant stepped in double, $cocotb_compared edges: first difference $(<free.differs)
-cocotb, the same with the wall at 4 mrad, which it reaches: first difference $(<near.differs)
+Every net, at every edge                                                edges      first difference
+hpu events and clock, the plant's states too                            $all  none
+GHDL LLVM and mcode, closed around hpu's plant                          $ghdl_compared   none
+Verilator, hpu's pins replayed                                          $all  $(<hpu.csv.differs)
+Verilator, closed around the plant stepped in long double               $all  $(<extended.differs)
+Verilator, closed around the plant stepped in double                    $all  $(<f64.differs)
+Icarus, hpu's pins replayed                                             $icarus_compared   $(<icarus.differs)
+cocotb, closed around the plant stepped in Python's double              $cocotb_compared     $(<free.differs)
+cocotb, the same with the wall at 4 mrad, which it reaches              $cocotb_compared     $(<near.differs)
+
+With the plant stepped in double $(<f64.moved) encoder edges fall on another clock than hpu's; in long double, $(<extended.moved).
 
 EOF
     cat "$sources/notes.txt"
