@@ -74,6 +74,8 @@ pub(crate) struct ArmState<'p> {
     /// The edge of the motion's next event, as long as nothing drives it otherwise.
     ahead: Option<u64>,
     command: [i64; 3],
+    /// Crossings too near a clock edge for plain `f64`.
+    redecided: u64,
     over: Option<&'static str>,
 }
 
@@ -87,6 +89,7 @@ impl<'p> ArmState<'p> {
             edge: 0,
             ahead: None,
             command: [0; 3],
+            redecided: 0,
             over: None,
         }
     }
@@ -108,8 +111,14 @@ impl<'p> ArmState<'p> {
     #[inline]
     fn sense(&mut self, angles_rad: [f64; 3]) {
         let mut changed = false;
-        for (encoder, angle_rad) in self.encoders.iter_mut().zip(angles_rad) {
-            changed |= encoder.sense(angle_rad);
+        for (joint, angle_rad) in angles_rad.into_iter().enumerate() {
+            let encoder = &mut self.encoders[joint];
+            let left = encoder.band();
+            if encoder.sense(angle_rad) {
+                changed = true;
+                let limit_rad = if angle_rad < left.low { left.low } else { left.high };
+                self.redecided += u64::from(self.motion.is_near(self.edge, joint, limit_rad));
+            }
         }
         if changed {
             self.watch();
@@ -250,6 +259,10 @@ impl World for FpgaWorld<'_> {
         self.state.motion.mode_changes()
     }
 
+    fn redecided(&self) -> u64 {
+        self.state.redecided
+    }
+
     fn over(&self) -> Option<&'static str> {
         self.state.over
     }
@@ -331,6 +344,10 @@ impl World for HostWorld<'_> {
 
     fn mode_changes(&self) -> u64 {
         self.state.motion.mode_changes()
+    }
+
+    fn redecided(&self) -> u64 {
+        self.state.redecided
     }
 
     fn over(&self) -> Option<&'static str> {

@@ -26,6 +26,17 @@ impl ArmEnergy {
         self.viscous_j + self.coulomb_j + self.transmission_j
     }
 
+    /// This and a share of another.
+    pub(super) fn plus(&self, other: &Self, share: f64) -> Self {
+        Self {
+            source_j: self.source_j + share * other.source_j,
+            viscous_j: self.viscous_j + share * other.viscous_j,
+            coulomb_j: self.coulomb_j + share * other.coulomb_j,
+            transmission_j: self.transmission_j + share * other.transmission_j,
+            exchanged_j: self.exchanged_j + share * other.exchanged_j,
+        }
+    }
+
     /// Accounts for the first `t` of a series.
     pub(super) fn take(&mut self, model: &ArmModel, x: &Start, series: &Series, t: f64) {
         if series.powers == 0 {

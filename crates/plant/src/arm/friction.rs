@@ -1,7 +1,6 @@
 //! Which joints friction holds: the one consistent answer of the coupled joints, found by trying them all.
 
 use super::Arm;
-use super::polynomial::Lanes;
 use super::series::Start;
 
 /// What a joint's motor does.
@@ -16,17 +15,20 @@ pub(super) enum Hold {
 }
 
 /// A pose's part in the equations of motion.
-struct Pose {
-    m23: f64,
+pub(super) struct Pose {
+    /// The links' own `M11`, and `M23`.
+    pub(super) m11: f64,
+    pub(super) m23: f64,
     /// Torques of gravity and of the motion itself, on the side of the motor's torques.
-    bias_nm: [f64; 3],
+    pub(super) bias_nm: [f64; 3],
 }
 
 impl Pose {
-    fn of(arm: &Arm, q: &Lanes, v: &Lanes) -> Self {
+    /// Of angles and speeds, of which there are three at least.
+    pub(super) fn of(arm: &Arm, q: &[f64], v: &[f64]) -> Self {
         let model = &arm.model;
         let [(s1, c1), (s2, c2), (s3, c3)] = [q[0], q[1], q[2]].map(libm::sincos);
-        let ([_, a2, a3], p, [a, b], g) =
+        let ([a0, a2, a3], p, [a, b], g) =
             (model.turning_kg_m2, model.coupling_kg_m2, model.moments_kg_m, model.gravity_m_per_s2);
         let (away, along) = (g[0] * s1 + g[2] * c1, g[0] * c1 - g[2] * s1);
         let (sine, cosine) = (s2 * c3 - c2 * s3, c2 * c3 + s2 * s3);
@@ -36,7 +38,8 @@ impl Pose {
             a * (g[1] * c2 - away * s2) + d2 * v[0] * v[0] - 0.5 * p * cosine * v[2] * v[2],
             b * (g[1] * s3 + away * c3) + d3 * v[0] * v[0] + 0.5 * p * cosine * v[1] * v[1],
         ];
-        Self { m23: -0.5 * p * sine, bias_nm }
+        let m11 = a0 + a2 * (c2 * c2 - s2 * s2) + a3 * (c3 * c3 - s3 * s3) + p * c2 * s3;
+        Self { m11, m23: -0.5 * p * sine, bias_nm }
     }
 }
 

@@ -28,7 +28,9 @@ mod model;
 mod motion;
 mod polynomial;
 mod series;
+mod stepper;
 
 pub use energy::ArmEnergy;
 pub use model::{Arm, ArmError, ArmModel, Transmission};
 pub use motion::{ArmMotion, ArmState};
+pub use stepper::{ArmMethod, SteppedArm};
