@@ -1,10 +1,11 @@
 //! The world of a PHANToM: the arm with its three encoders, motors behind DACs, and, on some platforms, a host computer.
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
-use hpu_plant::Band;
-use hpu_plant::arm::{Arm, ArmMotion, kinematics};
+use hpu_plant::arm::{Arm, kinematics};
+use hpu_plant::{Band, Method};
 use hpu_signal::Real;
 
+use crate::arm_body::ArmBody;
 use crate::encoder::Encoder;
 use crate::host::{Host, HostState};
 use crate::scene::MOST_EDGES;
@@ -27,6 +28,8 @@ pub const ARM_REALS: [Real; 9] = [
 /// The immutable laws of a PHANToM's world.
 pub struct ArmPlant {
     pub(crate) arm: Arm,
+    /// The method and the clock edges of its steps, where the arm is stepped.
+    pub(crate) stepping: Option<(Method, u64)>,
     /// Angle of one count of each joint.
     pub(crate) count_rad: [f64; 3],
     /// Torque of one count of each joint's DAC.
@@ -68,7 +71,7 @@ impl ArmPlant {
 #[derive(Clone)]
 pub(crate) struct ArmState<'p> {
     pub(crate) plant: &'p ArmPlant,
-    pub(crate) motion: ArmMotion<'p>,
+    pub(crate) motion: ArmBody<'p>,
     encoders: [Encoder; 3],
     pub(crate) edge: u64,
     /// The edge of the motion's next event, as long as nothing drives it otherwise.
@@ -84,7 +87,7 @@ impl<'p> ArmState<'p> {
         let encoder = |i: usize| Encoder::new(plant.count_rad[i], plant.start_rad[i]);
         Self {
             plant,
-            motion: ArmMotion::new(&plant.arm, plant.start_rad, plant.start_rad_per_s),
+            motion: ArmBody::new(&plant.arm, plant.stepping, plant.start_rad, plant.start_rad_per_s),
             encoders: [encoder(0), encoder(1), encoder(2)],
             edge: 0,
             ahead: None,
@@ -158,6 +161,9 @@ impl<'p> ArmState<'p> {
         }
         let angles_rad = self.motion.step(edge);
         self.sense(angles_rad);
+        if let Some(why) = self.motion.over() {
+            self.over = Some(why);
+        }
     }
 
     fn drive(&mut self, command: [i64; 3]) {
@@ -263,6 +269,10 @@ impl World for FpgaWorld<'_> {
         self.state.redecided
     }
 
+    fn steps(&self) -> u64 {
+        self.state.motion.steps()
+    }
+
     fn over(&self) -> Option<&'static str> {
         self.state.over
     }
@@ -348,6 +358,10 @@ impl World for HostWorld<'_> {
 
     fn redecided(&self) -> u64 {
         self.state.redecided
+    }
+
+    fn steps(&self) -> u64 {
+        self.state.motion.steps()
     }
 
     fn over(&self) -> Option<&'static str> {

@@ -5,6 +5,7 @@ pub mod replay;
 pub mod scene;
 
 mod actuator;
+mod arm_body;
 mod arm_world;
 mod axis_world;
 mod body;

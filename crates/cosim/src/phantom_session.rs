@@ -175,6 +175,7 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
     let arm = Arm::new(model, scene.clock.period_s()).map_err(|error| SessionError::Arm(error.to_string()))?;
     Ok(ArmPlant {
         arm,
+        stepping: scene.model.solver.method().map(|method| (method, scene.step_clocks())),
         count_rad,
         command_nm,
         start_rad,

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use hpu_plant::{Axis, Bridge, Hand, Method, Motor, Push};
+use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Shaping};
 use crate::law_loop::COMMAND_BITS;
-use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Solver, Winding};
+use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::stepped::Stepping;
 use crate::world::Pins;
 
@@ -134,16 +134,11 @@ impl Plant {
 
 /// The steps of the scene's solver.
 fn stepping(scene: &Scene) -> Option<Stepping> {
-    let method = match scene.model.solver {
-        Solver::Events | Solver::Clock => return None,
-        Solver::Sample => None,
-        Solver::Euler => Some(Method::Euler),
-        Solver::SemiImplicit => Some(Method::SemiImplicit),
-        Solver::Midpoint => Some(Method::Midpoint),
-        Solver::Rk4 => Some(Method::Rk4),
-    };
+    if scene.model.solver.is_exact() {
+        return None;
+    }
     let edges = scene.step_clocks();
-    Some(Stepping { method, first: edges, edges })
+    Some(Stepping { method: scene.model.solver.method(), first: edges, edges })
 }
 
 /// What drives the scene's device.

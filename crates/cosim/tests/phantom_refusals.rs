@@ -73,7 +73,7 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says_with(
         "model",
         "lag = 1",
-        "15:1: model.lag: unknown key; accepted here: solver, law, joints, friction, delay, latency, amplifier_lag, \
+        "15:1: model.lag: unknown key; accepted here: solver, step, law, joints, friction, delay, latency, amplifier_lag, \
          transmission_stiffness, transmission_damping, motor_share",
     );
     says_with("expect", "final_angle = 1", "15:1: expect.final_angle: unknown key; accepted here: outcome, rms");

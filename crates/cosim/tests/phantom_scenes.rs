@@ -44,6 +44,7 @@ fn what_a_scene_does_not_say_is_as_documented() {
     assert_eq!(scene.room.walls, [false, true, false]);
     let model = PhantomModel {
         solver: Solver::Events,
+        step_s: None,
         ideal: false,
         tested_joint_only: false,
         friction: true,
@@ -103,6 +104,7 @@ fn every_key_is_read_in_the_unit_it_is_written_in() {
     assert_eq!(scene.room.walls, [true, false, true]);
     let model = PhantomModel {
         solver: Solver::Events,
+        step_s: None,
         ideal: true,
         tested_joint_only: true,
         friction: false,

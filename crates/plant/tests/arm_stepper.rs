@@ -1,14 +1,14 @@
 //! Fixed steps of the arm against its series: orders of convergence, straight lines, friction as ordinary programs write it.
 
-use hpu_plant::Band;
-use hpu_plant::arm::{Arm, ArmMethod, ArmModel, ArmMotion, SteppedArm, Transmission};
+use hpu_plant::arm::{Arm, ArmModel, ArmMotion, SteppedArm, Transmission};
+use hpu_plant::{Band, Method};
 
 const EDGE_S: f64 = 20e-9;
 const START: [[f64; 3]; 2] = [[0.1, 0.2, 0.4], [2.0, -1.0, 3.0]];
 const END: u64 = 1_600_000;
 
-fn methods() -> [(ArmMethod, u32); 4] {
-    [(ArmMethod::Euler, 1), (ArmMethod::SemiImplicit, 1), (ArmMethod::Midpoint, 2), (ArmMethod::Rk4, 4)]
+fn methods() -> [(Method, u32); 4] {
+    [(Method::Euler, 1), (Method::SemiImplicit, 1), (Method::Midpoint, 2), (Method::Rk4, 4)]
 }
 
 fn models() -> [ArmModel; 3] {
@@ -18,7 +18,7 @@ fn models() -> [ArmModel; 3] {
 }
 
 /// The greatest error of an encoder's angle after 32 ms under held torques.
-fn error(arm: &Arm, method: ArmMethod, edges: u64) -> f64 {
+fn error(arm: &Arm, method: Method, edges: u64) -> f64 {
     let drive = [0.05, -0.03, 0.02];
     let mut exact = ArmMotion::new(arm, START[0], START[1]);
     let mut stepped = SteppedArm::new(arm, method, edges, START[0], START[1]);
@@ -126,7 +126,7 @@ fn a_fine_step_comes_to_where_the_series_comes_with_friction_too() {
 fn steps_that_are_too_long_lose_the_arm_and_leave_it_where_it_was() {
     let [_, _, model] = models();
     let arm = Arm::new(model, EDGE_S).unwrap();
-    let mut stepped = SteppedArm::new(&arm, ArmMethod::Euler, 2_000_000, START[0], START[1]);
+    let mut stepped = SteppedArm::new(&arm, Method::Euler, 2_000_000, START[0], START[1]);
     stepped.drive([1.0; 3]);
     let angles = stepped.step(4_000_000_000);
     assert!(stepped.is_lost() && angles.iter().all(|angle| angle.is_finite()));

@@ -58,10 +58,22 @@ impl Solver {
         }
     }
 
+    /// The method of its steps, where it has steps of a length of its own.
+    #[must_use]
+    pub fn method(self) -> Option<hpu_plant::Method> {
+        match self {
+            Self::Events | Self::Clock | Self::Sample => None,
+            Self::Euler => Some(hpu_plant::Method::Euler),
+            Self::SemiImplicit => Some(hpu_plant::Method::SemiImplicit),
+            Self::Midpoint => Some(hpu_plant::Method::Midpoint),
+            Self::Rk4 => Some(hpu_plant::Method::Rk4),
+        }
+    }
+
     /// Whether it takes steps of a length of its own.
     #[must_use]
     pub fn is_fixed_step(self) -> bool {
-        matches!(self, Self::Euler | Self::SemiImplicit | Self::Midpoint | Self::Rk4)
+        self.method().is_some()
     }
 
     /// Whether datapath and device meet at every clock edge.

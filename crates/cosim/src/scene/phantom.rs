@@ -9,7 +9,7 @@
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
 //! | `[room]` | `distance` \[2 cm\] of the walls, `stiffness`, `walls` \[those of the axis\] (`"x"`, `"xy"`, `"xyz"` ...) |
-//! | `[model]` | `solver` \[`events`\] (`clock`), `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
+//! | `[model]` | `solver` \[`events`\] (`clock`; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps of `step`), `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
@@ -169,8 +169,10 @@ pub struct Room {
 /// How much is modelled.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomModel {
-    /// What moves the device on: [`Solver::Events`] or [`Solver::Clock`].
+    /// What moves the device on; never [`Solver::Sample`].
     pub solver: Solver,
+    /// Step of the solvers that have one, as asked for; [`PhantomScene::step_clocks`] is what the clock makes of it.
+    pub step_s: Option<f64>,
     /// Whether the force is computed from the continuous position, in floats, and not from counts.
     pub ideal: bool,
     /// Whether only the joint under test moves.
@@ -251,6 +253,12 @@ impl PhantomScene {
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / f64::from(self.platform.rate_hz()))
+    }
+
+    /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.
+    #[must_use]
+    pub fn step_clocks(&self) -> u64 {
+        self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
     /// The words of the scene's datapath, each the nearest.

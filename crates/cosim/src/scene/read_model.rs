@@ -34,7 +34,7 @@ pub(super) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
     })
 }
 
-fn step(s: &Section, solver: Solver) -> Result<Option<f64>, SceneError> {
+pub(super) fn step(s: &Section, solver: Solver) -> Result<Option<f64>, SceneError> {
     match (solver.is_fixed_step(), s.has("step")) {
         (true, _) => s.quantity("step", &q::TIME, Positive, None).map(Some),
         (false, false) => Ok(None),

@@ -13,6 +13,7 @@ use super::phantom::{
 };
 use super::quantity as q;
 use super::read::{clock, record, run, scene_name};
+use super::read_model::step;
 use super::section::Section;
 use super::section::Sign::{Any, NotNegative, Positive};
 use super::source::{SceneError, Source};
@@ -213,6 +214,7 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
 fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     s.accept(&[
         "solver",
+        "step",
         "law",
         "joints",
         "friction",
@@ -242,9 +244,11 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     if motor_share >= 1.0 {
         return Err(s.error("motor_share", "below 1: the arm has some of the mass"));
     }
-    let solvers = [Solver::Events, Solver::Clock].map(|solver| (solver.name(), solver));
+    let solvers = [Solver::Events, Solver::Clock, Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
+    let solver = s.choice("solver", &solvers.map(|solver| (solver.name(), solver)), Some(Solver::Events))?;
     Ok(PhantomModel {
-        solver: s.choice("solver", &solvers, Some(Solver::Events))?,
+        solver,
+        step_s: step(s, solver)?,
         ideal,
         tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
         friction: s.flag("friction", true)?,

@@ -33,4 +33,4 @@ mod stepper;
 pub use energy::ArmEnergy;
 pub use model::{Arm, ArmError, ArmModel, Transmission};
 pub use motion::{ArmMotion, ArmState};
-pub use stepper::{ArmMethod, SteppedArm};
+pub use stepper::SteppedArm;

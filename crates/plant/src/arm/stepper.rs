@@ -10,26 +10,14 @@
 //! - Between a step's ends everything goes in a straight line: the encoders' edges fall on the clock edges at which that line
 //!   crosses them.
 //!
-//! The implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
+//! Semi-implicit Euler takes torques from the old state, speeds from the new torques, angles from the new speeds. The implicit
+//! midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
 //! summed by the trapezoid rule, so that what is left of the balance measures the method.
 
 use super::friction::Pose;
 use super::series::Start;
 use super::{Arm, ArmEnergy, ArmState};
-use crate::Band;
-
-/// A method of integration.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ArmMethod {
-    /// `x₁ = x₀ + h f(x₀)`.
-    Euler,
-    /// Torques from the old state, speeds from the new torques, angles from the new speeds.
-    SemiImplicit,
-    /// `x₁ = x₀ + h f((x₀ + x₁) / 2)`.
-    Midpoint,
-    /// The classic Runge-Kutta method of order 4.
-    Rk4,
-}
+use crate::{Band, Method};
 
 /// Angles and speeds of the links, those of the motors, torques: three of each.
 type State = [[f64; 3]; 5];
@@ -65,7 +53,7 @@ struct Step {
 #[derive(Clone)]
 pub struct SteppedArm<'a> {
     arm: &'a Arm,
-    method: ArmMethod,
+    method: Method,
     /// Clock edges of a step.
     edges: u64,
     u: [f64; 3],
@@ -77,6 +65,7 @@ pub struct SteppedArm<'a> {
     initial_j: f64,
     rub: [Rub; 3],
     mode_changes: u64,
+    steps: u64,
     lost: bool,
 }
 
@@ -87,7 +76,7 @@ fn along(x: &State, slope: &State, by: f64) -> State {
 impl<'a> SteppedArm<'a> {
     /// An arm at edge 0, without torque, that steps by so many clock edges, at least one.
     #[must_use]
-    pub fn new(arm: &'a Arm, method: ArmMethod, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
+    pub fn new(arm: &'a Arm, method: Method, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let speeds = std::array::from_fn(|i| if arm.model.free[i] { speeds_rad_per_s[i] } else { 0.0 });
         let from = [angles_rad, speeds, angles_rad, speeds, [0.0; 3]];
         let mut stepped = Self {
@@ -102,6 +91,7 @@ impl<'a> SteppedArm<'a> {
             initial_j: 0.0,
             rub: [Rub::Held; 3],
             mode_changes: 0,
+            steps: 0,
             lost: false,
         };
         stepped.initial_j = stepped.stored(&from);
@@ -117,6 +107,7 @@ impl<'a> SteppedArm<'a> {
             self.mode_changes += step.rub.iter().zip(&self.rub).filter(|(now, before)| now != before).count() as u64;
             (self.start, self.from, self.rub) = (self.start + self.edges, step.to, step.rub);
             self.energy = self.energy.plus(&step.energy, 1.0);
+            self.steps += 1;
         }
         if edge > self.start {
             self.begin();
@@ -176,6 +167,12 @@ impl<'a> SteppedArm<'a> {
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
+    }
+
+    /// Steps done.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
     }
 
     /// Whether a step has left all that is modelled; the arm stays where it was.
@@ -294,8 +291,8 @@ impl<'a> SteppedArm<'a> {
         }
         let slope = |x: &State| self.slope(x, &rub);
         let mut to = match self.method {
-            ArmMethod::Euler => along(&from, &slope(&from), h),
-            ArmMethod::SemiImplicit => {
+            Method::Euler => along(&from, &slope(&from), h),
+            Method::SemiImplicit => {
                 let mut to = from;
                 to[TORQUE] = along(&from, &slope(&from), h)[TORQUE];
                 let faster = along(&to, &slope(&to), h);
@@ -304,7 +301,7 @@ impl<'a> SteppedArm<'a> {
                 (to[Q], to[P]) = (moved[Q], moved[P]);
                 to
             }
-            ArmMethod::Midpoint => {
+            Method::Midpoint => {
                 let mut middle = from;
                 for _ in 0..MOST_ITERATIONS {
                     let next = along(&from, &slope(&middle), 0.5 * h);
@@ -314,7 +311,7 @@ impl<'a> SteppedArm<'a> {
                 }
                 along(&from, &slope(&middle), h)
             }
-            ArmMethod::Rk4 => {
+            Method::Rk4 => {
                 let one = slope(&from);
                 let two = slope(&along(&from, &one, 0.5 * h));
                 let three = slope(&along(&from, &two, 0.5 * h));

@@ -1,0 +1,100 @@
+//! The arm of a PHANToM's world: flowed by its series, or stepped.
+
+use hpu_plant::arm::{Arm, ArmEnergy, ArmMotion, ArmState, SteppedArm};
+use hpu_plant::{Band, Method};
+
+use crate::stepped::DIVERGED;
+
+/// An arm in motion. Both kinds have the same functions.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
+pub(crate) enum ArmBody<'p> {
+    /// By its series.
+    Exact(ArmMotion<'p>),
+    /// In fixed steps.
+    Stepped(SteppedArm<'p>),
+}
+
+macro_rules! forward {
+    ($self:ident, $body:ident => $call:expr) => {
+        match $self {
+            Self::Exact($body) => $call,
+            Self::Stepped($body) => $call,
+        }
+    };
+}
+
+impl<'p> ArmBody<'p> {
+    /// An arm at edge 0, by its series or by a method over so many clock edges.
+    pub(crate) fn new(
+        arm: &'p Arm,
+        stepping: Option<(Method, u64)>,
+        angles_rad: [f64; 3],
+        speeds_rad_per_s: [f64; 3],
+    ) -> Self {
+        match stepping {
+            None => Self::Exact(ArmMotion::new(arm, angles_rad, speeds_rad_per_s)),
+            Some((method, edges)) => Self::Stepped(SteppedArm::new(arm, method, edges, angles_rad, speeds_rad_per_s)),
+        }
+    }
+
+    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, or the motion changes by itself.
+    pub(crate) fn next_event(&mut self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
+        forward!(self, body => body.next_event(from, limit, bands))
+    }
+
+    /// Comes to an edge: the angles that the encoders see there.
+    #[inline]
+    pub(crate) fn step(&mut self, edge: u64) -> [f64; 3] {
+        forward!(self, body => body.step(edge))
+    }
+
+    /// Whether an encoder passed a limit so near this edge that `f64` alone may have put it on another one.
+    pub(crate) fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
+        match self {
+            Self::Exact(body) => body.is_near(edge, joint, limit_rad),
+            Self::Stepped(_) => false,
+        }
+    }
+
+    /// Commands torques from `edge` on: a step that has begun goes on as it was.
+    pub(crate) fn drive(&mut self, edge: u64, torques_nm: [f64; 3]) {
+        match self {
+            Self::Exact(body) => body.drive(edge, torques_nm),
+            Self::Stepped(body) => body.drive(torques_nm),
+        }
+    }
+
+    pub(crate) fn state(&self, edge: u64) -> ArmState {
+        forward!(self, body => body.state(edge))
+    }
+
+    pub(crate) fn energy(&self, edge: u64) -> ArmEnergy {
+        forward!(self, body => body.energy(edge))
+    }
+
+    pub(crate) fn stored_j(&self, edge: u64) -> f64 {
+        forward!(self, body => body.stored_j(edge))
+    }
+
+    pub(crate) fn mode_changes(&self) -> u64 {
+        forward!(self, body => body.mode_changes())
+    }
+
+    /// Steps done: of an arm that has them.
+    pub(crate) fn steps(&self) -> u64 {
+        match self {
+            Self::Exact(_) => 0,
+            Self::Stepped(body) => body.steps(),
+        }
+    }
+
+    /// Why it cannot go on, if it cannot.
+    #[inline]
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        match self {
+            Self::Stepped(body) if body.is_lost() => Some(DIVERGED),
+            _ => None,
+        }
+    }
+}
