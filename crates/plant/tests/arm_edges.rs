@@ -69,47 +69,52 @@ fn step_by_step_and_leaping_give_the_same_bits() {
     }
 }
 
-/// Counts that a tighter or looser integration puts on another edge, of how many.
-fn disagreements(model: ArmModel, tolerance: f64, at_least: usize) -> (usize, usize) {
-    let arm = Arm::new(model, EDGE_S).unwrap();
-    // Without feedback from the counts, so that one difference does not make others.
-    let free = |arm: &Arm| {
-        let mut motion = ArmMotion::new(arm, [0.01, 0.2, 0.3], [0.0; 3]);
-        let mut bands = motion.step(0).map(band);
-        let mut edges = Vec::new();
-        let mut edge = 0;
-        for sample in 0.. {
-            if edges.len() >= at_least {
-                break;
-            }
-            let state = motion.state(edge);
-            let phase = f64::from(sample / 5);
-            let push = [0.3 * (phase * 1.7).sin(), 0.3 * (phase * 2.3).sin(), 0.2 * (phase * 0.9).cos()];
-            motion.drive(edge, std::array::from_fn(|i| push[i] - 2.0 * state.angles_rad[i]));
-            let next = edge + 50_000;
-            while edge < next {
-                edge = motion.next_event(edge, next, &bands).unwrap_or(next);
-                let angles = motion.step(edge);
-                for joint in 0..3 {
-                    if bands[joint].left_by(angles[joint]) {
-                        bands[joint] = band(angles[joint]);
-                        edges.push((edge, joint));
-                    }
+/// The first encoder edges, and what the arm says its angles may be off by at the last, at some tolerance.
+fn encoder_edges(model: ArmModel, tolerance: f64, at_least: usize) -> (Vec<(u64, usize)>, f64, usize) {
+    let arm = Arm::new(model, EDGE_S).unwrap().with_tolerance(tolerance);
+    let mut motion = ArmMotion::new(&arm, [0.01, 0.2, 0.3], [0.0; 3]);
+    let mut bands = motion.step(0).map(band);
+    let (mut edges, mut near) = (Vec::new(), 0);
+    let mut edge = 0;
+    for sample in 0.. {
+        if edges.len() >= at_least {
+            break;
+        }
+        let phase = f64::from(sample / 5);
+        let push = [0.3 * (phase * 1.7).sin(), 0.3 * (phase * 2.3).sin(), 0.2 * (phase * 0.9).cos()];
+        // The same torques to the bit as long as the counts are.
+        motion.drive(edge, std::array::from_fn(|i| push[i] - 2.0 * bands[i].low));
+        let next = edge + 50_000;
+        while edge < next {
+            edge = motion.next_event(edge, next, &bands).unwrap_or(next);
+            let angles = motion.step(edge);
+            for joint in 0..3 {
+                if bands[joint].left_by(angles[joint]) {
+                    let limit = if angles[joint] < bands[joint].low { bands[joint].low } else { bands[joint].high };
+                    near += usize::from(motion.is_near(edge, joint, limit));
+                    bands[joint] = band(angles[joint]);
+                    edges.push((edge, joint));
                 }
             }
         }
-        edges
-    };
-    let (usual, tight) = (free(&arm), free(&arm.clone().with_tolerance(tolerance)));
-    assert_eq!(usual.len(), tight.len());
-    (usual.iter().zip(&tight).filter(|(a, b)| a != b).count(), usual.len())
+    }
+    (edges, motion.error_rad(edge), near)
 }
 
+/// 10^5 encoder edges of each model over 10^8 clock edges and more. `arm_certified` holds the first of them to 30 digits.
 #[test]
-fn encoder_edges_fall_on_the_right_clock_edges() {
+fn halving_the_tolerance_moves_no_encoder_edge_nor_does_making_it_next_to_nothing() {
     for model in models() {
-        let (wrong, of) = disagreements(model, 1e-20, 100_000);
-        assert!(wrong * 10_000 <= of, "{wrong} of {of} encoder edges");
+        let (usual, error_rad, near) = encoder_edges(model, 1e-16, 100_000);
+        assert!(usual.last().unwrap().0 > 80_000_000, "{:?}", usual.last());
+        // What it may be off by is little against a turn of 1 rad/s in a clock, and few come that near to a limit: of stiff
+        // transmissions, whose damping the estimate leaves out, more than of others.
+        assert!(error_rad < 1e-3 * EDGE_S && near * 100 < usual.len(), "{error_rad} rad, {near} near");
+        for tolerance in [0.5e-16, 1e-20] {
+            let (other, ..) = encoder_edges(model, tolerance, 100_000);
+            let wrong = usual.iter().zip(&other).filter(|(a, b)| a != b).count();
+            assert_eq!((wrong, usual.len()), (0, other.len()), "{tolerance}");
+        }
     }
 }
 

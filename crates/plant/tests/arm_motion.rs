@@ -188,15 +188,20 @@ fn an_event_is_the_first_edge_outside_a_band() {
     let motion = ArmMotion::new(&arm, [0.1, 0.2, 0.3], [1.0, -2.0, 0.1]);
     let band = |low, high| Band { low, high, open: true };
     let bands = [band(0.0999, 0.1001), band(0.1999, 0.2001), band(0.2999, 0.3001)];
-    let found = motion.next_event(0, 1 << 40, &bands).unwrap();
+    let left = |angles: [f64; 3]| (0..3).any(|i| bands[i].left_by(angles[i]));
     let mut stepped = motion.clone();
-    let first = (1..).find(|&edge| {
-        let angles = stepped.step(edge);
-        (0..3).any(|i| bands[i].left_by(angles[i]))
-    });
-    assert_eq!(Some(found), first);
-    assert_eq!(motion.next_event(0, found - 1, &bands), None);
-    assert_eq!(motion.next_event(0, found, &bands), Some(found));
+    let first = (1..).find(|&edge| left(stepped.step(edge))).unwrap();
+    // The ends of segments are events too.
+    let (mut leaping, mut before, mut found) = (motion.clone(), 0, 0);
+    while !left(leaping.step(found)) {
+        before = found;
+        found = leaping.next_event(found, 1 << 40, &bands).unwrap();
+    }
+    assert_eq!(found, first);
+    let mut motion = motion;
+    motion.step(before);
+    assert_eq!(motion.next_event(before, found - 1, &bands), None);
+    assert_eq!(motion.next_event(before, found, &bands), Some(found));
 }
 
 #[test]

@@ -78,7 +78,9 @@ fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes 
             }
         }
         let share = 1.0 / (k + 1) as f64;
-        *sum = sum.map(|x| x * share);
+        for x in sum {
+            *x *= share;
+        }
     }
     value(&sums[..powers], t).map(|x| x * t)
 }

@@ -19,8 +19,10 @@
 //!
 //! The motion is a chain of Taylor series. Each starts at an *anchor* and lasts until its own coefficients say it is worn
 //! out, friction changes its mode, or a command really changes. All of that is a function of the anchor alone, so asking
-//! edge by edge and leaping from event to event give the same bits.
+//! edge by edge and leaping from event to event give the same bits. An anchor is a sum of two numbers, and what an encoder sees
+//! is compared with its limits before rounding; crossings nearer to a clock edge than the run's error are counted.
 
+mod doubt;
 mod energy;
 mod friction;
 pub mod kinematics;

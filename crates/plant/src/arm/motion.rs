@@ -12,8 +12,6 @@ const LONGEST_S: f64 = 1.0;
 const SHORTEST_S: f64 = 1e-6;
 /// How far to go on where a condition comes too close to its limit to tell.
 const ONWARD_S: f64 = 1e-9;
-/// Rounding of a term, as a share of the largest number in its sum.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// An amplifier this many tolerances from its command has come there.
 const SETTLED: f64 = 10.0;
 
@@ -50,19 +48,19 @@ enum End {
 /// An arm in motion.
 #[derive(Clone)]
 pub struct ArmMotion<'a> {
-    arm: &'a Arm,
+    pub(super) arm: &'a Arm,
     /// The anchor: the first edge at or after it, and how long before that edge it lies.
     anchor: u64,
     offset_s: f64,
-    start: Start,
+    pub(super) start: Start,
     holds: [Hold; 3],
-    series: Series,
+    pub(super) series: Series,
     /// How long the segment lasts from the anchor, why, and the first edge that it does not reach.
     end_s: f64,
     end: End,
     end_edge: u64,
     /// What the errors of angles and speeds at the anchor stay below.
-    error: [f64; 2],
+    pub(super) error: [f64; 2],
     energy: ArmEnergy,
     initial_j: f64,
     mode_changes: u64,
@@ -125,7 +123,7 @@ impl<'a> ArmMotion<'a> {
     /// One of the four sums of the state with the part that rounding leaves of it: the anchor and the change since are added
     /// without error, and the change is small.
     #[inline(always)]
-    fn sum(&self, terms: &Coefficients, which: usize, t: f64) -> (Lanes, Lanes) {
+    pub(super) fn sum(&self, terms: &Coefficients, which: usize, t: f64) -> (Lanes, Lanes) {
         let low = &self.start.low;
         let rate = value(&terms[1..=self.series.powers], t);
         let mut sums = ([0.0; 4], [0.0; 4]);
@@ -253,30 +251,6 @@ impl<'a> ArmMotion<'a> {
         self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
     }
 
-    /// How far the angles at an edge may be off: what each segment leaves out and rounds away, summed as if it all had one
-    /// sign. An estimate, as it knows nothing of errors that the motion itself amplifies.
-    #[must_use]
-    pub fn error_rad(&self, edge: u64) -> f64 {
-        self.error(self.time_s(edge))[0]
-    }
-
-    /// How far an encoder's angle is above a limit near it, to more digits than the angle itself has.
-    #[must_use]
-    pub fn above_rad(&self, edge: u64, joint: usize, limit_rad: f64) -> f64 {
-        let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
-        (whole[joint] - limit_rad) + part[joint]
-    }
-
-    /// Whether an encoder's angle, which has passed a limit at this edge, was or is so near to it that `f64` alone, with the
-    /// error of the run, may have put it on another one.
-    #[must_use]
-    pub fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
-        let [_, slope, curvature] = derivatives(&self.series.p[..=self.series.powers], self.time_s(edge));
-        let (edge_s, now) = (self.arm.edge_s, self.above_rad(edge, joint, limit_rad));
-        let before = now - edge_s * (slope[joint] - 0.5 * edge_s * curvature[joint]);
-        now.abs().min(before.abs()) <= self.error_rad(edge) + f64::EPSILON * limit_rad.abs()
-    }
-
     /// How often a joint has come to stick, to slip, or to slip the other way.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
@@ -291,35 +265,16 @@ impl<'a> ArmMotion<'a> {
 
     /// Time from the anchor to an edge at or after it.
     #[inline(always)]
-    fn time_s(&self, edge: u64) -> f64 {
+    pub(super) fn time_s(&self, edge: u64) -> f64 {
         (edge - self.anchor) as f64 * self.arm.edge_s + self.offset_s
     }
 
     /// The state a time after the anchor.
     fn at(&self, t: f64) -> Start {
         let Series { q, v, p, w, lag, powers, .. } = &self.series;
-        let [q, v, p, w] = [(q, 0), (v, 1), (p, 2), (w, 3)].map(|(terms, which)| self.sum(terms, which, t));
+        let (q, v, p, w) = (self.sum(q, 0, t), self.sum(v, 1, t), self.sum(p, 2, t), self.sum(w, 3, t));
         let lag = value(&lag[..=*powers], t);
         Start { q: q.0, v: v.0, p: p.0, w: w.0, u: self.start.u, lag, low: [q.1, v.1, p.1, w.1] }
-    }
-
-    /// What the errors of angles and speeds stay below, a time after the anchor.
-    fn error(&self, t: f64) -> [f64; 2] {
-        let (Self { arm, start: x, series, .. }, [mut angle, mut speed]) = (self, self.error);
-        let Series { v, w, good_s, powers, .. } = series;
-        if *powers == 0 {
-            return [angle, 0.0];
-        }
-        let most = |lanes: [&Lanes; 2]| lanes.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let mut acceleration = most([&v[1], &w[1]]);
-        for (i, ease) in series.ease(arm).into_iter().enumerate() {
-            acceleration = acceleration.max(ease * (x.u[i].abs() + x.lag[i].abs() + arm.model.coulomb_nm[i]));
-        }
-        // The tail beyond the last terms, which stay below the tolerance while the series is good.
-        let tail = arm.tolerance * libm::pow(t / good_s, (powers - 1) as f64);
-        speed += tail + ROUNDING * acceleration * t;
-        angle += speed * t + ROUNDING * most([&x.v, &x.w]) * t;
-        [angle, speed]
     }
 
     /// Accounts for the energy of the first `t` after the anchor and returns the state there.

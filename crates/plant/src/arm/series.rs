@@ -101,8 +101,10 @@ fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients,
             down[lane] += rate[j][lane] * sine[k - j][lane];
         }
     }
-    sine[k + 1] = up.map(|x| x * share);
-    cosine[k + 1] = down.map(|x| -x * share);
+    for lane in 0..4 {
+        sine[k + 1][lane] = up[lane] * share;
+        cosine[k + 1][lane] = -down[lane] * share;
+    }
 }
 
 /// Whether a joint's link moves.

@@ -338,8 +338,8 @@ impl<'a> SteppedArm<'a> {
         let model = &self.arm.model;
         let mut flows = [0.0; 4];
         for x in [from, to] {
-            for i in 0..3 {
-                let (w, half) = (x[W][i], 0.5 * h);
+            for (i, &w) in x[W].iter().enumerate() {
+                let half = 0.5 * h;
                 flows[0] += half * x[TORQUE][i] * w;
                 flows[1] += half * model.viscous_nm_s_per_rad[i] * w * w;
                 flows[2] += half * model.coulomb_nm[i] * w.abs();
