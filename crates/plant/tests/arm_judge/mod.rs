@@ -260,8 +260,8 @@ impl Judge {
             bend[k] = cosine[4][k] * p;
             // C θ' and N.
             turn[k] = product(&d2, &self.v[1], 0, k) + product(&d3, &self.v[2], 0, k);
-            for i in 0..3 {
-                square[i][k] = product(&self.v[i], &self.v[i], 0, k);
+            for (square, v) in square.iter_mut().zip(&self.v) {
+                square[k] = product(v, v, 0, k);
             }
             let coriolis = [
                 product(&turn, &self.v[0], 0, k),
@@ -270,7 +270,7 @@ impl Judge {
             ];
             let weight = [ZERO, cosine[2][k] * a * gravity, sine[3][k] * b * gravity];
             let mut force: Joints<Twice> = [0, 1, 2].map(|i| -coriolis[i] - weight[i]);
-            for i in 0..3 {
+            for (i, force) in force.iter_mut().enumerate() {
                 let mut torque = self.lag[i][k] - self.w[i][k] * model.viscous_nm_s_per_rad[i];
                 if k == 0 {
                     torque = torque + self.u[i].into();
@@ -292,7 +292,7 @@ impl Judge {
                     };
                     torque = spring;
                 }
-                force[i] = force[i] + torque;
+                *force = *force + torque;
             }
             // M θ'' = force, the terms of M beyond the first being known.
             let [c1, c2, c3] = [
