@@ -73,6 +73,10 @@ impl Rig for Ready<'_> {
         forward!(self, rig => rig.has_device())
     }
 
+    fn gates_drive(&self) -> bool {
+        forward!(self, rig => rig.gates_drive())
+    }
+
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         forward!(self, rig => rig.visit(visit))
     }

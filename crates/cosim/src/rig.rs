@@ -158,6 +158,11 @@ pub trait Rig {
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 
+    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Rig::run) lets the modulator rest.
+    fn gates_drive(&self) -> bool {
+        true
+    }
+
     /// Edges between rows of the trace.
     fn stride(&self) -> u64 {
         self.clock().edges(1.0 / self.record().plant_rate_hz).max(1)
@@ -172,11 +177,12 @@ pub trait Rig {
 
     /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
     fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
-        let (end, stride) = (self.edges(), self.stride());
+        trace.reserve(self.edges() / self.stride() + 1);
+        let (end, stride, modulated) = (self.edges(), self.stride(), self.gates_drive());
         let mut observer = Both(&mut *trace, observer);
         let (mut summary, over) = match self.direct() {
             Some(direct) => direct.run(end, stride, &mut observer, control),
-            None => self.visit(Run { driver, end, stride, observer, control }),
+            None => self.visit(Run { driver, end, stride, modulated, observer, control }),
         };
         summary.motion_s = self.clock().seconds(Cycle(summary.edges));
         summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
@@ -223,6 +229,7 @@ struct Run<'a, O> {
     driver: Driver,
     end: u64,
     stride: u64,
+    modulated: bool,
     observer: Both<'a, O>,
     control: &'a Control,
 }
@@ -235,7 +242,11 @@ impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
         let start = Instant::now();
-        let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
+        let mut wiring = wiring.clone();
+        if !self.modulated {
+            wiring.rest_modulator();
+        }
+        let mut run = ClosedLoop::new(wiring, world, input, self.stride);
         let complete = run.run(self.driver, self.end, &mut self.observer, self.control);
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {

@@ -5,6 +5,7 @@ use std::fmt;
 use hpu_datapath::LoopIn;
 use hpu_signal::{Clock, Real};
 
+use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
 use crate::direct::Direct;
 use crate::engine::Driver;
@@ -128,6 +129,10 @@ impl Rig for Session<'_> {
 
     fn has_device(&self) -> bool {
         self.plant.has_device()
+    }
+
+    fn gates_drive(&self) -> bool {
+        self.plant.actuator == Actuator::Switching
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {

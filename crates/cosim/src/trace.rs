@@ -30,6 +30,14 @@ impl Trace {
         }
     }
 
+    /// Makes room for so many rows.
+    pub(crate) fn reserve(&mut self, rows: u64) {
+        let rows = usize::try_from(rows).unwrap_or(0).min(1 << 20);
+        self.times_s.reserve(rows);
+        self.reals.iter_mut().for_each(|column| column.reserve(rows));
+        self.words.iter_mut().for_each(|column| column.reserve(rows));
+    }
+
     /// Seconds between rows.
     #[must_use]
     pub fn interval_s(&self) -> f64 {

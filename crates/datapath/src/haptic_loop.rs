@@ -181,7 +181,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let moved = held != self.words[net.held] || velocity != before;
         let standing = &self.words[net.gates..=net.position];
         let changed = registers.iter().zip(standing).fold(0, |bits, (next, now)| bits | (next ^ now));
-        if fresh || moved || changed != 0 {
+        if fresh || moved {
             self.words[net.gates..=net.position].copy_from_slice(&registers);
             if moved {
                 self.words[net.held] = held;
@@ -189,6 +189,9 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
                 self.let_settle(&input);
             }
             self.meter.range(&self.words);
+        } else if changed != 0 {
+            self.words[net.gates..=net.position].copy_from_slice(&registers);
+            self.meter.range_from(net.gates, &registers);
         }
         self.standing += 1;
         LoopOut { a_high, a_low, b_high, b_low }
@@ -243,6 +246,10 @@ impl<const HELD: bool> Wiring for HapticLoop<HELD> {
 
     fn words(&self) -> &[i64] {
         &self.words[..=Self::NETS.command]
+    }
+
+    fn rest_modulator(&mut self) {
+        self.blocks.modulator.rest();
     }
 
     fn uses(&self) -> Vec<SignalUse> {

@@ -292,6 +292,10 @@ impl<L: Law> Wiring for MethodLoop<L> {
         &self.words
     }
 
+    fn rest_modulator(&mut self) {
+        self.modulator.rest();
+    }
+
     fn uses(&self) -> Vec<SignalUse> {
         let mut now = self.clone();
         now.count_lost();

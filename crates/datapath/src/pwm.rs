@@ -107,6 +107,7 @@ pub struct Pwm {
     held: i64,
     pulse: Pulse,
     legs: [Leg; 2],
+    resting: bool,
 }
 
 impl Pwm {
@@ -132,9 +133,16 @@ impl Pwm {
             held: 0,
             pulse: Pulse { duty: 0, on: off },
             legs: [Leg::RESET; 2],
+            resting: false,
         };
         block.reset();
         Ok(block)
+    }
+
+    /// Stops the modulator for good, all gates 0: for loops whose gates drive nothing, which it would keep from resting.
+    pub fn rest(&mut self) {
+        self.resting = true;
+        self.reset();
     }
 
     #[inline]
@@ -225,6 +233,9 @@ impl Block for Pwm {
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        if self.resting {
+            return Out { a_high: 0, a_low: 0, b_high: 0, b_low: 0 };
+        }
         if self.takes() {
             self.take(input.command);
         }
@@ -237,6 +248,9 @@ impl Block for Pwm {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
+        if self.resting {
+            return u64::MAX;
+        }
         let now = if self.takes() { self.pulse(input.command) } else { self.pulse };
         let wanted = self.wanted(now, self.phase);
         if wanted != self.legs.map(|leg| leg.state) {
@@ -262,7 +276,7 @@ impl Block for Pwm {
     #[inline]
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        if edges == 0 {
+        if edges == 0 || self.resting {
             return;
         }
         if self.takes() || edges > self.period - self.phase {

@@ -56,6 +56,9 @@ pub trait Wiring: Block {
     fn settle(&mut self, input: &Self::In<i64>);
     /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
     fn words(&self) -> &[i64];
+    /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. For a world that
+    /// the gates do not drive (an averaged bridge, an amplifier).
+    fn rest_modulator(&mut self) {}
     /// Range and lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
 }

@@ -1,6 +1,7 @@
 //! The course of a motion within one edge, where modes end.
 
 use crate::double::{Double, Doubles, Product};
+use crate::guard::Guard;
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot};
@@ -56,8 +57,9 @@ impl<'a> Course<'a> {
     /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it: Newton's steps
     /// within a shrinking bracket, then on the double-double course.
     #[inline(always)]
-    pub(crate) fn crossing_s<P: Product>(&self, row: &State, limit: Double, before: Double, guess_s: f64) -> Double {
+    pub(crate) fn crossing_s<P: Product>(&self, guard: &Guard, limit: Double, before: Double, guess_s: f64) -> Double {
         let edge_s = self.motion.system.edge_s;
+        let row = guard.row();
         let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
         let value_and_slope = |t: f64| {
             if self.short {
@@ -69,7 +71,7 @@ impl<'a> Course<'a> {
                 (before.hi + t * value, slope)
             } else {
                 let x = self.at::<P>(t.into());
-                ((x.dot(row) - limit).hi, dot(row, &self.motion.slope(&x.hi)))
+                ((guard.exact_value::<P>(&x) - limit).hi, dot(row, &self.motion.slope(&x.hi)))
             }
         };
         let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
@@ -91,7 +93,7 @@ impl<'a> Course<'a> {
         let mut exact = Double::from(t);
         for _ in 0..3 {
             let x = self.at::<P>(exact);
-            let step = (x.dot(row) - limit).hi / dot(row, &self.motion.slope(&x.hi));
+            let step = (guard.exact_value::<P>(&x) - limit).hi / dot(row, &self.motion.slope(&x.hi));
             let next = exact - step.into();
             if step.is_nan() || next.sign() < 0.0 || next.hi >= edge_s {
                 break;

@@ -56,6 +56,8 @@ pub struct Device<'a> {
     pub(crate) heard: u64,
     noise: [f64; 3],
     redecided: u64,
+    /// What the check of the shaft stays within.
+    pub(crate) held: Limits,
 }
 
 /// The edge of an event, and the state that the motion brings there.
@@ -95,6 +97,7 @@ impl<'a> Device<'a> {
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
+            held: Limits::ANY,
         };
         device.shaft = device.shaft_at(&x.into());
         device.enter(0, x.into());
@@ -189,6 +192,7 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn set_with<P: Product>(&mut self, edge: u64, drive: Drive) {
         let mut x = self.account::<P>(edge);
+        let shaft = self.shaft;
         self.drive = drive;
         self.circuit = match drive {
             Drive::Current(current_a) => {
@@ -212,7 +216,11 @@ impl<'a> Device<'a> {
                 self.axis.bridge.circuit(gates, x.hi[CURRENT], emf_v)
             }
         };
-        self.enter_with::<P>(edge, x);
+        if shaft == self.shaft {
+            self.redrive::<P>(edge, x);
+        } else {
+            self.enter_with::<P>(edge, x);
+        }
     }
 
     /// The torque jumps, so friction may lose its hold here and now.
@@ -258,6 +266,7 @@ impl<'a> Device<'a> {
         }
     }
 
+    #[inline(always)]
     fn listen(&mut self, edges: u64) {
         let dyadic = dyadic(edges);
         self.heard = (1 << dyadic) + 1;
@@ -286,10 +295,15 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
-    /// happened at `from`.
-    #[must_use]
-    pub fn next_event(&mut self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
+    versions! {
+        /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
+        /// happened at `from`.
+        #[must_use]
+        pub fn next_event[next_event_fused, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
+    }
+
+    #[inline(always)]
+    fn next_event_with<P: Product>(&mut self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
         let (mut at, last) = (from - self.anchor, to - self.anchor);
         self.hear(last);
         let encoder = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
@@ -297,26 +311,33 @@ impl<'a> Device<'a> {
         let check =
             |index: usize| self.checks[index].as_ref().map(|check| (check.guard, check.limits, self.noise[index + 1]));
         let watched = [check(0), check(1), angle];
-        let motion = &self.motion;
-        let again = &mut self.redecided;
+        let (motion, again) = (&self.motion, &mut self.redecided);
         while at < last {
             let a = Point::of(motion, at);
+            let stays = |until: u64| {
+                watched
+                    .iter()
+                    .flatten()
+                    .all(|(guard, limits, noise)| guard.stays(motion, limits, *noise, &a, until - a.edge))
+            };
+            if stays(last) {
+                return None;
+            }
             // Look about as far as the next encoder edge is at this speed.
             let gap_s = (high_rad - low_rad) / a.x[SPEED].abs();
             let guess = (gap_s / motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             at = last.min(at + guess);
-            let mut end = None;
+            let mut b = None;
             let mut found = None;
             for (guard, limits, noise) in watched.into_iter().flatten() {
-                let mut watch = Watch { motion, limits, noise, again };
                 let until = found.unwrap_or(at);
-                if guard.stays(&watch, &a, until - a.edge) {
+                if guard.stays(motion, &limits, noise, &a, until - a.edge) {
                     continue;
                 }
                 // Others matter only before the first.
-                let b = *end.get_or_insert_with(|| Point::of(motion, until));
-                if let Some(edge) = guard.exit(&mut watch, &a, &b) {
-                    (found, end) = (Some(edge), None);
+                let to = *b.get_or_insert_with(|| Point::of(motion, until));
+                if let Some(edge) = guard.exit(&mut Watch { motion, limits, noise, again }, &a, &to) {
+                    (found, b) = (Some(edge), None);
                 }
             }
             if let Some(edge) = found {

@@ -105,6 +105,10 @@ pub(crate) struct Double {
 
 impl Double {
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
+    /// Below every number.
+    pub const LEAST: Self = Self { hi: f64::NEG_INFINITY, lo: 0.0 };
+    /// Above every number.
+    pub const MOST: Self = Self { hi: f64::INFINITY, lo: 0.0 };
 
     /// The exact product of two `f64`.
     pub fn product(a: f64, b: f64) -> Self {
@@ -116,6 +120,13 @@ impl Double {
     fn joined(hi: f64, lo: f64) -> Self {
         let (hi, lo) = two_sum(hi, lo);
         Self { hi, lo }
+    }
+
+    /// Itself times an `f64`.
+    #[inline(always)]
+    pub fn times<P: Product>(self, factor: f64) -> Self {
+        let (product, error) = P::two(self.hi, factor);
+        Self::joined(product, error + self.lo * factor)
     }
 
     /// The quotient.
@@ -131,11 +142,13 @@ impl Double {
     }
 
     /// -1, 0 or 1.
+    #[inline(always)]
     pub fn sign(self) -> f64 {
         if self.hi == 0.0 { 0.0 } else { self.hi.signum() }
     }
 
     /// Compares with another.
+    #[inline(always)]
     pub fn order(self, other: Self) -> Ordering {
         let apart = if self.hi == other.hi { self.lo - other.lo } else { self.hi - other.hi };
         // Not a number is beyond every limit.
@@ -152,6 +165,7 @@ impl From<f64> for Double {
 
 impl Neg for Double {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }
@@ -159,7 +173,7 @@ impl Neg for Double {
 
 impl Add for Double {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         let (sum, error) = two_sum(self.hi, other.hi);
         let (low, rest) = two_sum(self.lo, other.lo);
@@ -170,7 +184,7 @@ impl Add for Double {
 
 impl Sub for Double {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
@@ -178,7 +192,7 @@ impl Sub for Double {
 
 impl Mul for Double {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (product, error) = Halves::two(self.hi, other.hi);
         Self::joined(product, error + (self.hi * other.lo + self.lo * other.hi))
@@ -234,8 +248,9 @@ impl Doubles {
     }
 
     /// The sum of the lanes, each times a factor.
-    pub fn dot(&self, row: &State) -> Double {
-        (0..4).fold(Double::ZERO, |sum, k| sum + self.lane(k) * row[k].into())
+    #[inline(always)]
+    pub fn dot<P: Product>(&self, row: &State) -> Double {
+        (0..4).filter(|&k| row[k] != 0.0).fold(Double::ZERO, |sum, k| sum + self.lane(k).times::<P>(row[k]))
     }
 
     /// The differences, rounded.
@@ -267,6 +282,7 @@ impl Wide {
         Self { hi: part(|x| x.hi), lo: part(|x| x.lo) }
     }
 
+    #[inline(always)]
     pub fn from_columns(columns: &[Doubles; 4]) -> Self {
         Self { hi: Columns(columns.map(|column| column.hi)), lo: Columns(columns.map(|column| column.lo)) }
     }
@@ -311,7 +327,11 @@ impl Wide {
     /// The product of two matrices.
     #[inline(always)]
     pub fn after<P: Product>(&self, first: &Self) -> Self {
-        Self::from_columns(&std::array::from_fn(|c| self.times::<P>(&first.column(c), &Doubles::ZERO)))
+        let mut columns = [Doubles::ZERO; 4];
+        for (c, column) in columns.iter_mut().enumerate() {
+            *column = self.times::<P>(&first.column(c), &Doubles::ZERO);
+        }
+        Self::from_columns(&columns)
     }
 }
 

@@ -50,6 +50,7 @@ pub(crate) struct Powers {
 
 impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
+    #[inline(always)]
     pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
         let turned = after.since(before)[ANGLE];
         let (before, after) = (&before.hi, &after.hi);
@@ -75,7 +76,7 @@ impl Energy {
         self.take([source, hand, copper, diodes, viscous, coulomb]);
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
         for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(flows) {
             let sum = *total + flow;

@@ -25,7 +25,7 @@
 
 use std::cmp::Ordering;
 
-use crate::double::{Double, Product, versions};
+use crate::double::{Double, Doubles, Product, versions};
 use crate::linear::Trajectory;
 use crate::matrix::{State, dot, plus, row_times, sizes};
 use crate::{Linear, Matrix};
@@ -77,7 +77,15 @@ impl From<&Band> for Limits {
 }
 
 impl Limits {
+    /// Everything.
+    pub const ANY: Self = Self { low: Double::LEAST, high: Double::MOST, open: false };
+    /// Zero and above.
+    pub const POSITIVE: Self = Self { low: Double::ZERO, ..Self::ANY };
+    /// Zero and below.
+    pub const NEGATIVE: Self = Self { high: Double::ZERO, ..Self::ANY };
+
     /// Where an exact value lies.
+    #[inline(always)]
     pub fn side(&self, value: Double) -> Side {
         let most = if self.open { Ordering::Less } else { Ordering::Equal };
         if value.order(self.low) == Ordering::Less {
@@ -143,10 +151,13 @@ pub struct Guard {
 /// of the values.
 struct Bounds {
     first: State,
+    second: State,
     third: State,
     fourth: State,
     noise_x: State,
     noise_w: State,
+    /// What the slope's error adds to the bulge over the interval, wherever that lies.
+    noise_bulge: State,
 }
 
 /// Distance to a limit at the start, its slope there, distance at the end, bounds of the second derivative.
@@ -174,15 +185,18 @@ impl Guard {
         let fourth = row_times(&third, a);
         let used: Vec<usize> = (0..4).filter(|&k| row[k] != 0.0).collect();
         let pick = (used.len() == 1 && row[used[0]] == 1.0).then(|| used[0]);
+        let late = system.slope_error(system.dyadic() - 1);
         let bounds = (0..system.dyadic()).map(|dyadic| {
             let m = system.bound(dyadic);
             let bound = |r: &State| row_times(&sizes(r), m);
             let digits = Linear::digits(dyadic) as f64;
             let length_s = (1u64 << dyadic.min(62)) as f64 * system.edge_s();
-            let first = bound(&row);
+            let (first, second) = (bound(&row), bound(&bend));
             let (twice, slopes) = (row_times(&first, m), row_times(&first, system.slope_error(dyadic)));
             Bounds {
                 first,
+                second,
+                noise_bulge: row_times(&second, late).map(|c| 0.5 * length_s * length_s * c),
                 third: bound(&third),
                 fourth: bound(&fourth),
                 noise_x: sizes(&row).map(|c| 2.0 * UNIT * (digits + 5.0) * c),
@@ -247,21 +261,38 @@ impl Guard {
 
     #[inline(always)]
     fn exact_with<P: Product>(&self, motion: &Trajectory, edge: u64) -> Double {
-        let x = motion.flow::<P>(edge);
+        self.exact_value::<P>(&motion.flow::<P>(edge))
+    }
+
+    /// The value at a state in double-double.
+    #[inline(always)]
+    pub(crate) fn exact_value<P: Product>(&self, x: &Doubles) -> Double {
         match self.pick {
             Some(index) => x.lane(index),
-            None => x.dot(&self.row),
+            None => x.dot::<P>(&self.row),
         }
     }
 
-    /// Whether the function stays inside for so many edges after a point inside, by its greatest slope alone; always so if
-    /// nothing moves it.
+    /// The function's slope where the state's is `w`.
     #[inline(always)]
-    pub(crate) fn stays(&self, watch: &Watch, from: &Point, edges: u64) -> bool {
-        let slope = dot(&self.bounds[dyadic(edges)].first, &sizes(&from.w));
-        let reach = edges as f64 * watch.motion.system().edge_s() * slope * (1.0 + 1e-9) + watch.noise;
+    fn slope(&self, w: &State) -> f64 {
+        self.value(w)
+    }
+
+    /// Whether the function stays inside for so many edges after a point inside, by its slope there and the greatest second
+    /// derivative; always so if nothing moves it.
+    #[inline(always)]
+    pub(crate) fn stays(&self, motion: &Trajectory, limits: &Limits, noise: f64, from: &Point, edges: u64) -> bool {
+        let bounds = &self.bounds[dyadic(edges)];
+        let speeds = sizes(&from.w);
+        let length_s = edges as f64 * motion.system().edge_s();
         let value = self.value(&from.x);
-        slope == 0.0 || (value - reach > watch.limits.low.hi && value + reach < watch.limits.high.hi)
+        let end = value + length_s * self.slope(&from.w);
+        // Values err by less than the noise, and so does a slope times the length.
+        let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * dot(&bounds.second, &speeds)
+            + (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise);
+        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi)
+            || dot(&bounds.first, &speeds) == 0.0
     }
 
     /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given that it
@@ -275,7 +306,7 @@ impl Guard {
 
     /// The same through a watch whose noise holds up to `to`.
     pub(crate) fn exit(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64> {
-        if to.edge == from.edge || self.stays(watch, from, to.edge - from.edge) {
+        if to.edge == from.edge || self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
         let side = self.side(watch, to.edge, self.value(&to.x));

@@ -163,8 +163,20 @@ impl Linear {
 
     #[inline(always)]
     fn table_with<P: Product>(a: &Wide, unit: &Wide) -> Vec<Digit> {
-        let (all, _) = digits(Wide::ZERO, *unit, |first, second| joined::<P>(a, first, second));
-        all.into_iter().map(|p| Digit { p, turn: a.after::<P>(&p) }).collect()
+        let mut all = Vec::with_capacity(RADIX);
+        for d in 0..RADIX {
+            let p = match d {
+                0 => Wide::ZERO,
+                1 => *unit,
+                _ => {
+                    // By doubling, so that rounding grows with the number of bits only.
+                    let first: &Digit = &all[if d % 2 == 0 { d / 2 } else { d - 1 }];
+                    joined::<P>(a, &first.p, if d % 2 == 0 { &first.p } else { unit })
+                }
+            };
+            all.push(Digit { p, turn: a.after::<P>(&p) });
+        }
+        all
     }
 
     #[inline(always)]
@@ -188,10 +200,12 @@ impl Linear {
 /// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
 #[inline(always)]
 fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
-    Wide::from_columns(&std::array::from_fn(|c| {
+    let mut columns = [Doubles::ZERO; 4];
+    for (c, column) in columns.iter_mut().enumerate() {
         let moved = a.times::<P>(&first.column(c), &Doubles::ZERO);
-        first.column(c).plus(&second.times::<P>(&moved, &second.column(c)))
-    }))
+        *column = first.column(c).plus(&second.times::<P>(&moved, &second.column(c)));
+    }
+    Wide::from_columns(&columns)
 }
 
 /// `P` for any time: by halving until the Taylor series converges, and doubling back.
@@ -206,15 +220,19 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
         halvings += 1;
     }
     // P = Σ A^k t^{k+1} / (k+1)!, column by column.
-    let mut p = Wide::from_columns(&std::array::from_fn(|c| {
+    let mut columns = [Doubles::ZERO; 4];
+    for (c, column) in columns.iter_mut().enumerate() {
         let mut terms = [Doubles::ZERO; TERMS];
         terms[0].set(c, part);
         for k in 1..TERMS {
             let factor = part.over(((k + 1) as f64).into());
             terms[k] = a.times::<P>(&terms[k - 1], &Doubles::ZERO).scaled::<P>(factor);
         }
-        terms.iter().rev().fold(Doubles::ZERO, |sum, term| sum.plus(term))
-    }));
+        for term in terms.iter().rev() {
+            *column = column.plus(term);
+        }
+    }
+    let mut p = Wide::from_columns(&columns);
     for _ in 0..halvings {
         p = joined::<P>(a, &p, &p);
     }
@@ -222,7 +240,6 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
 }
 
 /// `unit` repeated 0 to 127 times, by doubling, so that rounding grows with the number of bits only; and 128 times.
-#[inline(always)]
 fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, T) {
     let mut all = vec![nothing, unit];
     for d in 2..=RADIX {
@@ -287,7 +304,7 @@ impl<'a> Trajectory<'a> {
     }
 
     /// State and slope at the last multiple of 128 edges: the part that 128 successive edges share.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
         let (mut x, mut w) = (self.x.hi, self.w.hi);
@@ -315,11 +332,15 @@ impl<'a> Trajectory<'a> {
         if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.level(0)[digit as usize].p.hi.times(&prefix.1)) }
     }
 
-    /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they agree to
-    /// the bit.
-    #[inline]
-    #[must_use]
-    pub fn at(&self, edges: u64) -> State {
+    versions! {
+        /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they agree
+        /// to the bit.
+        #[must_use]
+        pub fn at[at_fused, at_with](self: &Self, edges: u64) -> State
+    }
+
+    #[inline(always)]
+    fn at_with<P: Product>(&self, edges: u64) -> State {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
     }
 
@@ -344,12 +365,24 @@ impl<'a> Trajectory<'a> {
         self.within(&cache.1, edges & MASK)
     }
 
-    /// The state after `edges` edges in double-double, each leap shown to `visit` with its level and digit.
+    /// The state after `edges` edges in double-double.
     #[inline(always)]
-    fn leap<P: Product>(&self, edges: u64, mut visit: impl FnMut(u32, usize, &State, &State)) -> Doubles {
+    pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
+        self.leap::<P, false>(edges).1
+    }
+
+    /// The exact integrals from the anchor to `edges` edges later, and the state there.
+    #[inline(always)]
+    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals, Doubles) {
+        self.leap::<P, true>(edges)
+    }
+
+    #[inline(always)]
+    fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles) {
         let (mut x, mut w) = (self.x, self.w);
+        let mut total = Integrals::default();
         if edges == 0 {
-            return x;
+            return (total, x);
         }
         let mut level = edges.ilog2() / BITS + 1;
         let mut rest = edges;
@@ -358,7 +391,9 @@ impl<'a> Trajectory<'a> {
             let digit = (rest >> (level * BITS)) as usize;
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
-                visit(level, digit, &x.hi, &w.hi);
+                if AUDIT {
+                    total.add(&self.system.quadratures(level)[digit].integrals(&x.hi, &w.hi));
+                }
                 let Digit { p, turn } = &self.system.level(level)[digit];
                 x = p.times::<P>(&w, &x);
                 if rest != 0 {
@@ -366,22 +401,6 @@ impl<'a> Trajectory<'a> {
                 }
             }
         }
-        x
-    }
-
-    /// The state after `edges` edges in double-double.
-    #[inline(always)]
-    pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
-        self.leap::<P>(edges, |_, _, _, _| ())
-    }
-
-    /// The exact integrals from the anchor to `edges` edges later, and the state there.
-    #[inline(always)]
-    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals, Doubles) {
-        let mut total = Integrals::default();
-        let x = self.leap::<P>(edges, |level, digit, x, w| {
-            total.add(&self.system.quadratures(level)[digit].integrals(x, w));
-        });
         (total, x)
     }
 }

@@ -5,7 +5,6 @@ use crate::axis::{Hand, Shaft};
 use crate::course::Course;
 use crate::device::{Device, Drive};
 use crate::double::{Double, Doubles, Product, versions};
-use crate::energy::Powers;
 use crate::guard::{Guard, Limits, Side};
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED};
@@ -28,13 +27,14 @@ pub(crate) struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// Where the function is at a state, in double-double.
-    fn value(&self, x: &Doubles) -> Double {
-        x.dot(self.guard.row())
+    #[inline(always)]
+    fn value<P: Product>(&self, x: &Doubles) -> Double {
+        self.guard.exact_value::<P>(x)
     }
 
-    fn side(&self, x: &Doubles) -> Side {
-        self.limits.side(self.value(x))
+    #[inline(always)]
+    fn side<P: Product>(&self, x: &Doubles) -> Side {
+        self.limits.side(self.value::<P>(x))
     }
 }
 
@@ -53,19 +53,19 @@ impl<'a> Device<'a> {
         let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut first: Option<(Double, Cause, Side)> = None;
         for check in self.checks.into_iter().flatten() {
-            let side = check.side(&at_edge);
+            let side = check.side::<P>(&at_edge);
             let limit = match side {
                 Side::Inside => continue,
                 Side::Below => check.limits.low,
                 Side::Above => check.limits.high,
             };
-            let (before, after) = (check.value(&x) - limit, check.value(&at_edge) - limit);
+            let (before, after) = (check.value::<P>(&x) - limit, check.value::<P>(&at_edge) - limit);
             let tau_s = if before.sign() == 0.0 || before.sign() == after.sign() {
                 // Already there at the start, or only just there at the end.
                 if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }
             } else {
                 let guess_s = edge_s * before.hi / (before.hi - after.hi);
-                course.crossing_s::<P>(check.guard.row(), limit, before, guess_s)
+                course.crossing_s::<P>(check.guard, limit, before, guess_s)
             };
             if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
                 first = Some((tau_s, check.cause, side));
@@ -83,7 +83,8 @@ impl<'a> Device<'a> {
         self.tally(rest_s.hi, &there, &x, &course.integrals(rest_s.hi, &x.hi));
         self.enter_with::<P>(edge, x);
         for _ in 0..self.checks.len() {
-            let ended = |check: &Check| (check.side(&x) != Side::Inside).then(|| (check.cause, check.side(&x)));
+            let ended =
+                |check: &Check| (check.side::<P>(&x) != Side::Inside).then(|| (check.cause, check.side::<P>(&x)));
             let Some((cause, side)) = self.checks.iter().flatten().find_map(ended) else { break };
             self.turn(cause, side, &mut x);
             self.enter_with::<P>(edge, x);
@@ -170,102 +171,110 @@ impl<'a> Device<'a> {
 
     /// Anchors at `edge` in state `x`, in the mode that shaft, circuit and hand now make.
     #[inline(always)]
-    pub(crate) fn enter_with<P: Product>(&mut self, edge: u64, mut x: Doubles) {
-        let axis = self.axis;
-        let constants = &axis.constants;
-        let mut f = Doubles::ZERO;
-        let switches = match self.circuit {
-            Circuit::Closed { supply_share, diodes, direction, switches } => {
-                let drop = f64::from(direction) * f64::from(diodes);
-                f.set(CURRENT, constants.supply * supply_share.into() - constants.diode * drop.into());
-                Some(switches)
-            }
-            Circuit::Open { .. } | Circuit::Amplified => None,
+    pub(crate) fn enter_with<P: Product>(&mut self, edge: u64, x: Doubles) {
+        self.hold_shaft::<P>(&x);
+        self.redrive::<P>(edge, x);
+    }
+
+    /// What shaft and hand make of a mode.
+    fn hold_shaft<P: Product>(&mut self, x: &Doubles) {
+        let (axis, constants) = (self.axis, &self.axis.constants);
+        let constant_nm = self.torque_nm();
+        let push = match self.shaft {
+            Shaft::Slip(sign) => constants.torque * constant_nm - constants.coulomb.times::<P>(f64::from(sign)),
+            Shaft::Creep => constants.torque * constant_nm,
+            Shaft::Stuck | Shaft::Prescribed => Double::ZERO,
         };
-        self.mode = axis.mode(self.shaft, switches);
-        match self.shaft {
-            Shaft::Slip(sign) => {
-                f.set(SPEED, constants.torque * self.torque_nm() - constants.coulomb * f64::from(sign).into());
+        self.motion.f.set(SPEED, push);
+        self.motion.f.set(INTENT, self.intent_rad_per_s.into());
+        let creep = Double::from(axis.creep_rad_per_s);
+        self.held = match self.shaft {
+            Shaft::Slip(1) => Limits { low: creep, ..Limits::POSITIVE },
+            Shaft::Slip(-1) => Limits { high: -creep, ..Limits::NEGATIVE },
+            Shaft::Creep => Limits { low: -creep, high: creep, open: false },
+            Shaft::Stuck => {
+                let friction_nm = Double::from(axis.motor.coulomb_nm);
+                Limits { low: -friction_nm - constant_nm, high: friction_nm - constant_nm, open: false }
             }
-            Shaft::Creep => f.set(SPEED, constants.torque * self.torque_nm()),
-            Shaft::Stuck | Shaft::Prescribed => {}
+            _ => Limits::ANY,
+        };
+        (self.powers.coulomb_nm, self.powers.creep_nm_s_per_rad) = match self.shaft {
+            Shaft::Slip(_) => (axis.motor.coulomb_nm, 0.0),
+            Shaft::Creep => (0.0, axis.creep_nm_s_per_rad()),
+            Shaft::Prescribed => (axis.friction_nm(x.hi[SPEED]).abs(), 0.0),
+            Shaft::Stuck => (0.0, 0.0),
+        };
+        self.powers.viscous_nm_s_per_rad = axis.motor.viscous_nm_s_per_rad;
+        self.powers.intent_rad_per_s = self.intent_rad_per_s;
+        match axis.hand {
+            Hand::Torque(torque_nm) => self.powers.torque_nm = torque_nm,
+            Hand::Spring(push) => {
+                self.powers.hand_nm_per_rad = push.stiffness_nm_per_rad;
+                self.powers.hand_nm_s_per_rad = push.damping_nm_s_per_rad;
+            }
+            Hand::Prescribed => self.powers.borne_nm_per_a = axis.motor.torque_constant_nm_per_a,
         }
+    }
+
+    /// Anchors at `edge` in state `x`, with shaft and hand as they were.
+    #[inline(always)]
+    pub(crate) fn redrive<P: Product>(&mut self, edge: u64, mut x: Doubles) {
+        let (axis, constants, motor) = (self.axis, &self.axis.constants, &self.axis.motor);
+        let mut volts = Double::ZERO;
+        let (mut source, mut source_nm, mut resistance_ohm, mut diode_v) = (0.0, 0.0, 0.0, 0.0);
+        let mut switched = None;
+        match self.circuit {
+            Circuit::Closed { supply_share, diodes, direction, switches } => {
+                volts = constants.supply.times::<P>(supply_share);
+                if diodes != 0 {
+                    let drop = f64::from(direction) * f64::from(diodes);
+                    volts = volts - constants.diode.times::<P>(drop);
+                    diode_v = f64::from(diodes) * axis.bridge.diode_drop_v;
+                }
+                source = axis.bridge.supply_v * supply_share;
+                resistance_ohm = axis.path_ohm(switches);
+                switched = Some(switches);
+            }
+            Circuit::Amplified => {
+                source = motor.resistance_ohm * x.hi[CURRENT];
+                source_nm = motor.torque_constant_nm_per_a * x.hi[CURRENT];
+                resistance_ohm = motor.resistance_ohm;
+            }
+            Circuit::Open { .. } => {}
+        }
+        let powers = &mut self.powers;
+        (powers.source_v, powers.source_nm) = (source, source_nm);
+        (powers.resistance_ohm, powers.diode_v) = (resistance_ohm, diode_v);
+        self.mode = axis.mode(self.shaft, switched);
+        let mut f = self.motion.f;
+        f.set(CURRENT, volts);
         if let (true, Circuit::Closed { supply_share, switches, .. }) = (axis.is_resistive(), self.circuit) {
             f.set(CURRENT, -(f.lane(SPEED) * axis.ohmic_a_s_per_rad(switches)));
             x.set(CURRENT, axis.exact_ohmic_a(supply_share, switches, x.lane(SPEED)));
         }
-        f.set(INTENT, self.intent_rad_per_s.into());
         self.anchor = edge;
         self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
         self.prefix.0 = u64::MAX;
         self.heard = 0;
-        self.powers = self.powers_now(&x);
         self.checks = self.checks_now();
     }
 
-    fn powers_now(&self, x: &Doubles) -> Powers {
-        let (axis, motor) = (self.axis, &self.axis.motor);
-        let mut powers = Powers {
-            viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
-            intent_rad_per_s: self.intent_rad_per_s,
-            ..Powers::default()
-        };
-        match self.circuit {
-            Circuit::Closed { supply_share, diodes, switches, .. } => {
-                powers.source_v = axis.bridge.supply_v * supply_share;
-                powers.diode_v = f64::from(diodes) * axis.bridge.diode_drop_v;
-                powers.resistance_ohm = axis.path_ohm(switches);
-            }
-            Circuit::Amplified => {
-                powers.source_v = motor.resistance_ohm * x.hi[CURRENT];
-                powers.source_nm = motor.torque_constant_nm_per_a * x.hi[CURRENT];
-                powers.resistance_ohm = motor.resistance_ohm;
-            }
-            Circuit::Open { .. } => {}
-        }
-        match self.shaft {
-            Shaft::Creep => powers.creep_nm_s_per_rad = axis.creep_nm_s_per_rad(),
-            Shaft::Slip(_) | Shaft::Prescribed => powers.coulomb_nm = motor.coulomb_nm,
-            Shaft::Stuck => {}
-        }
-        match axis.hand {
-            Hand::Torque(torque_nm) => powers.torque_nm = torque_nm,
-            Hand::Spring(push) => {
-                powers.hand_nm_per_rad = push.stiffness_nm_per_rad;
-                powers.hand_nm_s_per_rad = push.damping_nm_s_per_rad;
-            }
-            Hand::Prescribed => {
-                powers.borne_nm_per_a = motor.torque_constant_nm_per_a;
-                powers.coulomb_nm = axis.friction_nm(x.hi[SPEED]).abs();
-            }
-        }
-        powers
-    }
-
+    #[inline(always)]
     fn checks_now(&self) -> [Option<Check<'a>>; 2] {
         let mode = self.mode;
         let motor = &self.axis.motor;
-        let limits = |low, high| Limits { low, high, open: false };
-        let positive = limits(Double::ZERO, f64::INFINITY.into());
-        let negative = limits(f64::NEG_INFINITY.into(), Double::ZERO);
-        let creep = Double::from(self.axis.creep_rad_per_s);
         let shaft = match self.shaft {
-            Shaft::Slip(1) => Some((&mode.speed, limits(creep, f64::INFINITY.into()))),
-            Shaft::Slip(-1) => Some((&mode.speed, limits(f64::NEG_INFINITY.into(), -creep))),
-            Shaft::Creep => Some((&mode.speed, limits(-creep, creep))),
-            Shaft::Stuck => {
-                let (constant_nm, friction_nm) = (self.torque_nm(), Double::from(motor.coulomb_nm));
-                Some((&mode.net, limits(-friction_nm - constant_nm, friction_nm - constant_nm)))
-            }
-            _ => None,
+            Shaft::Slip(0) | Shaft::Prescribed => None,
+            Shaft::Slip(_) | Shaft::Creep => Some((&mode.speed, self.held)),
+            Shaft::Stuck => Some((&mode.net, self.held)),
         };
         let circuit = match self.circuit {
-            Circuit::Closed { direction: 1, .. } => Some((&mode.current, positive)),
-            Circuit::Closed { direction: -1, .. } => Some((&mode.current, negative)),
+            Circuit::Closed { direction: 1, .. } => Some((&mode.current, Limits::POSITIVE)),
+            Circuit::Closed { direction: -1, .. } => Some((&mode.current, Limits::NEGATIVE)),
             Circuit::Closed { .. } | Circuit::Amplified => None,
             Circuit::Open { emf_min_v, emf_max_v } => {
                 let speed = |emf_v: f64| Double::from(emf_v).over(motor.torque_constant_nm_per_a.into());
-                Some((&mode.speed, limits(speed(emf_min_v), speed(emf_max_v))))
+                Some((&mode.speed, Limits { low: speed(emf_min_v), high: speed(emf_max_v), open: false }))
             }
         };
         [

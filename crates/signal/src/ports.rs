@@ -132,6 +132,15 @@ impl<const N: usize> Meter<N> {
         }
     }
 
+    /// Takes in some words in a row, from one signal on; the others stand as before.
+    #[inline]
+    pub fn range_from(&mut self, first: usize, words: &[i64]) {
+        for (seen, &word) in self.uses[first..].iter_mut().zip(words) {
+            seen.min = seen.min.min(word);
+            seen.max = seen.max.max(word);
+        }
+    }
+
     /// Counts lost bits on one signal for a number of edges.
     #[inline]
     pub fn lost(&mut self, index: usize, rounded: bool, overflowed: bool, edges: u64) {

@@ -40,8 +40,8 @@
 //! | `[accuracy]` by which models are compared | `outputs` \[by the verdict\]: a list of [`Output`]s; `within` \[1 %\] |
 //!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
-//! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once; the
-//! modulator runs beside it and drives nothing. The linear law needs neither encoder nor amplifier.
+//! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once.
+//! With an amplifier or an averaged bridge no modulator runs: its gates would drive nothing, and stay 0. The linear law needs neither encoder nor amplifier.
 
 mod accuracy;
 mod expect;
