@@ -73,7 +73,12 @@ impl<'p> AxisWorld<'p> {
         }
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
-            Actuator::Averaged { period, .. } => world.latch = period.map(Latch::new),
+            Actuator::Averaged { period, .. } => {
+                world.latch = period.map(Latch::new);
+                if let Some(device) = &mut world.device {
+                    device.driven(0, Drive::Average(0.0));
+                }
+            }
             Actuator::Switching => {}
         }
         world.due();

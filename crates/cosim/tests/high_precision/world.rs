@@ -38,8 +38,8 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
 enum Drive {
     /// Volts by gates, switching.
     Switching { supply_v: f64 },
-    /// Volts by a duty.
-    Averaged { supply_v: f64, full_scale: f64 },
+    /// Volts by a duty, taken at the edge after each multiple of a period; without one at once.
+    Averaged { supply_v: f64, full_scale: f64, period: Option<u64> },
     /// Newtons by a command.
     Force { quantum_n: f64 },
     /// Nothing that moves the device.
@@ -116,7 +116,10 @@ impl<const N: usize> Laws<N> {
                 Drive::Force { quantum_n: amplifier.full_scale_n / full_scale }
             }
             (_, BridgeModel::Switching) => Drive::Switching { supply_v },
-            (_, BridgeModel::Averaged) => Drive::Averaged { supply_v, full_scale },
+            (_, BridgeModel::Averaged) => {
+                let period = scene.method.pwm.latched.then(|| 1 << scene.method.pwm.bits);
+                Drive::Averaged { supply_v, full_scale, period }
+            }
         };
         if let (Device::Motor(motor), false) = (&scene.device, prescribed) {
             // Until the first edge all gates are off.
@@ -172,6 +175,9 @@ pub struct PreciseWorld<'p, const N: usize> {
     intent: Fixed<N>,
     intent_speed: Fixed<N>,
     knot: usize,
+    /// A duty that waits for its period, and the edge that begins it.
+    waiting: Option<(u64, f64)>,
+    duty: f64,
     count: i64,
     crossings: u64,
     /// The least that lay between the angle and a limit at the edges on both sides of a crossing.
@@ -194,10 +200,15 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
             intent: zero,
             intent_speed: zero,
             knot: 0,
+            waiting: None,
+            duty: 0.0,
             count: 0,
             crossings: 0,
             nearest: f64::INFINITY,
         };
+        if let Drive::Averaged { .. } = laws.drive {
+            world.flow = &laws.closed;
+        }
         world.driven();
         world.due();
         world.count();
@@ -240,8 +251,13 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.g = [self.volts_per_henry, pull, -self.intent_speed];
     }
 
-    /// The hand's knots at this edge.
+    /// The duty and the hand's knots at this edge.
     fn due(&mut self) {
+        if let Some((_, duty)) = self.waiting.filter(|waiting| waiting.0 <= self.edge) {
+            self.waiting = None;
+            self.average(duty);
+            self.driven();
+        }
         while let Some(knot) = self.laws.knots.get(self.knot).filter(|knot| knot.edge <= self.edge) {
             self.knot += 1;
             let angle = if self.laws.prescribed { Fixed::of(knot.angle_rad) } else { self.angle() };
@@ -259,7 +275,13 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
     /// The next edge at which something outside the motion is due.
     fn next_due(&self) -> u64 {
         let knot = self.laws.knots.get(self.knot).map(|knot| knot.edge);
-        knot.into_iter().chain(self.schedule.next(self.edge)).min().unwrap_or(u64::MAX)
+        let duty = self.waiting.map(|waiting| waiting.0);
+        knot.into_iter().chain(duty).chain(self.schedule.next(self.edge)).min().unwrap_or(u64::MAX)
+    }
+
+    fn average(&mut self, duty: f64) {
+        let Drive::Averaged { supply_v, .. } = self.laws.drive else { return };
+        self.volts_per_henry = -(Fixed::of(supply_v) * Fixed::of(duty) * self.laws.per_inductance);
     }
 
     /// State and intent so many edges on.
@@ -376,10 +398,18 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
         match laws.drive {
             Drive::None => return,
             Drive::Force { quantum_n } => self.x[CURRENT] = -Fixed::of(words[self.command] as f64 * quantum_n),
-            Drive::Averaged { supply_v, full_scale } => {
-                let duty = Fixed::of(words[self.command] as f64 / full_scale);
-                self.flow = &laws.closed;
-                self.volts_per_henry = -(Fixed::of(supply_v) * duty * laws.per_inductance);
+            Drive::Averaged { full_scale, period, .. } => {
+                let duty = words[self.command] as f64 / full_scale;
+                if duty == self.duty {
+                    return;
+                }
+                self.duty = duty;
+                if let Some(period) = period {
+                    let begun = (self.edge..).find(|edge| edge % period == 0).expect("periods go on");
+                    self.waiting = Some((begun + 1, duty));
+                    return;
+                }
+                self.average(duty);
             }
             Drive::Switching { supply_v } => {
                 // Leg B feeds the motor's plus terminal.
