@@ -116,7 +116,7 @@ impl<'p> AxisWorld<'p> {
                     self.next += 1;
                     let device = self.device.as_mut().expect("an axis has a device");
                     device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
-                    let angle_rad = device.state(self.edge)[2];
+                    let angle_rad = device.angle_rad(self.edge);
                     count(&mut self.encoder, &mut self.pins, device, self.edge, angle_rad);
                 }
             }
@@ -179,8 +179,8 @@ impl World for AxisWorld<'_> {
     fn sense(&mut self) {
         self.edge += 1;
         if let Some(device) = &mut self.device {
-            let x = device.step(self.edge);
-            count(&mut self.encoder, &mut self.pins, device, self.edge, x[2]);
+            let angle_rad = device.step(self.edge);
+            count(&mut self.encoder, &mut self.pins, device, self.edge, angle_rad);
         }
         if self.edge >= self.next_due {
             self.due();
@@ -197,8 +197,8 @@ impl World for AxisWorld<'_> {
         before(self, edge);
         self.edge = edge;
         if let (Some(device), Some(event)) = (&mut self.device, event) {
-            let x = device.arrive(event);
-            count(&mut self.encoder, &mut self.pins, device, edge, x[2]);
+            let angle_rad = device.arrive(event);
+            count(&mut self.encoder, &mut self.pins, device, edge, angle_rad);
         }
         if edge >= self.next_due {
             self.due();

@@ -1,9 +1,12 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
-use hpu_plant::{Device, Drive, Energy, Event, REALS, State};
+use hpu_plant::{Device, Drive, Energy, Event, REALS};
 
 use crate::encoder::side_of;
 use crate::stepped::Stepped;
+
+/// Index of the angle in a state.
+const ANGLE: usize = 2;
 
 /// A device in motion. Both kinds have the same functions.
 #[derive(Clone)]
@@ -25,10 +28,10 @@ macro_rules! forward {
 }
 
 impl Body<'_> {
-    /// The state at an edge that has not been left yet.
+    /// The angle at an edge that has not been left yet.
     #[inline]
-    pub(crate) fn state(&self, edge: u64) -> State {
-        forward!(self, body => body.state(edge))
+    pub(crate) fn angle_rad(&self, edge: u64) -> f64 {
+        forward!(self, body => body.state(edge)[ANGLE])
     }
 
     /// The outputs at such an edge.
@@ -42,7 +45,7 @@ impl Body<'_> {
     }
 
     /// Sets what drives it from `edge` on.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
         forward!(self, body => body.driven(edge, drive));
     }
@@ -53,16 +56,16 @@ impl Body<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Comes to the edge of an event.
+    /// Comes to the edge of an event, and returns the angle there.
     #[inline(always)]
-    pub(crate) fn arrive(&mut self, event: Event) -> State {
-        forward!(self, body => body.arrive(event))
+    pub(crate) fn arrive(&mut self, event: Event) -> f64 {
+        forward!(self, body => body.arrive(event)[ANGLE])
     }
 
-    /// Comes to the next edge.
+    /// Comes to the next edge, and returns the angle there.
     #[inline(always)]
-    pub(crate) fn step(&mut self, edge: u64) -> State {
-        forward!(self, body => body.step(edge))
+    pub(crate) fn step(&mut self, edge: u64) -> f64 {
+        forward!(self, body => body.step(edge)[ANGLE])
     }
 
     /// On which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0 inside, 1 above.

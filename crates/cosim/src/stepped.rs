@@ -31,7 +31,7 @@ enum Mover<'p> {
     Exact { now: Device<'p>, then: Device<'p> },
 }
 
-/// A device that moves in steps; its functions are those of a [`Device`].
+/// A device that moves in steps; its functions are those of a [`Device`], and stay out of the way of that one's.
 #[derive(Clone)]
 pub(crate) struct Stepped<'p> {
     axis: &'p Axis,
@@ -90,6 +90,7 @@ impl<'p> Stepped<'p> {
         }
     }
 
+    #[inline(never)]
     pub(crate) fn state(&self, edge: u64) -> State {
         let Some(to) = &self.to else {
             return if edge == self.start { self.from } else { self.begun().state(edge) };
@@ -114,6 +115,7 @@ impl<'p> Stepped<'p> {
         self.take();
     }
 
+    #[inline(never)]
     pub(crate) fn driven(&mut self, _: u64, drive: Drive) {
         if self.drive != drive {
             self.drive = drive;
@@ -182,6 +184,7 @@ impl<'p> Stepped<'p> {
     }
 
     /// The first edge in (`from`, `to`] at which the step ends or the line leaves the band of angles.
+    #[inline(never)]
     pub(crate) fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
         if self.to.is_none() {
             self.begin();
@@ -205,6 +208,7 @@ impl<'p> Stepped<'p> {
         (end <= to).then_some((end, there))
     }
 
+    #[inline(never)]
     pub(crate) fn arrive(&mut self, (edge, x): Event) -> State {
         if edge != self.start + self.edges {
             return x;
@@ -224,6 +228,7 @@ impl<'p> Stepped<'p> {
         self.from
     }
 
+    #[inline(never)]
     pub(crate) fn step(&mut self, edge: u64) -> State {
         if self.to.is_none() {
             self.begin();

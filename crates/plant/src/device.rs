@@ -162,9 +162,7 @@ impl<'a> Device<'a> {
     ///
     /// On an axis without a bridge, or whose winding has no inductance.
     pub fn drive(&mut self, edge: u64, gates: Gates) {
-        if self.drive != Drive::Gates(gates) {
-            self.set(edge, Drive::Gates(gates));
-        }
+        self.driven(edge, Drive::Gates(gates));
     }
 
     /// Drives with the average voltage of a duty between -1 and 1 from `edge` on.
@@ -173,15 +171,23 @@ impl<'a> Device<'a> {
     ///
     /// On an axis without a bridge.
     pub fn drive_average(&mut self, edge: u64, duty: f64) {
-        if self.drive != Drive::Average(duty) {
-            self.set(edge, Drive::Average(duty));
-        }
+        self.driven(edge, Drive::Average(duty));
     }
 
     /// An ideal amplifier imposes this current from `edge` on; on a rail the force, in N.
     pub fn drive_current(&mut self, edge: u64, current_a: f64) {
-        if self.drive != Drive::Current(current_a) {
-            self.set(edge, Drive::Current(current_a));
+        self.driven(edge, Drive::Current(current_a));
+    }
+
+    /// Sets what drives it from `edge` on.
+    ///
+    /// # Panics
+    ///
+    /// As the function of that drive does.
+    #[inline(always)]
+    pub fn driven(&mut self, edge: u64, drive: Drive) {
+        if self.drive != drive {
+            self.set(edge, drive);
         }
     }
 

@@ -105,19 +105,6 @@ impl Axis {
 }
 
 impl Device<'_> {
-    /// Sets what drives the axis from `edge` on.
-    ///
-    /// # Panics
-    ///
-    /// As the function of that drive does.
-    pub fn driven(&mut self, edge: u64, drive: Drive) {
-        match drive {
-            Drive::Gates(gates) => self.drive(edge, gates),
-            Drive::Average(duty) => self.drive_average(edge, duty),
-            Drive::Current(current_a) => self.drive_current(edge, current_a),
-        }
-    }
-
     /// What drives it.
     #[must_use]
     pub fn drive_now(&self) -> Drive {
