@@ -6,6 +6,7 @@
 //! is motion over wall time, from a parsed scene to a verdict ([`Race`]).
 
 mod contestants;
+mod found;
 mod front;
 mod outputs;
 mod over_map;
@@ -13,9 +14,10 @@ mod race;
 mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named, time};
+pub use found::{Chart, Entry, Grade, Row, Speed};
 pub use front::front;
 pub(crate) use outputs::ready;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
-pub use race::{Chart, Entry, Grade, Plan, Race, RaceError, Row, Speed};
+pub use race::{Plan, Race, RaceError};
 pub use table::{csv, grade_name, outputs_of};

@@ -8,8 +8,9 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
 use super::contestants::Contestant;
+use super::found::Speed;
 use super::front::front;
-use super::race::{Plan, Race, Speed};
+use super::race::{Plan, Race};
 use crate::criteria;
 use crate::map::{Axis, Map, MapError, Method, Point, outcome};
 use crate::units::{self, Row};

@@ -2,7 +2,7 @@
 
 use hpu_cosim::scene::{Experiment, Output};
 
-use super::race::{Chart, Entry, Grade};
+use super::found::{Chart, Entry, Grade};
 use crate::map::outcome_name;
 
 /// The name of a grade: `exact`, `off`, `verdict_only`, `wrong`.
