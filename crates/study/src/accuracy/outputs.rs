@@ -12,7 +12,7 @@
 //! | `rms` of a drop test | difference, over the reference's own, or over the 0.003 cm that part the verdicts if these are more |
 //! | `verdict` | 0 when right, infinite when wrong |
 
-use hpu_cosim::scene::{Experiment, Metric, OutcomeKind, Output};
+use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
 use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, metric};
 use hpu_signal::{Cycle, Observe};
 
@@ -92,6 +92,9 @@ impl Observe for Print {
 
 /// A scene made ready, if it has a motion that can be compared.
 pub(crate) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+    if matches!(experiment, Experiment::Axis(scene) if scene.model.datapath == Datapath::Linear) {
+        return Err("model.datapath = \"linear\" is for hpu limits; write \"words\" or \"law\"".into());
+    }
     let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
     if !ready.has_device() {
         return Err("a recording has no device whose motion could be compared".into());
