@@ -34,7 +34,7 @@ pub fn percent(error: f64) -> String {
 pub fn rate(value: f64) -> String {
     match value {
         value if !value.is_finite() || value <= 0.0 => "-".into(),
-        value if value >= 1e4 || value < 1e-2 => format!("{value:.2e}"),
+        value if !(1e-2..1e4).contains(&value) => format!("{value:.2e}"),
         value => format!("{value:.*}", (2.0 - value.log10().floor()).max(0.0) as usize),
     }
 }
