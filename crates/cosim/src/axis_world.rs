@@ -147,6 +147,14 @@ impl<'p> AxisWorld<'p> {
 /// The encoder looks at the angle at an edge.
 #[inline(always)]
 fn count(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64, angle_rad: f64) {
+    let Band { low, high, .. } = encoder.band();
+    if !device.is_surely_within(edge, angle_rad, (low, high)) {
+        recount(encoder, pins, device, edge, angle_rad);
+    }
+}
+
+#[cold]
+fn recount(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64, angle_rad: f64) {
     if encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
         *pins = encoder.pins();
     }

@@ -77,6 +77,15 @@ impl Body<'_> {
         }
     }
 
+    /// Whether the angle, whose `f64` value this is, lies inside a band so far that `f64` can tell.
+    #[inline(always)]
+    pub(crate) fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
+        match self {
+            Self::Exact(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad) == 0,
+        }
+    }
+
     /// Decisions made again in higher precision: of a body that has it.
     pub(crate) fn redecided(&self) -> u64 {
         match self {

@@ -62,7 +62,7 @@ impl Encoder {
         let step = self.step_rad;
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
         let mut count = (angle_rad / step).floor() as i64;
-        while !angle_rad.is_nan() {
+        while angle_rad.is_finite() {
             match side(band(count)) {
                 0 => break,
                 way => count += i64::from(way),

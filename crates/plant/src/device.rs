@@ -274,7 +274,8 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn listen(&mut self, edges: u64) {
-        let dyadic = dyadic(edges);
+        // An end beyond the tables is not come to in one leap.
+        let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
         self.heard = (1 << dyadic) + 1;
         let bound = |guard: &Guard, limits: &Limits| guard.noise(&self.motion, dyadic, limits);
         let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
@@ -282,16 +283,18 @@ impl<'a> Device<'a> {
         self.noise = [bound(&self.mode.angle, &anywhere), checks[0], checks[1]];
     }
 
+    /// Whether an angle is within a band by more than its `f64` value can err.
+    #[inline(always)]
+    pub fn is_surely_within(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> bool {
+        self.hear(edge - self.anchor);
+        angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]
+    }
+
     /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its `f64` value
     /// is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
-    #[inline(always)]
     pub fn side_of_band(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
         let edges = edge - self.anchor;
         self.hear(edges);
-        let (above_low, below_high) = (angle_rad - low_rad, high_rad - angle_rad);
-        if above_low > self.noise[0] && below_high > self.noise[0] {
-            return 0;
-        }
         let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
         let mut watch = Watch { motion: &self.motion, limits, noise: self.noise[0], again: &mut self.redecided };
         match self.mode.angle.side(&mut watch, edges, angle_rad) {
@@ -310,45 +313,56 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn next_event_with<P: Product>(&mut self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
-        let (mut at, last) = (from - self.anchor, to - self.anchor);
+        let (first, last) = (from - self.anchor, to - self.anchor);
         self.hear(last);
         let encoder = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
-        let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, encoder, self.noise[0]));
-        let check =
-            |index: usize| self.checks[index].as_ref().map(|check| (check.guard, check.limits, self.noise[index + 1]));
-        let watched = [check(0), check(1), angle];
-        let (motion, again) = (&self.motion, &mut self.redecided);
-        while at < last {
-            let a = Point::of(motion, at);
-            let stays = |until: u64| {
-                watched
-                    .iter()
-                    .flatten()
-                    .all(|(guard, limits, noise)| guard.stays(motion, limits, *noise, &a, until - a.edge))
-            };
-            if stays(last) {
-                return None;
-            }
+        let a = Point::of(&self.motion, first);
+        if last == first || self.stays(&encoder, &a, last - first) {
+            return None;
+        }
+        self.search(&encoder, a, last)
+    }
+
+    /// Whether the angle stays in a band, and the mode, for so many edges after a point, as far as a quick look can tell.
+    #[inline(always)]
+    fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
+        let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
+        (self.shaft == Shaft::Stuck || stays(&self.mode.angle, encoder, self.noise[0]))
+            && self
+                .checks
+                .iter()
+                .zip(&self.noise[1..])
+                .all(|(check, &noise)| check.as_ref().is_none_or(|check| stays(check.guard, &check.limits, noise)))
+    }
+
+    /// The first event from a point to the edge `last`, both counted from the anchor.
+    #[inline(always)]
+    fn search(&mut self, encoder: &Limits, mut a: Point, last: u64) -> Option<Event> {
+        while a.edge < last {
             // Look about as far as the next encoder edge is at this speed.
-            let gap_s = (high_rad - low_rad) / a.x[SPEED].abs();
-            let guess = (gap_s / motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
-            at = last.min(at + guess);
-            let mut b = None;
-            let mut found = None;
-            for (guard, limits, noise) in watched.into_iter().flatten() {
-                let until = found.unwrap_or(at);
-                if guard.stays(motion, &limits, noise, &a, until - a.edge) {
-                    continue;
+            let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
+            let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
+            let b = Point::of(&self.motion, last.min(a.edge + guess));
+            if !self.stays(encoder, &a, b.edge - a.edge) {
+                let check = |index: usize| {
+                    self.checks[index].as_ref().map(|check| (check.guard, check.limits, self.noise[index + 1]))
+                };
+                let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, *encoder, self.noise[0]));
+                let mut end = b;
+                let mut found = None;
+                for (guard, limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
+                    let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
+                    if let Some(edge) = guard.exit(&mut watch, &a, &end) {
+                        found = Some(edge);
+                        // Others matter only before this one.
+                        end = Point::of(&self.motion, edge);
+                    }
                 }
-                // Others matter only before the first.
-                let to = *b.get_or_insert_with(|| Point::of(motion, until));
-                if let Some(edge) = guard.exit(&mut Watch { motion, limits, noise, again }, &a, &to) {
-                    (found, b) = (Some(edge), None);
+                if let Some(edge) = found {
+                    return Some((self.anchor + edge, self.motion.at(edge)));
                 }
             }
-            if let Some(edge) = found {
-                return Some((self.anchor + edge, motion.at(edge)));
-            }
+            a = b;
         }
         None
     }
@@ -402,6 +416,7 @@ impl<'a> Device<'a> {
         x
     }
 
+    #[inline(always)]
     pub(crate) fn tally(&mut self, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
         self.energy.add(&self.powers, length_s, before, after, done);
     }

@@ -250,7 +250,13 @@ impl Doubles {
     /// The sum of the lanes, each times a factor.
     #[inline(always)]
     pub fn dot<P: Product>(&self, row: &State) -> Double {
-        (0..4).filter(|&k| row[k] != 0.0).fold(Double::ZERO, |sum, k| sum + self.lane(k).times::<P>(row[k]))
+        let mut sum = Double::ZERO;
+        for (k, &factor) in row.iter().enumerate() {
+            if factor != 0.0 {
+                sum = sum + self.lane(k).times::<P>(factor);
+            }
+        }
+        sum
     }
 
     /// The differences, rounded.

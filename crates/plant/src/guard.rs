@@ -118,7 +118,7 @@ pub struct Point {
 
 impl Point {
     /// The point of a motion at an edge.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn of(motion: &Trajectory, edge: u64) -> Self {
         let (x, w) = motion.at_with_slope(edge);
@@ -283,7 +283,7 @@ impl Guard {
     /// derivative; always so if nothing moves it.
     #[inline(always)]
     pub(crate) fn stays(&self, motion: &Trajectory, limits: &Limits, noise: f64, from: &Point, edges: u64) -> bool {
-        let bounds = &self.bounds[dyadic(edges)];
+        let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
         let speeds = sizes(&from.w);
         let length_s = edges as f64 * motion.system().edge_s();
         let value = self.value(&from.x);
@@ -304,8 +304,13 @@ impl Guard {
         self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to)
     }
 
-    /// The same through a watch whose noise holds up to `to`.
-    pub(crate) fn exit(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64> {
+    versions! {
+        /// The same through a watch whose noise holds up to `to`.
+        pub(crate) fn exit[exit_fused, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64>
+    }
+
+    #[inline(always)]
+    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64> {
         if to.edge == from.edge || self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
@@ -326,7 +331,7 @@ impl Guard {
         self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))
     }
 
-    #[inline]
+    #[inline(always)]
     fn judge(&self, watch: &mut Watch, from: &Point, to: &Point, side: Side) -> Verdict {
         let edges = to.edge - from.edge;
         let bounds = &self.bounds[dyadic(edges)];
@@ -377,6 +382,7 @@ impl Guard {
     }
 
     /// The only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
+    #[inline(always)]
     fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> u64 {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let motion = watch.motion;

@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 
 use crate::double::{Double, Doubles, Product, Wide, versions};
 use crate::leap::{Integrals, Leap, Quadrature};
-use crate::matrix::{Matrix, State, dot, map2, norm, plus, product, rate, sizes};
+use crate::matrix::{Columns, Matrix, State, dot, map2, norm, plus, product, rate, sizes};
 
 const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
@@ -30,6 +30,13 @@ struct Digit {
     turn: Wide,
 }
 
+/// The digits of a level.
+struct Level {
+    digits: Vec<Digit>,
+    /// `P` once more, rounded, for those who ask edge by edge: close together.
+    high: Vec<Columns>,
+}
+
 /// A linear system, its leaps tabulated for one clock period.
 pub struct Linear {
     pub(crate) a: Matrix,
@@ -39,7 +46,7 @@ pub struct Linear {
     pub(crate) edge_s: f64,
     /// `P` of one edge of each level, and the digits of those that have been needed.
     units: Vec<Wide>,
-    levels: Vec<OnceLock<Vec<Digit>>>,
+    levels: Vec<OnceLock<Level>>,
     /// Quadratures of the digits, and of the next level's edge: many runs never audit.
     quadratures: Vec<OnceLock<(Vec<Quadrature>, Leap)>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
@@ -145,24 +152,24 @@ impl Linear {
     }
 
     #[inline(always)]
-    fn level(&self, level: u32) -> &[Digit] {
+    fn level(&self, level: u32) -> &Level {
         match self.levels[level as usize].get() {
-            Some(digits) => digits,
+            Some(level) => level,
             None => self.tabulate(level),
         }
     }
 
     #[cold]
-    fn tabulate(&self, level: u32) -> &[Digit] {
+    fn tabulate(&self, level: u32) -> &Level {
         self.levels[level as usize].get_or_init(|| Self::table(&self.wide, &self.units[level as usize]))
     }
 
     versions! {
-        fn table[table_fused, table_with](a: &Wide, unit: &Wide) -> Vec<Digit>
+        fn table[table_fused, table_with](a: &Wide, unit: &Wide) -> Level
     }
 
     #[inline(always)]
-    fn table_with<P: Product>(a: &Wide, unit: &Wide) -> Vec<Digit> {
+    fn table_with<P: Product>(a: &Wide, unit: &Wide) -> Level {
         let mut all = Vec::with_capacity(RADIX);
         for d in 0..RADIX {
             let p = match d {
@@ -176,7 +183,7 @@ impl Linear {
             };
             all.push(Digit { p, turn: a.after::<P>(&p) });
         }
-        all
+        Level { high: all.iter().map(|digit| digit.p.hi).collect(), digits: all }
     }
 
     #[inline(always)]
@@ -313,7 +320,7 @@ impl<'a> Trajectory<'a> {
             loop {
                 let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    let Digit { p, turn } = &self.system.level(level)[digit];
+                    let Digit { p, turn } = &self.system.level(level).digits[digit];
                     (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
                 }
                 level -= 1;
@@ -329,7 +336,7 @@ impl<'a> Trajectory<'a> {
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.level(0)[digit as usize].p.hi.times(&prefix.1)) }
+        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.level(0).high[digit as usize].times(&prefix.1)) }
     }
 
     versions! {
@@ -352,7 +359,7 @@ impl<'a> Trajectory<'a> {
         if digit == 0 {
             return (x, w);
         }
-        let Digit { p, turn } = &self.system.level(0)[digit];
+        let Digit { p, turn } = &self.system.level(0).digits[digit];
         (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
     }
 
@@ -394,7 +401,7 @@ impl<'a> Trajectory<'a> {
                 if AUDIT {
                     total.add(&self.system.quadratures(level)[digit].integrals(&x.hi, &w.hi));
                 }
-                let Digit { p, turn } = &self.system.level(level)[digit];
+                let Digit { p, turn } = &self.system.level(level).digits[digit];
                 x = p.times::<P>(&w, &x);
                 if rest != 0 {
                     w = turn.times::<P>(&w, &w);

@@ -92,6 +92,7 @@ impl<'a> Device<'a> {
     }
 
     /// The new mode after one ended, at the state where it did, on that side of its band.
+    #[inline(always)]
     fn turn(&mut self, cause: Cause, side: Side, x: &mut Doubles) {
         self.mode_changes += 1;
         let above = side == Side::Above;
@@ -128,6 +129,7 @@ impl<'a> Device<'a> {
     }
 
     /// Torque on the shaft except friction, while it stands still.
+    #[inline(always)]
     fn net_nm(&self, x: &Doubles) -> Double {
         let torque_nm = Double::from(self.axis.motor.torque_constant_nm_per_a) * x.lane(CURRENT) + self.torque_nm();
         match self.axis.hand {
@@ -139,6 +141,7 @@ impl<'a> Device<'a> {
     }
 
     /// The constant part of the hand's torque on a shaft that stands still.
+    #[inline(always)]
     fn torque_nm(&self) -> Double {
         match self.axis.hand {
             Hand::Torque(torque_nm) => torque_nm.into(),
@@ -147,6 +150,7 @@ impl<'a> Device<'a> {
         }
     }
 
+    #[inline(always)]
     pub(crate) fn shaft_at(&self, x: &Doubles) -> Shaft {
         let friction_nm = self.axis.motor.coulomb_nm;
         if self.axis.hand == Hand::Prescribed {
@@ -177,6 +181,7 @@ impl<'a> Device<'a> {
     }
 
     /// What shaft and hand make of a mode.
+    #[inline(always)]
     fn hold_shaft<P: Product>(&mut self, x: &Doubles) {
         let (axis, constants) = (self.axis, &self.axis.constants);
         let constant_nm = self.torque_nm();
