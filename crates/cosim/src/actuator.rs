@@ -11,8 +11,8 @@ pub(crate) enum Actuator {
     Averaged {
         /// PWM counts of full scale.
         full_scale: f64,
-        /// Clock edges of a period, whose duty is taken at its start; `None` where the duty is taken at once.
-        period: Option<u64>,
+        /// When the duty changes; `None`: at once.
+        latch: Option<Latch>,
     },
     /// A force amplifier that follows the command.
     Amplified {
@@ -66,19 +66,24 @@ impl Shaping {
     }
 }
 
-/// The duty that a modulator has been given and takes at the start of its next period, as `pwm` does.
+/// When the duty of an averaged bridge changes.
+///
+/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends: so the mean voltage
+/// is as late as the pulses are when it changes half a period before that, and no sooner than the command. (A duty given
+/// within that half period comes late, by a quarter of a period at most on average: what averaging costs.)
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Latch {
     period: u64,
+    antiphase: bool,
     wanted: f64,
-    /// The edge at which it is taken.
+    /// The edge at which it changes.
     pub(crate) next: u64,
 }
 
 impl Latch {
     /// A latch at edge 0, with nothing to take.
-    pub(crate) fn new(period: u64) -> Self {
-        Self { period, wanted: 0.0, next: u64::MAX }
+    pub(crate) fn new(period: u64, antiphase: bool) -> Self {
+        Self { period, antiphase, wanted: 0.0, next: u64::MAX }
     }
 
     /// The duty is this from `edge` on; whether that is another than before.
@@ -89,7 +94,10 @@ impl Latch {
         }
         self.wanted = duty;
         // Periods begin at the edges after those that `period` divides; a word is seen at the edge after its own.
-        self.next = edge.div_ceil(self.period) * self.period + 1;
+        let begin = edge.div_ceil(self.period) * self.period + 1;
+        let pulse = if self.antiphase { 0.5 + 0.5 * duty } else { duty.abs().min(1.0) };
+        let middle = self.period / 2;
+        self.next = (begin + (pulse * self.period as f64) as u64).saturating_sub(middle).max(edge);
         true
     }
 

@@ -73,8 +73,8 @@ impl<'p> AxisWorld<'p> {
         }
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
-            Actuator::Averaged { period, .. } => {
-                world.latch = period.map(Latch::new);
+            Actuator::Averaged { latch, .. } => {
+                world.latch = latch;
                 if let Some(device) = &mut world.device {
                     device.driven(0, Drive::Average(0.0));
                 }
@@ -231,6 +231,9 @@ impl World for AxisWorld<'_> {
                     None => device.driven(edge, Drive::Average(duty)),
                     Some(latch) => {
                         if latch.give(edge, duty) {
+                            if latch.next == edge {
+                                device.driven(edge, Drive::Average(latch.take()));
+                            }
                             self.plan();
                         }
                     }

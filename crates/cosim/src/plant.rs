@@ -5,7 +5,7 @@ use std::fmt;
 use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
-use crate::actuator::{Actuator, Shaping};
+use crate::actuator::{Actuator, Latch, Shaping};
 use crate::law_loop::COMMAND_BITS;
 use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::stepped::Stepping;
@@ -149,7 +149,8 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
         (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
         (scene::Device::Motor(_), _, BridgeModel::Averaged) => {
             let pwm = scene.method.pwm;
-            Ok(Actuator::Averaged { full_scale, period: pwm.latched.then(|| 1 << pwm.bits) })
+            let latch = pwm.latched.then(|| Latch::new(1 << pwm.bits, pwm.antiphase));
+            Ok(Actuator::Averaged { full_scale, latch })
         }
         (scene::Device::Mass(_), Some(amplifier), _) => {
             let shaping = amplifier

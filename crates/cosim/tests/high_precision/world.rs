@@ -38,7 +38,8 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
 enum Drive {
     /// Volts by gates, switching.
     Switching { supply_v: f64 },
-    /// Volts by a duty, taken at the edge after each multiple of a period; without one at once.
+    /// Volts by a duty: half a period before the pulse that begins at the edge after a multiple of a period ends, if the
+    /// command is there by then; without a period at once.
     Averaged { supply_v: f64, full_scale: f64, period: Option<u64> },
     /// Newtons by a command.
     Force { quantum_n: f64 },
@@ -406,8 +407,13 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
                 self.duty = duty;
                 if let Some(period) = period {
                     let begun = (self.edge..).find(|edge| edge % period == 0).expect("periods go on");
-                    self.waiting = Some((begun + 1, duty));
-                    return;
+                    let pulse = (duty.abs().min(1.0) * period as f64) as u64;
+                    let due = (begun + 1 + pulse).saturating_sub(period / 2);
+                    if due > self.edge {
+                        self.waiting = Some((due, duty));
+                        return;
+                    }
+                    self.waiting = None;
                 }
                 self.average(duty);
             }

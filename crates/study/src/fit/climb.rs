@@ -1,11 +1,12 @@
 //! From the cheapest model up.
 
-use std::fmt;
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
+use super::found::{Fit, FitError, Kept, LeftOut, percent};
 use super::knobs::{Simplification, models, overrides, simplifications};
 use super::measured::Measured;
 use crate::accuracy::usual;
@@ -13,72 +14,8 @@ use crate::map::SceneText;
 
 type Set = Vec<(String, String)>;
 
-/// Something that the model leaves out.
-#[derive(Clone, PartialEq, Debug)]
-pub struct LeftOut {
-    /// What.
-    pub what: &'static str,
-    /// The output that it changes most.
-    pub output: Output,
-    /// By how much, relative.
-    pub effect: f64,
-    /// How many times faster the model is without it.
-    pub gain: f64,
-}
-
-/// Something that the model has to keep.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Kept {
-    /// What.
-    pub what: &'static str,
-    /// Why.
-    pub why: String,
-}
-
-/// The least model of a scene.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Fit {
-    /// What to set in the scene to have it; nothing when all of it is needed.
-    pub set: Set,
-    /// The tolerance asked for.
-    pub within: f64,
-    /// Errors of all the scene's outputs against the reference, relative.
-    pub errors: Vec<(Output, f64)>,
-    /// The worst error in the scenes around.
-    pub around: f64,
-    /// Wall time of the reference over that of the model.
-    pub speedup: f64,
-    /// The wall time of the model, in s.
-    pub wall_s: f64,
-    /// What is not in it.
-    pub left_out: Vec<LeftOut>,
-    /// What is.
-    pub kept: Vec<Kept>,
-    /// Models that were tried.
-    pub tried: usize,
-    /// Runs of any scene.
-    pub runs: usize,
-}
-
-/// Why there is no fit.
-#[derive(Clone, PartialEq, Debug)]
-pub enum FitError {
-    /// The scene itself cannot be run, or judged.
-    Scene(String),
-    /// Stopped.
-    Stopped,
-}
-
-impl fmt::Display for FitError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Scene(why) => f.write_str(why),
-            Self::Stopped => f.write_str("stopped"),
-        }
-    }
-}
-
-impl std::error::Error for FitError {}
+/// A model that takes less than so many times as long is no slower: wall times are not finer.
+const WORTH: f64 = 1.05;
 
 /// Finds the least model of a scene (its text under `set`) whose outputs are within `within` of those of the scene as it is
 /// written.
@@ -89,8 +26,18 @@ impl std::error::Error for FitError {}
 pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, FitError> {
     let experiment = scene.parse(set).map_err(|error| FitError::Scene(error.to_string()))?;
     let all = simplifications(&experiment);
-    let mut climb = Climb { scene, set, within, control, all: &all, outputs: Vec::new(), around: Vec::new(), runs: 0 };
-    let reference = climb.run(&[], &Set::new()).map_err(|why| climb.error(why))?;
+    let mut climb = Climb {
+        scene,
+        set,
+        within,
+        control,
+        all: &all,
+        outputs: Vec::new(),
+        around: Vec::new(),
+        seen: BTreeMap::new(),
+        runs: 0,
+    };
+    let reference = climb.told(&[]).map_err(|why| climb.error(why))?;
     climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     for change in around(&experiment) {
         // A neighbour that cannot be run (a wall that no longer fits its word) says nothing.
@@ -113,6 +60,9 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     // What gains nothing is kept.
     while let Some(better) = climb.fuller(&pick, &reference) {
         pick = better;
+    }
+    if reference.wall_s <= WORTH * pick.1.wall_s {
+        pick = (Vec::new(), reference.clone(), 0.0);
     }
     let (model, measured, worst) = pick;
     let left_out = climb.left_out(&model, &measured);
@@ -144,10 +94,22 @@ struct Climb<'a> {
     outputs: Vec<Output>,
     /// Changes of the scene, and what the reference measured there.
     around: Vec<(Set, Measured)>,
+    /// What models told of the scene itself.
+    seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
     runs: usize,
 }
 
 impl Climb<'_> {
+    /// What a model tells of the scene itself.
+    fn told(&mut self, model: &[usize]) -> Result<Measured, String> {
+        if let Some(told) = self.seen.get(model) {
+            return told.clone();
+        }
+        let told = self.run(model, &Set::new());
+        self.seen.insert(model.to_vec(), told.clone());
+        told
+    }
+
     fn run(&mut self, model: &[usize], change: &Set) -> Result<Measured, String> {
         self.runs += 1;
         let set: Set = [self.set, change, &overrides(self.all, model)].into_iter().flatten().cloned().collect();
@@ -171,9 +133,16 @@ impl Climb<'_> {
 
     /// What the model measures and its worst error around, if it answers as the reference does with room to spare.
     fn holds(&mut self, model: &[usize], reference: &Measured) -> Option<(Measured, f64)> {
-        let measured = self.run(model, &Set::new()).ok()?;
+        let measured = self.told(model).ok()?;
         if self.worst(&measured, reference) > self.within / 2.0 {
             return None;
+        }
+        // Two errors that cancel each other here will not do so elsewhere.
+        for (_, less) in self.less(model) {
+            let fuller = self.told(&less).ok()?;
+            if self.worst(&measured, &fuller) > self.within / 2.0 {
+                return None;
+            }
         }
         let mut worst = 0.0f64;
         for index in 0..self.around.len() {
@@ -196,11 +165,13 @@ impl Climb<'_> {
     /// A fuller model that takes no longer, if there is one.
     fn fuller(&mut self, pick: &Pick, reference: &Measured) -> Option<Pick> {
         for (_, less) in self.less(&pick.0) {
-            let (measured, around) = match less.is_empty() {
-                true => (reference.clone(), 0.0),
-                false => self.holds(&less, reference)?,
+            let found = match less.is_empty() {
+                true => Some((reference.clone(), 0.0)),
+                false => self.holds(&less, reference),
             };
-            if measured.wall_s <= pick.1.wall_s {
+            if let Some((measured, around)) = found
+                && measured.wall_s <= WORTH * pick.1.wall_s
+            {
                 return Some((less, measured, around));
             }
         }
@@ -210,7 +181,7 @@ impl Climb<'_> {
     fn left_out(&mut self, model: &[usize], measured: &Measured) -> Vec<LeftOut> {
         let mut all = Vec::new();
         for (index, less) in self.less(model) {
-            let Ok(fuller) = self.run(&less, &Set::new()) else { continue };
+            let Ok(fuller) = self.told(&less) else { continue };
             let errors = self.errors(measured, &fuller);
             let Some((output, effect)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
             let gain = fuller.wall_s / measured.wall_s;
@@ -232,24 +203,27 @@ impl Climb<'_> {
             if !possible.contains(&more) {
                 continue;
             }
-            let why = match self.run(&more, &Set::new()) {
-                Err(why) => format!("cannot be left out: {why}"),
-                Ok(measured) => self.reason(&more, &measured, reference),
+            let why = match (self.told(&more), self.told(model)) {
+                (Err(why), _) | (_, Err(why)) => format!("cannot be left out: {why}"),
+                (Ok(with), Ok(without)) => self.reason(&more, [&with, &without], reference),
             };
             all.push(Kept { what, why });
         }
         all
     }
 
-    fn reason(&mut self, model: &[usize], measured: &Measured, reference: &Measured) -> String {
+    /// Why a model will not do: what it told, and the one that leaves out one thing less.
+    fn reason(&mut self, model: &[usize], [measured, fuller]: [&Measured; 2], reference: &Measured) -> String {
         let worst = |errors: Vec<(Output, f64)>| errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         let said = |(output, error): (Output, f64)| match output {
             Output::Verdict => "the verdict would be wrong".to_string(),
             _ => format!("{} would be off by {}", output.name(), percent(error)),
         };
-        match worst(self.errors(measured, reference)) {
-            Some(found) if found.1 > self.within / 2.0 => return said(found),
-            _ => {}
+        let found = [reference, fuller]
+            .into_iter()
+            .find_map(|other| worst(self.errors(measured, other)).filter(|found| found.1 > self.within / 2.0));
+        if let Some(found) = found {
+            return said(found);
         }
         for index in 0..self.around.len() {
             let (change, there) = self.around[index].clone();
@@ -260,17 +234,6 @@ impl Climb<'_> {
             }
         }
         "leaving it out saves no time".into()
-    }
-}
-
-/// A relative error as people read it.
-#[must_use]
-pub fn percent(error: f64) -> String {
-    match error {
-        0.0 => "nothing".into(),
-        e if e.is_infinite() => "everything".into(),
-        e if e < 1e-6 => format!("{:.0e} %", 100.0 * e),
-        e => format!("{:.2} %", 100.0 * e),
     }
 }
 

@@ -33,8 +33,8 @@ impl Measured {
             if !summary.complete {
                 return Ok(None);
             }
-            let outputs = Outputs::new(experiment, &summary, &trace, 0)?;
             let wall_s = start.elapsed().as_secs_f64();
+            let outputs = Outputs::new(experiment, &summary, &trace, 0)?;
             best = Some(Self { outputs, wall_s: best.map_or(wall_s, |best| best.wall_s.min(wall_s)) });
             if begin.elapsed() > Duration::from_millis(20) {
                 break;
