@@ -1,7 +1,7 @@
 //! `hpu fit`: the least model that still answers a scene's question.
 
 use hpu_cosim::Control;
-use hpu_cosim::scene::Output;
+use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_study::fit::{Fit, FitError, fit, percent};
 use hpu_study::map::SceneText;
 use serde_json::{Value, json};
@@ -19,8 +19,8 @@ use crate::units::si;
 /// wall is a little softer, stiffer, nearer and farther. A scene with model = "auto" is run so.
 #[derive(clap::Args)]
 pub struct Args {
-    /// A scene's file, or the name of a shipped scene
-    scene: String,
+    /// A scene's file, or the name of a shipped scene; without one, all shipped scenes in a table
+    scene: Option<String>,
     /// The tolerance, as in 1% [default: the scene's accuracy.within, else 1%]
     #[arg(long, value_name = "SHARE", value_parser = share)]
     within: Option<f64>,
@@ -44,18 +44,62 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// `hpu fit`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let source = scene::source(&args.scene)?;
+    let Some(name) = &args.scene else {
+        return all(args);
+    };
+    let source = scene::source(name)?;
     let Some(found) = least(&source, &args.set.set, args.within, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
-    let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
-    let command = format!("hpu run {}{}", scene::quoted(&args.scene), set_options(&set));
+    let command = command(name, args, &found);
     if args.json {
-        print_json(&object(&args.scene, &found, &command))?
+        print_json(&object(name, &found, &command))?
     } else {
-        print(&text(&args.scene, &found, &command))?
+        print(&text(name, &found, &command))?
     }
     Ok(Exit::Fine)
+}
+
+/// All shipped scenes with a device.
+fn all(args: &Args) -> Result<Exit, Failure> {
+    let control = interrupt::heed();
+    let mut rows = Vec::new();
+    for name in shipped().iter().map(|shipped| shipped.name) {
+        let source = scene::source(name)?;
+        let experiment = source.parse(&args.set.set)?;
+        if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
+            continue;
+        }
+        match least(&source, &args.set.set, args.within, control)? {
+            Some(found) => rows.push((name, found)),
+            None => return Ok(Exit::Interrupted),
+        }
+        if !args.json {
+            let (name, found) = &rows[rows.len() - 1];
+            print(&row(name, found))?;
+        }
+    }
+    if args.json {
+        let rows: Vec<Value> =
+            rows.iter().map(|(name, found)| object(name, found, &command(name, args, found))).collect();
+        return print_json(&json!({ "scenes": rows })).map(|()| Exit::Fine);
+    }
+    let fast = rows.iter().filter(|(_, found)| found.speedup >= 5.0).count();
+    print(&format!("{fast} of {} at least 5 times as fast as written\n", rows.len()))?;
+    Ok(Exit::Fine)
+}
+
+fn row(name: &str, found: &Fit) -> String {
+    let keys = found.set.iter().map(|(key, value)| format!("{}={value}", key.trim_start_matches("model.")));
+    let model = keys.collect::<Vec<_>>().join(" ");
+    let worst = found.errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
+    let model = if model.is_empty() { "as written" } else { &model };
+    format!("{name:<24} {:>7.1} x {:>10}  {model}\n", found.speedup, percent(worst))
+}
+
+fn command(name: &str, args: &Args, found: &Fit) -> String {
+    let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
+    format!("hpu run {}{}", scene::quoted(name), set_options(&set))
 }
 
 /// The least model of a scene; `None` when interrupted.
@@ -112,6 +156,14 @@ fn text(scene: &str, found: &Fit, command: &str) -> String {
 }
 
 fn object(scene: &str, found: &Fit, command: &str) -> Value {
+    let mut object = model(found);
+    object["scene"] = json!(scene);
+    object["command"] = json!(command);
+    object
+}
+
+/// What was chosen, as JSON.
+pub fn model(found: &Fit) -> Value {
     let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
     let errors: serde_json::Map<_, _> =
         found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
@@ -120,7 +172,6 @@ fn object(scene: &str, found: &Fit, command: &str) -> Value {
     );
     let kept = found.kept.iter().map(|kept| json!({ "what": kept.what, "why": kept.why }));
     json!({
-        "scene": scene,
         "within": found.within,
         "set": set,
         "errors": errors,
@@ -131,6 +182,5 @@ fn object(scene: &str, found: &Fit, command: &str) -> Value {
         "kept": kept.collect::<Vec<_>>(),
         "models_tried": found.tried,
         "runs": found.runs,
-        "command": command,
     })
 }

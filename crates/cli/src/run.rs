@@ -8,6 +8,7 @@ use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
 use hpu_signal::Cycle;
 use hpu_study::chart::{self, PHANTOM_NETS};
+use hpu_study::fit::Fit;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
@@ -15,7 +16,7 @@ use crate::files::Folder;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
-use crate::{check, interrupt, pictures, run_json, run_text};
+use crate::{check, fit, interrupt, pictures, run_json, run_text};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(clap::Args)]
@@ -82,6 +83,8 @@ pub struct Ran<'s> {
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, what they were, and whether that is within tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// The model that was chosen, where the scene leaves it open.
+    pub fitted: Option<Fit>,
     /// Files written.
     pub files: Vec<PathBuf>,
 }
@@ -98,7 +101,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return scene::list(args.json);
     };
-    let loaded = Loaded::new(name, &args.set.set, args.edges)?;
+    let mut loaded = Loaded::new(name, &args.set.set, args.edges)?;
+    let mut fitted = None;
+    if loaded.scene.auto() {
+        let Some(found) = fit::least(&scene::source(name)?, &args.set.set, None, interrupt::heed())? else {
+            return Ok(Exit::Interrupted);
+        };
+        let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
+        loaded = Loaded::new(name, &set, args.edges)?;
+        fitted = Some(found);
+    }
     if let Experiment::Axis(scene) = &loaded.scene
         && scene.model.datapath == Datapath::Linear
     {
@@ -127,6 +139,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut())?;
     ran.rtl = rtl;
+    ran.fitted = fitted;
     if interrupt::pressed() {
         return interrupted(&ran, args.json);
     }
@@ -223,6 +236,7 @@ fn simulate<'s>(
         summary,
         trace,
         rtl: None,
+        fitted: None,
         files: Vec::new(),
     })
 }

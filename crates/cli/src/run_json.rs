@@ -4,6 +4,7 @@ use hpu_cosim::{NetUse, Ready, Rig, Verdict};
 use hpu_signal::Format;
 use serde_json::{Value, json};
 
+use crate::fit;
 use crate::run::Ran;
 
 /// The object that `hpu run --json` prints.
@@ -16,6 +17,7 @@ pub fn summary(ran: &Ran) -> Value {
         "scene": ran.session.name(),
         "driver": ran.driver,
         "solver": ran.solver,
+        "fitted": ran.fitted.as_ref().map(fit::model),
         "outcome": summary.verdict.map(outcome),
         "complete": summary.complete,
         "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
 use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
 
+use crate::fit;
 use crate::run::Ran;
 use crate::terminal;
 use crate::units::{error_percent, percent, si};
@@ -19,6 +20,9 @@ pub fn summary(ran: &Ran) -> String {
     };
     let clock = si(ran.session.clock().frequency_hz() as f64, "Hz");
     row("scene", format!("{}, {} at {clock}", ran.session.name(), ran.session.wiring().name()));
+    if let Some(found) = &ran.fitted {
+        fit::lines(found).into_iter().for_each(|(name, said)| row(name, said));
+    }
     let outcome = match ran.summary.verdict {
         Some(verdict) => outcome(verdict, position(ran)),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),

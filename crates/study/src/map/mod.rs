@@ -181,6 +181,9 @@ impl Map {
                 };
                 let parsed = Experiment::parse(&map.scene.name, &map.scene.text, &overrides, &mut keep);
                 let made = parsed.map_err(|error| error.to_string()).and_then(|experiment| {
+                    if experiment.auto() {
+                        return Err("model = \"auto\" is chosen for one scene; set what hpu fit chooses for it".into());
+                    }
                     if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
                         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\"".into());
                     }
