@@ -237,6 +237,9 @@ impl Climb<'_> {
     }
 }
 
+/// By how many counts the wall is moved, so that a contact meets the sampling and the counts in another phase each time.
+const PHASES: [f64; 6] = [-5.3, -3.4, -1.6, 0.7, 2.3, 3.7];
+
 /// The scenes around: the wall 5 % softer and stiffer, and a few counts nearer and farther.
 fn around(experiment: &Experiment) -> Vec<Set> {
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
@@ -245,15 +248,17 @@ fn around(experiment: &Experiment) -> Vec<Set> {
             let (k, position) = (scene.wall.stiffness_nm_per_rad, scene.wall.position_rad);
             let count = scene.encoder.count_rad();
             let stiffness = [0.95, 1.05].map(|share| one("wall.stiffness", share * k));
-            // No whole counts, and not the same both ways.
-            let places = [-5.3, 3.7].map(|counts| one("wall.position", position + counts * count));
+            let places =
+                [-5.3, -3.4, -1.6, 0.7, 2.3, 3.7].map(|counts| one("wall.position", position + counts * count));
             let stiffness = stiffness.into_iter().filter(|_| k > 0.0);
             stiffness.chain(places).collect()
         }
         Experiment::Phantom(scene) => {
             let (k, distance) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
             let stiffness = [0.95, 1.05].map(|share| one("room.stiffness", share * k));
-            let places = [-1.1e-4, 0.7e-4].map(|metres| one("room.distance", distance + metres));
+            let places = [PHASES[0], PHASES[3], PHASES[6], PHASES[9]]
+                .map(|counts| counts * 29e-6)
+                .map(|metres| one("room.distance", distance + metres));
             stiffness.into_iter().chain(places).collect()
         }
     }

@@ -9,9 +9,9 @@
 //! 1. every output is within *half* of the tolerance of the reference's (the scene as written, from event to event), with
 //!    the same verdict;
 //! 2. each thing that it leaves out changes no output by more than that either, so that no two errors cancel each other;
-//! 3. it is within the tolerance, with the same verdict, in four scenes around: the wall 5 % softer and stiffer, and moved by a few counts
+//! 3. it is within the tolerance, with the same verdict, in the scenes around: the wall 5 % softer and stiffer, and moved by a few counts
 //!    either way, so that a contact meets the sampling and the counts in another phase. Where a boundary of stability is near,
-//!    one of the four lies beyond it, and a model that does not know it shows.
+//!    one of them lies beyond it, and a model that does not know it shows.
 //!
 //! Then its neighbours are looked at: those with one thing less left out, for what each costs in accuracy, and whether it gains any time;
 //! those with one thing more, for why that had to stay. Nothing is taken on trust: each figure is of a run against a run.
