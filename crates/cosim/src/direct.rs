@@ -9,7 +9,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use hpu_plant::{Axis, Device, Drive, Energy, Feed, Method, State, Stepper};
+use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, State, Stepper};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Shaping};
@@ -47,7 +47,7 @@ enum Mover<'p> {
         energy: Energy,
         feed: Feed,
     },
-    Exact(Device<'p>),
+    Exact(Held<'p>),
 }
 
 /// A run of it.
@@ -116,7 +116,7 @@ impl Direct<'_> {
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
         let (energy, mode_changes, redecided) = match &course.mover {
             Mover::Fixed { energy, .. } => (*energy, 0, 0),
-            Mover::Exact(device) => (device.energy(edge), device.mode_changes(), device.redecided()),
+            Mover::Exact(held) => (held.energy(edge), held.mode_changes(), held.redecided()),
         };
         let summary = Summary {
             verdict: None,
@@ -148,7 +148,7 @@ impl<'d, 'p> Course<'d, 'p> {
         let (x, drive) = (device.state(0), device.drive_now());
         let stepper = |method, edges: u64| Stepper::new(axis, method, edges as f64 * plant.edge_s);
         let mover = match direct.method {
-            None => Mover::Exact(device),
+            None => Mover::Exact(Held::new(device, direct.step)),
             Some(method) => Mover::Fixed {
                 full: stepper(method, direct.step),
                 part: stepper(method, 1),
@@ -230,7 +230,7 @@ impl<'d, 'p> Course<'d, 'p> {
             self.output_changes += u64::from(drive != self.drive);
             self.drive = drive;
             match &mut self.mover {
-                Mover::Exact(device) => device.driven(edge, drive),
+                Mover::Exact(held) => self.x = held.driven(edge, drive),
                 Mover::Fixed { feed, .. } => {
                     self.x = self.axis.taken(drive, &self.x);
                     *feed = self.axis.feed(drive, &self.x, self.intent_rad_per_s);
@@ -242,10 +242,7 @@ impl<'d, 'p> Course<'d, 'p> {
     fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         self.intent_rad_per_s = speed_rad_per_s;
         match &mut self.mover {
-            Mover::Exact(device) => {
-                device.intend(edge, angle_rad, speed_rad_per_s);
-                self.x = device.state(edge);
-            }
+            Mover::Exact(held) => self.x = held.intend(edge, angle_rad, speed_rad_per_s),
             Mover::Fixed { energy, .. } => {
                 let before = self.x;
                 self.x[3] = angle_rad;
@@ -292,7 +289,7 @@ impl<'d, 'p> Course<'d, 'p> {
     #[inline(always)]
     fn go(&mut self, edge: u64, next: u64) {
         match &mut self.mover {
-            Mover::Exact(device) => self.x = device.flow(edge, next),
+            Mover::Exact(held) => self.x = held.flow(edge, next),
             Mover::Fixed { full, part, energy, feed } => {
                 let step_s = (next - edge) as f64 * self.edge_s;
                 if next - edge != self.direct.step && part.step_s() != step_s {

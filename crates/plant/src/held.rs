@@ -1,0 +1,195 @@
+//! A device whose drive is held over steps of one length: what is sampled.
+//!
+//! While a mode lasts, a whole step is one affine map, `x + P(T) (A x + f)`, tabulated for its length: the same flow as the
+//! [`Device`]'s, in `f64` from step to step instead of in double-double from the start. The energies of a step are its exact
+//! integrals. A step that friction may end or begin to act in, and one of any other length, is the device's own.
+
+use crate::double::{Double, Native, Product, versions};
+use crate::energy::{Energy, Powers};
+use crate::guard::dyadic;
+use crate::leap::{Leap, Quadrature};
+use crate::linear::Linear;
+use crate::matrix::{CURRENT, Columns, SPEED, State, dot, plus, sizes};
+use crate::{Bridge, Circuit, Device, Drive};
+
+use crate::axis::Shaft;
+
+/// What a step does in one mode.
+struct Map<'a> {
+    system: &'a Linear,
+    a: Columns,
+    p: Columns,
+    quadrature: Quadrature,
+    /// The speed changes over a step by no more than this times the sizes of the slope at its start.
+    reach: State,
+}
+
+impl<'a> Map<'a> {
+    fn new(system: &'a Linear, edges: u64) -> Self {
+        let length_s = Double::product(edges as f64, system.edge_s());
+        let bound = system.bound(dyadic(edges).min(system.dyadic() - 1));
+        Self {
+            system,
+            a: Columns::of(system.matrix()),
+            p: system.spread::<Native>(length_s).hi,
+            quadrature: Quadrature::of(&Leap::of(system.matrix(), length_s.hi)),
+            reach: bound[SPEED].map(|size| size * length_s.hi),
+        }
+    }
+}
+
+/// An axis in motion, driven anew every so many edges.
+pub struct Held<'a> {
+    /// Its drive and its mode are what they are now; the rest of it is so only while not `ahead`.
+    device: Device<'a>,
+    edges: u64,
+    step_s: f64,
+    map: Option<Box<Map<'a>>>,
+    /// Whether the state is the one below, and not the device's.
+    ahead: bool,
+    x: State,
+    f: State,
+    powers: Powers,
+    energy: Energy,
+}
+
+impl<'a> Held<'a> {
+    /// A device that mostly flows by so many edges at a time.
+    #[must_use]
+    pub fn new(device: Device<'a>, edges: u64) -> Self {
+        let (x, f, powers, energy) = (*device.motion.anchor(), [0.0; 4], Powers::default(), Energy::default());
+        let step_s = edges as f64 * device.motion.system().edge_s();
+        Self { device, edges, step_s, map: None, ahead: false, x, f, powers, energy }
+    }
+
+    /// How often a mode has changed.
+    #[must_use]
+    pub fn mode_changes(&self) -> u64 {
+        self.device.mode_changes()
+    }
+
+    /// See [`Device::redecided`].
+    #[must_use]
+    pub fn redecided(&self) -> u64 {
+        self.device.redecided()
+    }
+
+    /// The energy exchanged until `edge`, to which it has flowed.
+    #[must_use]
+    pub fn energy(&self, edge: u64) -> Energy {
+        if self.ahead { self.energy } else { self.device.energy(edge) }
+    }
+
+    /// Sets what drives it from `edge` on, to which it has flowed, and returns the state then.
+    ///
+    /// # Panics
+    ///
+    /// As [`Device::driven`].
+    #[inline(always)]
+    pub fn driven(&mut self, edge: u64, drive: Drive) -> State {
+        let axis = self.device.axis;
+        match drive {
+            Drive::Current(current_a) if self.ahead && self.device.circuit == Circuit::Amplified => {
+                if axis.motor.inductance_h != 0.0 {
+                    self.energy.surge(axis.motor.inductance_h, self.x[CURRENT], current_a);
+                }
+                self.x[CURRENT] = current_a;
+                self.powers.source_v = axis.motor.resistance_ohm * current_a;
+                self.powers.source_nm = axis.motor.torque_constant_nm_per_a * current_a;
+            }
+            Drive::Average(duty) if self.ahead && matches!(self.device.drive, Drive::Average(_)) => {
+                let circuit = Bridge::averaged(duty);
+                self.device.circuit = circuit;
+                self.powers.source_v = axis.bridge.voltage_v(circuit);
+                if axis.is_resistive() {
+                    self.x[CURRENT] = axis.ohmic_a(self.powers.source_v, 2, self.x[SPEED]);
+                } else {
+                    self.f[CURRENT] = self.powers.source_v / axis.motor.inductance_h;
+                }
+            }
+            _ => {
+                self.settle(edge);
+                self.device.driven(edge, drive);
+                return self.device.state(edge);
+            }
+        }
+        self.device.drive = drive;
+        self.x
+    }
+
+    /// See [`Device::intend`]; returns the state then.
+    pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) -> State {
+        self.settle(edge);
+        self.device.intend(edge, angle_rad, speed_rad_per_s);
+        self.device.state(edge)
+    }
+
+    /// Flows from one edge to another, through every change of its modes, and returns the state there.
+    #[inline(always)]
+    pub fn flow(&mut self, from: u64, to: u64) -> State {
+        if to - from == self.edges && (self.ahead || self.lead(from)) && self.stride() {
+            return self.x;
+        }
+        self.settle(from);
+        self.device.flow(from, to)
+    }
+
+    /// Makes the device catch up.
+    #[inline(always)]
+    fn settle(&mut self, edge: u64) {
+        if self.ahead {
+            self.caught_up(edge);
+        }
+    }
+
+    versions! {
+        fn caught_up[caught_up_fused, caught_up_with](self: &mut Self, edge: u64)
+    }
+
+    #[inline(always)]
+    fn caught_up_with<P: Product>(&mut self, edge: u64) {
+        self.ahead = false;
+        self.device.energy = self.energy;
+        self.device.enter_with::<P>(edge, self.x.into());
+    }
+
+    /// Takes over from the device, if its mode is one that steps may pass in whole.
+    fn lead(&mut self, edge: u64) -> bool {
+        let device = &self.device;
+        if matches!(device.shaft, Shaft::Stuck | Shaft::Creep) || matches!(device.drive, Drive::Gates(_)) {
+            return false;
+        }
+        let system = &device.mode.system;
+        if self.map.as_ref().is_none_or(|map| !std::ptr::eq(map.system, system)) {
+            self.map = Some(Box::new(Map::new(system, self.edges)));
+        }
+        (self.x, self.energy) = (device.state(edge), device.energy(edge));
+        (self.f, self.powers) = (device.motion.f.hi, device.powers);
+        self.ahead = true;
+        true
+    }
+
+    versions! {
+        /// A whole step, if the mode surely lasts for it.
+        fn stride[stride_fused, stride_with](self: &mut Self) -> bool
+    }
+
+    #[inline(always)]
+    fn stride_with<P: Product>(&mut self) -> bool {
+        let Some(map) = &self.map else { return false };
+        let x = self.x;
+        let w = plus(&map.a.times(&x), &self.f);
+        if let Shaft::Slip(sign @ (-1 | 1)) = self.device.shaft {
+            let left = f64::from(sign) * x[SPEED] - self.device.axis.creep_rad_per_s;
+            // Written so that what is not a number does not pass.
+            if !(left > dot(&map.reach, &sizes(&w))) {
+                return false;
+            }
+        }
+        let change = map.p.times(&w);
+        self.x = plus(&x, &change);
+        let done = map.quadrature.integrals(&x, &w);
+        self.energy.add(&self.powers, self.step_s, &x.into(), &self.x.into(), &done);
+        true
+    }
+}
