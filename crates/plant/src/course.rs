@@ -4,7 +4,7 @@ use crate::double::{Double, Doubles, Product};
 use crate::guard::Guard;
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot};
+use crate::matrix::{State, dot};
 
 /// Terms of a course's polynomial: with (rate τ) at most 1e-3 the next one is 1e-33 of the first.
 const TERMS: usize = 9;
@@ -116,14 +116,11 @@ impl<'a> Course<'a> {
         // The trapezoid with its ends' slopes: error of order (rate τ)^4.
         let after = self.motion.slope(end);
         let (half, twelfth) = (0.5 * tau_s, tau_s * tau_s / 12.0);
-        let linear = |k: usize| half * (x[k] + end[k]) + twelfth * (w[k] - after[k]);
-        let square =
-            |k: usize| half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k]);
         Integrals {
-            current: linear(CURRENT),
-            current_squared: square(CURRENT),
-            speed_squared: square(SPEED),
-            angle: linear(ANGLE),
+            states: std::array::from_fn(|k| half * (x[k] + end[k]) + twelfth * (w[k] - after[k])),
+            squares: std::array::from_fn(|k| {
+                half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k])
+            }),
         }
     }
 }

@@ -277,10 +277,11 @@ impl<'a> Device<'a> {
         // An end beyond the tables is not come to in one leap.
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
         self.heard = (1 << dyadic) + 1;
-        let bound = |guard: &Guard, limits: &Limits| guard.noise(&self.motion, dyadic, limits);
+        let check = |index: usize| {
+            self.checks[index].as_ref().map_or(0.0, |check| check.guard.noise(&self.motion, dyadic, &check.limits))
+        };
         let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
-        let checks = self.checks.map(|check| check.map_or(0.0, |check| bound(check.guard, &check.limits)));
-        self.noise = [bound(&self.mode.angle, &anywhere), checks[0], checks[1]];
+        self.noise = [self.mode.angle.noise(&self.motion, dyadic, &anywhere), check(0), check(1)];
     }
 
     /// Whether an angle is within a band by more than its `f64` value can err.
@@ -327,12 +328,10 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
         let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
-        (self.shaft == Shaft::Stuck || stays(&self.mode.angle, encoder, self.noise[0]))
-            && self
-                .checks
-                .iter()
-                .zip(&self.noise[1..])
-                .all(|(check, &noise)| check.as_ref().is_none_or(|check| stays(check.guard, &check.limits, noise)))
+        let check = |index: usize| {
+            self.checks[index].as_ref().is_none_or(|check| stays(check.guard, &check.limits, self.noise[index + 1]))
+        };
+        (self.shaft == Shaft::Stuck || stays(&self.mode.angle, encoder, self.noise[0])) && check(0) && check(1)
     }
 
     /// The first event from a point to the edge `last`, both counted from the anchor.
@@ -343,24 +342,18 @@ impl<'a> Device<'a> {
             let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = Point::of(&self.motion, last.min(a.edge + guess));
-            if !self.stays(encoder, &a, b.edge - a.edge) {
-                let check = |index: usize| {
-                    self.checks[index].as_ref().map(|check| (check.guard, check.limits, self.noise[index + 1]))
-                };
-                let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, *encoder, self.noise[0]));
-                let mut end = b;
-                let mut found = None;
-                for (guard, limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
-                    let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
-                    if let Some(edge) = guard.exit(&mut watch, &a, &end) {
-                        found = Some(edge);
-                        // Others matter only before this one.
-                        end = Point::of(&self.motion, edge);
-                    }
-                }
-                if let Some(edge) = found {
-                    return Some((self.anchor + edge, self.motion.at(edge)));
-                }
+            let check = |index: usize| {
+                self.checks[index].as_ref().map(|check| (check.guard, &check.limits, self.noise[index + 1]))
+            };
+            let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, encoder, self.noise[0]));
+            let mut found = None;
+            for (guard, &limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
+                let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
+                // What others do after this one does not matter.
+                found = guard.exit(&mut watch, &a, found.as_ref().unwrap_or(&b)).or(found);
+            }
+            if let Some(Point { edge, x, .. }) = found {
+                return Some((self.anchor + edge, x));
             }
             a = b;
         }

@@ -53,25 +53,27 @@ impl Energy {
     #[inline(always)]
     pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
         let turned = after.since(before)[ANGLE];
+        let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
+        let speed_squared = done.squares[SPEED];
         let (before, after) = (&before.hi, &after.hi);
-        let source = powers.source_v * done.current + powers.source_nm * turned;
-        let copper = powers.resistance_ohm * done.current_squared;
-        let diodes = powers.diode_v * done.current.abs();
-        let viscous = powers.viscous_nm_s_per_rad * done.speed_squared;
-        let coulomb = powers.coulomb_nm * turned.abs() + powers.creep_nm_s_per_rad * done.speed_squared;
+        let source = powers.source_v * charge + powers.source_nm * turned;
+        let copper = powers.resistance_ohm * current_squared;
+        let diodes = powers.diode_v * charge.abs();
+        let viscous = powers.viscous_nm_s_per_rad * speed_squared;
+        let coulomb = powers.coulomb_nm * turned.abs() + powers.creep_nm_s_per_rad * speed_squared;
         let mut hand = powers.torque_nm * turned;
         if powers.hand_nm_per_rad != 0.0 || powers.hand_nm_s_per_rad != 0.0 {
             // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.
             let v = powers.intent_rad_per_s;
             let intent = length_s * (before[INTENT] + 0.5 * v * length_s);
             let (y0, y1) = (before[INTENT] - before[ANGLE], after[INTENT] - after[ANGLE]);
-            let spring = v * (intent - done.angle) - 0.5 * (y1 - y0) * (y1 + y0);
-            let damper = v * turned - done.speed_squared;
+            let spring = v * (intent - done.states[ANGLE]) - 0.5 * (y1 - y0) * (y1 + y0);
+            let damper = v * turned - speed_squared;
             hand += powers.hand_nm_per_rad * spring + powers.hand_nm_s_per_rad * damper;
         }
         if powers.borne_nm_per_a != 0.0 {
             // Constant speed: the hand bears friction and the motor's torque.
-            hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * done.current;
+            hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * charge;
         }
         self.take([source, hand, copper, diodes, viscous, coulomb]);
     }

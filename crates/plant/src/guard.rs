@@ -166,7 +166,7 @@ type Sight = (f64, f64, f64, f64, f64);
 enum Verdict {
     Clear,
     Split(u64),
-    At(u64),
+    At(Point),
 }
 
 /// The least power of two that is not below a number of edges.
@@ -301,32 +301,32 @@ impl Guard {
     pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
         let limits = Limits::from(band);
         let noise = self.noise(motion, dyadic(to.edge), &limits);
-        self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to)
+        self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to).map(|point| point.edge)
     }
 
     versions! {
-        /// The same through a watch whose noise holds up to `to`.
-        pub(crate) fn exit[exit_fused, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64>
+        /// The point there, through a watch whose noise holds up to `to`.
+        pub(crate) fn exit[exit_fused, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point>
     }
 
     #[inline(always)]
-    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<u64> {
+    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point> {
         if to.edge == from.edge || self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
         let side = self.side(watch, to.edge, self.value(&to.x));
         if to.edge - from.edge == 1 {
-            return (side != Side::Inside).then_some(to.edge);
+            return (side != Side::Inside).then_some(*to);
         }
         match self.judge(watch, from, to, side) {
             Verdict::Clear => None,
-            Verdict::At(edge) => Some(edge),
+            Verdict::At(point) => Some(point),
             Verdict::Split(middle) => self.divide(watch, from, middle, to),
         }
     }
 
     #[cold]
-    fn divide(&self, watch: &mut Watch, from: &Point, middle: u64, to: &Point) -> Option<u64> {
+    fn divide(&self, watch: &mut Watch, from: &Point, middle: u64, to: &Point) -> Option<Point> {
         let middle = Point::of(watch.motion, middle);
         self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))
     }
@@ -383,11 +383,11 @@ impl Guard {
 
     /// The only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
     #[inline(always)]
-    fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> u64 {
+    fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> Point {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let motion = watch.motion;
         let edge_s = motion.system().edge_s();
-        let (mut a, mut b) = (from.edge, to.edge);
+        let (mut a, mut b, mut end) = (from.edge, to.edge, *to);
         let (ga, gb) = (self.value(&from.x) - limit, self.value(&to.x) - limit);
         // The Hermite cubic through both ends says where to look first; from the steeper end, where Newton's steps do not
         // overshoot a function that bends one way.
@@ -410,20 +410,20 @@ impl Guard {
             }
             let at = aim.ceil() as u64;
             let guess = if at == b { b - 1 } else { at };
-            let Point { x, w, .. } = Point::of(motion, guess);
-            let value = self.value(&x);
+            let point = Point::of(motion, guess);
+            let value = self.value(&point.x);
             if self.side(watch, guess, value) == Side::Inside {
                 a = guess;
             } else {
-                b = guess;
+                (b, end) = (guess, point);
             }
             tries += 1;
             aim = if tries < 12 {
-                guess as f64 - (value - limit) / (dot(&self.row, &w) * edge_s)
+                guess as f64 - (value - limit) / (dot(&self.row, &point.w) * edge_s)
             } else {
                 0.5 * (a + b) as f64
             };
         }
-        b
+        end
     }
 }

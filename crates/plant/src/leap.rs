@@ -1,28 +1,22 @@
 //! Leaps of a linear system: how the state changes over a stretch of time, and the integrals on the way.
 
-use crate::matrix::{ANGLE, CURRENT, Columns, Matrix, SPEED, State, dot, map2, norm, outer, product, transposed};
+use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, plus, product, transposed};
 
-/// `∫ i dt`, `∫ i² dt`, `∫ ω² dt` and `∫ θ dt` over a leap, in SI units.
+/// Integrals over a leap, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Integrals {
-    /// Charge in A·s.
-    pub current: f64,
-    /// In A²·s.
-    pub current_squared: f64,
-    /// In rad²/s.
-    pub speed_squared: f64,
-    /// In rad·s.
-    pub angle: f64,
+    /// `∫ x dt`, of each state.
+    pub states: State,
+    /// `∫ i² dt` and `∫ ω² dt`; the other two lanes only keep these company.
+    pub squares: State,
 }
 
 impl Integrals {
     /// Adds those of the next leap.
     #[inline(always)]
     pub fn add(&mut self, next: &Self) {
-        self.current += next.current;
-        self.current_squared += next.current_squared;
-        self.speed_squared += next.speed_squared;
-        self.angle += next.angle;
+        self.states = plus(&self.states, &next.states);
+        self.squares = plus(&self.squares, &next.squares);
     }
 }
 
@@ -120,37 +114,41 @@ impl Leap {
     }
 }
 
-/// The quadratures of a leap, laid out to be applied: the forms are symmetric, so their rows are their columns.
+/// The quadratures of a leap, laid out to be applied.
 #[derive(Clone, Copy)]
 pub(crate) struct Quadrature {
     length_s: f64,
     s: Columns,
-    current_squared: Columns,
-    speed_squared: Columns,
+    /// The forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so each pair of states
+    /// is there once. Two more lanes fill a register.
+    forms: [State; 10],
 }
 
 impl Quadrature {
     pub(crate) fn of(leap: &Leap) -> Self {
-        Self {
-            length_s: leap.length_s,
-            s: Columns::of(&leap.s),
-            current_squared: Columns(leap.current_squared),
-            speed_squared: Columns(leap.speed_squared),
+        let mut forms = [[0.0; 4]; 10];
+        let pairs = (0..4).flat_map(|r| (r..4).map(move |c| (r, c)));
+        for (form, (r, c)) in forms.iter_mut().zip(pairs) {
+            let both = |g: &Matrix| if r == c { g[r][c] } else { g[r][c] + g[c][r] };
+            (form[CURRENT], form[SPEED]) = (both(&leap.current_squared), both(&leap.speed_squared));
         }
+        Self { length_s: leap.length_s, s: Columns::of(&leap.s), forms }
     }
 
     /// The integrals over the leap from state `x` with slope `w`.
     #[inline(always)]
     pub(crate) fn integrals(&self, x: &State, w: &State) -> Integrals {
-        let t = self.length_s;
-        let form = |g: &Columns| dot(&g.times(w), w);
+        let (t, g) = (self.length_s, &self.forms);
         let path = self.s.times(w);
-        let square = |k: usize, g: &Columns| x[k] * x[k] * t + 2.0 * x[k] * path[k] + form(g);
+        let form = |k: usize| {
+            let first = (g[0][k] * w[0] + g[1][k] * w[1]) + (g[2][k] * w[2] + g[3][k] * w[3]);
+            let second = (g[4][k] * w[1] + g[5][k] * w[2]) + g[6][k] * w[3];
+            let third = g[7][k] * w[2] + g[8][k] * w[3];
+            (first * w[0] + second * w[1]) + (third * w[2] + g[9][k] * w[3] * w[3])
+        };
         Integrals {
-            current: x[CURRENT] * t + path[CURRENT],
-            current_squared: square(CURRENT, &self.current_squared),
-            speed_squared: square(SPEED, &self.speed_squared),
-            angle: x[ANGLE] * t + path[ANGLE],
+            states: std::array::from_fn(|k| x[k] * t + path[k]),
+            squares: std::array::from_fn(|k| x[k] * (x[k] * t + (path[k] + path[k])) + form(k)),
         }
     }
 }
