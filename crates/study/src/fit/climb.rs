@@ -256,7 +256,7 @@ fn around(experiment: &Experiment) -> Vec<Set> {
         Experiment::Phantom(scene) => {
             let (k, distance) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
             let stiffness = [0.95, 1.05].map(|share| one("room.stiffness", share * k));
-            let places = [PHASES[0], PHASES[3], PHASES[6], PHASES[9]]
+            let places = [PHASES[0], PHASES[2], PHASES[3], PHASES[5]]
                 .map(|counts| counts * 29e-6)
                 .map(|metres| one("room.distance", distance + metres));
             stiffness.into_iter().chain(places).collect()
