@@ -21,13 +21,13 @@ fn a_fit_says_what_is_left_out_and_how_to_run_it() {
 
 #[test]
 fn a_scene_whose_model_is_open_is_run_by_the_one_that_is_chosen() {
-    let output = run(&["run", "prescribed-sweep", "--set", "model=auto", "--json"]);
+    let output = run(&["run", "bounded-wall-1khz", "--set", "model=auto", "--json"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(json(&output)["fitted"]["set"]["model.bridge"], "averaged");
-    let said = run(&["run", "prescribed-sweep", "--set", "model=auto"]);
+    let said = run(&["run", "bounded-wall-1khz", "--set", "model=auto"]);
     assert!(stdout(&said).contains("left out   the bridge's switching"), "{}", stdout(&said));
     // A model that is given is not chosen.
-    let given = run(&["run", "prescribed-sweep", "--set", "model=auto", "--set", "model.bridge=averaged", "--json"]);
+    let given = run(&["run", "bounded-wall-1khz", "--set", "model=auto", "--set", "model.bridge=averaged", "--json"]);
     assert!(json(&given)["fitted"].is_null());
 }
 

@@ -9,17 +9,19 @@
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, State, Stepper};
+use hpu_plant::{Axis, Device, Drive, Method, State};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Shaping};
 use crate::engine::Control;
 use crate::law::{AnyLaw, SampledLaw};
 use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
+use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};
+use crate::trace::{Lines, Trace};
 use crate::world::Pins;
 
 /// A law in floats, closed around a device in steps.
@@ -35,19 +37,6 @@ pub struct Direct<'p> {
     pub(crate) period: u64,
     /// The wall's position, if the law reads the true position.
     pub(crate) ideal_wall_rad: Option<f64>,
-}
-
-/// What brings the device over a step.
-#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-enum Mover<'p> {
-    Fixed {
-        full: Stepper,
-        /// For steps that are cut short.
-        part: Stepper,
-        energy: Energy,
-        feed: Feed,
-    },
-    Exact(Held<'p>),
 }
 
 /// A run of it.
@@ -76,6 +65,7 @@ impl Direct<'_> {
         &self,
         end: u64,
         stride: u64,
+        trace: &mut Trace,
         observer: &mut impl Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
@@ -88,12 +78,17 @@ impl Direct<'_> {
             course.act(edge);
             let next = (edge + self.step).min(course.next_sample).min(end);
             let before = course.x;
-            course.go(edge, next);
-            while next_row < next {
-                let share = (next_row - edge) as f64 / (next - edge) as f64;
-                let x = std::array::from_fn(|k| before[k] + (course.x[k] - before[k]) * share);
-                course.show(next_row, &x, observer);
-                next_row += stride;
+            course.x = course.mover.flow((edge, next), self.plant.edge_s, &before);
+            if next_row < next {
+                let per_edge = 1.0 / (next - edge).cast_signed() as f64;
+                let rate: State = std::array::from_fn(|k| (course.x[k] - before[k]) * per_edge);
+                let gone = (next_row - edge).cast_signed() as f64;
+                let start = std::array::from_fn(|k| before[k] + rate[k] * gone);
+                let change = rate.map(|rate| rate * stride.cast_signed() as f64);
+                let rows = u32::try_from((next - 1 - next_row) / stride + 1).expect("a trace fits in memory");
+                let (start, change) = (course.axis.reals(&start), course.axis.reals(&change));
+                course.show(&Lines { first: next_row, stride, rows, start, change }, trace, observer);
+                next_row += u64::from(rows) * stride;
             }
             edge = next;
             steps += 1;
@@ -110,14 +105,12 @@ impl Direct<'_> {
             }
         }
         if over.is_none() && next_row == edge {
-            course.show(edge, &course.x, observer);
+            let start = course.axis.reals(&course.x);
+            course.show(&Lines { first: edge, stride, rows: 1, start, change: [0.0; 4] }, trace, observer);
         }
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
-        let (energy, mode_changes, redecided) = match &course.mover {
-            Mover::Fixed { energy, .. } => (*energy, 0, 0),
-            Mover::Exact(held) => (held.energy(edge), held.mode_changes(), held.redecided()),
-        };
+        let (energy, mode_changes, redecided) = course.mover.audit(edge);
         let summary = Summary {
             verdict: None,
             aborted: None,
@@ -146,16 +139,7 @@ impl<'d, 'p> Course<'d, 'p> {
         };
         let device = Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad);
         let (x, drive) = (device.state(0), device.drive_now());
-        let stepper = |method, edges: u64| Stepper::new(axis, method, edges as f64 * plant.edge_s);
-        let mover = match direct.method {
-            None => Mover::Exact(Held::new(device, direct.step)),
-            Some(method) => Mover::Fixed {
-                full: stepper(method, direct.step),
-                part: stepper(method, 1),
-                energy: Energy::default(),
-                feed: axis.feed(drive, &x, 0.0),
-            },
-        };
+        let mover = Mover::new(axis, device, direct.method, direct.step, plant.edge_s);
         let shaping = match plant.actuator {
             Actuator::Amplified { shaping, .. } => shaping,
             _ => None,
@@ -178,15 +162,15 @@ impl<'d, 'p> Course<'d, 'p> {
             next_sample: 1,
             next_knot: 0,
         };
-        course.start_count = course.counts();
+        course.start_count = course.counts(x[2]);
         course.count = course.start_count;
         course
     }
 
     /// The encoder's count.
     #[inline(always)]
-    fn counts(&self) -> i64 {
-        let counts = self.x[2] / self.direct.law.count_m;
+    fn counts(&self, position_m: f64) -> i64 {
+        let counts = position_m / self.direct.law.count_m;
         let whole = counts as i64;
         whole - i64::from(counts < whole as f64)
     }
@@ -197,7 +181,7 @@ impl<'d, 'p> Course<'d, 'p> {
         if let Some(wall_rad) = self.direct.ideal_wall_rad {
             return self.x[2] - wall_rad;
         }
-        let count = self.counts();
+        let count = self.counts(self.x[2]);
         self.encoder_edges += count.abs_diff(self.count);
         self.count = count;
         (count - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
@@ -229,38 +213,24 @@ impl<'d, 'p> Course<'d, 'p> {
         if fed || drive != self.drive {
             self.output_changes += u64::from(drive != self.drive);
             self.drive = drive;
-            match &mut self.mover {
-                Mover::Exact(held) => self.x = held.driven(edge, drive),
-                Mover::Fixed { feed, .. } => {
-                    self.x = self.axis.taken(drive, &self.x);
-                    *feed = self.axis.feed(drive, &self.x, self.intent_rad_per_s);
-                }
-            }
+            self.x = self.mover.driven(self.axis, edge, drive, &self.x, self.intent_rad_per_s);
         }
     }
 
     fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         self.intent_rad_per_s = speed_rad_per_s;
-        match &mut self.mover {
-            Mover::Exact(held) => self.x = held.intend(edge, angle_rad, speed_rad_per_s),
-            Mover::Fixed { energy, .. } => {
-                let before = self.x;
-                self.x[3] = angle_rad;
-                if self.axis.is_prescribed() {
-                    (self.x[1], self.x[2]) = (speed_rad_per_s, angle_rad);
-                }
-                self.axis.jumped(energy, &before, &self.x);
-            }
-        }
+        self.x = self.mover.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
     }
 
     fn sample(&mut self, edge: u64) {
-        let Schedule { stiffness, scale } = self.direct.schedule;
-        let [stiffness, scale] = [(stiffness, 0), (scale, 1)].map(|(ramp, index)| {
-            let start = self.direct.law.start[index];
-            ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
-        });
-        self.law.vary(&self.direct.law.law, stiffness, scale);
+        let schedule = self.direct.schedule;
+        if schedule != Schedule::default() {
+            let [stiffness, scale] = [(schedule.stiffness, 0), (schedule.scale, 1)].map(|(ramp, index)| {
+                let start = self.direct.law.start[index];
+                ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
+            });
+            self.law.vary(&self.direct.law.law, stiffness, scale);
+        }
         let x_m = self.position_m();
         self.force_n = self.law.sample(x_m);
         if let (true, AnyLaw::Wall(wall)) = (self.direct.law.live, &self.law) {
@@ -285,38 +255,31 @@ impl<'d, 'p> Course<'d, 'p> {
         }
     }
 
-    /// Moves the device.
+    /// Rows of the trace, and the words at them.
     #[inline(always)]
-    fn go(&mut self, edge: u64, next: u64) {
-        match &mut self.mover {
-            Mover::Exact(held) => self.x = held.flow(edge, next),
-            Mover::Fixed { full, part, energy, feed } => {
-                let step_s = (next - edge) as f64 * self.edge_s;
-                if next - edge != self.direct.step && part.step_s() != step_s {
-                    *part = part.with_step(step_s);
-                }
-                let stepper = if next - edge == self.direct.step { full } else { part };
-                if matches!(self.drive, Drive::Gates(_)) {
-                    *feed = self.axis.feed(self.drive, &self.x, self.intent_rad_per_s);
-                }
-                let to = stepper.step(&self.x, feed);
-                stepper.account(energy, step_s, &self.x, &to, feed);
-                self.x = to;
-            }
-        }
-    }
-
-    /// A row of the trace, and the words at it.
-    fn show(&self, edge: u64, x: &State, observer: &mut impl Observe) {
+    fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut impl Observe) {
         let law = &self.direct.law;
-        let position = (x[2] / law.count_m).floor() as i64 - self.start_count;
-        let pins = Pins::at(position);
-        let mut words = [0; NETS];
-        (words[0], words[1]) = (pins.a, pins.b);
-        words[POSITION] = position;
-        words[PENETRATION] = (position - law.surface).max(0);
-        words[COMMAND] = law.command(self.force_n);
-        observer.nets(Cycle(edge), &words);
-        observer.reals(Cycle(edge), &self.axis.reals(x));
+        let command = law.command(self.force_n);
+        let words = |reals: &[f64; 4]| {
+            let position = self.counts(reals[2]) - self.start_count;
+            let pins = Pins::at(position);
+            let mut words = [0; NETS];
+            (words[0], words[1]) = (pins.a, pins.b);
+            words[POSITION] = position;
+            words[PENETRATION] = (position - law.surface).max(0);
+            words[COMMAND] = command;
+            words
+        };
+        let all = |net| match net {
+            0 | 1 | POSITION | PENETRATION => None,
+            COMMAND => Some(command),
+            _ => Some(0),
+        };
+        trace.extend(lines, all, |net, reals| words(reals)[net]);
+        for row in 0..lines.rows {
+            let (edge, reals) = (Cycle(lines.first + u64::from(row) * lines.stride), lines.at(row));
+            observer.nets(edge, &words(&reals));
+            observer.reals(edge, &reals);
+        }
     }
 }

@@ -16,6 +16,7 @@ mod host;
 mod law_loop;
 mod linear;
 mod method;
+mod mover;
 mod phantom_session;
 mod plant;
 mod random;

@@ -179,10 +179,12 @@ pub trait Rig {
     fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
         trace.reserve(self.edges() / self.stride() + 1);
         let (end, stride, modulated) = (self.edges(), self.stride(), self.gates_drive());
-        let mut observer = Both(&mut *trace, observer);
         let (mut summary, over) = match self.direct() {
-            Some(direct) => direct.run(end, stride, &mut observer, control),
-            None => self.visit(Run { driver, end, stride, modulated, observer, control }),
+            Some(direct) => direct.run(end, stride, trace, observer, control),
+            None => {
+                let observer = Both(&mut *trace, observer);
+                self.visit(Run { driver, end, stride, modulated, observer, control })
+            }
         };
         summary.motion_s = self.clock().seconds(Cycle(summary.edges));
         summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
@@ -206,6 +208,7 @@ impl<O: Observe> Observe for Both<'_, O> {
         self.0.nets(cycle, words);
         self.1.nets(cycle, words);
     }
+    #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.0.reals(cycle, values);
         self.1.reals(cycle, values);

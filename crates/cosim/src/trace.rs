@@ -38,6 +38,28 @@ impl Trace {
         self.words.iter_mut().for_each(|column| column.reserve(rows));
     }
 
+    /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask for each.
+    #[inline]
+    pub(crate) fn extend<const N: usize>(
+        &mut self,
+        lines: &Lines<N>,
+        all: impl Fn(usize) -> Option<i64>,
+        each: impl Fn(usize, &[f64; N]) -> i64,
+    ) {
+        let frequency_hz = self.clock.frequency_hz() as f64;
+        let edge = |row: u32| (lines.first + u64::from(row) * lines.stride).cast_signed() as f64;
+        self.times_s.extend((0..lines.rows).map(|row| edge(row) / frequency_hz));
+        for ((column, &start), &change) in self.reals.iter_mut().zip(&lines.start).zip(&lines.change) {
+            column.extend((0..lines.rows).map(|row| start + change * f64::from(row)));
+        }
+        for (column, &pick) in self.words.iter_mut().zip(&self.picks) {
+            match all(pick) {
+                Some(word) => column.extend((0..lines.rows).map(|_| word)),
+                None => column.extend((0..lines.rows).map(|row| each(pick, &lines.at(row)))),
+            }
+        }
+    }
+
     /// Seconds between rows.
     #[must_use]
     pub fn interval_s(&self) -> f64 {
@@ -69,6 +91,27 @@ impl Trace {
     }
 }
 
+/// Rows of outputs that go in straight lines.
+pub(crate) struct Lines<const N: usize> {
+    /// Edge of the first row.
+    pub(crate) first: u64,
+    /// Edges from one row to the next.
+    pub(crate) stride: u64,
+    pub(crate) rows: u32,
+    /// The first row.
+    pub(crate) start: [f64; N],
+    /// From one row to the next.
+    pub(crate) change: [f64; N],
+}
+
+impl<const N: usize> Lines<N> {
+    /// A row.
+    #[inline(always)]
+    pub(crate) fn at(&self, row: u32) -> [f64; N] {
+        std::array::from_fn(|k| self.start[k] + self.change[k] * f64::from(row))
+    }
+}
+
 impl Observe for Trace {
     #[inline]
     fn nets(&mut self, _: Cycle, words: &[i64]) {
@@ -77,6 +120,7 @@ impl Observe for Trace {
         }
     }
 
+    #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.times_s.push(self.clock.seconds(cycle));
         for (column, &value) in self.reals.iter_mut().zip(values) {

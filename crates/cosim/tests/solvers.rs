@@ -163,15 +163,17 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
 #[test]
 fn a_sampled_law_in_steps_of_its_period_is_exact() {
     // Nothing is left out: the device flows exactly, and meets the law at samples only in both.
-    let model = [("model.datapath", "law"), ("run.duration", "3 s")];
-    let exact = parsed("rail-drop", &model);
-    let stepped = parsed("rail-drop", &[&model[..], &[("model.solver", "sample")]].concat());
-    let [(a, of_a), (b, of_b)] = [&exact, &stepped].map(run);
-    let [last_a, last_b] =
-        [number(Metric::FinalAngle, &exact, &a, &of_a), number(Metric::FinalAngle, &stepped, &b, &of_b)];
-    assert!((last_a - last_b).abs() < 1e-12, "{last_a} {last_b}");
-    assert!((a.energy.source_j - b.energy.source_j).abs() < 1e-12 * a.energy.exchanged_j);
-    assert_eq!(b.steps, 3_000 + 1);
+    for friction in ["0 N", "38 mN"] {
+        let model = [("model.datapath", "law"), ("run.duration", "3 s"), ("device.coulomb", friction)];
+        let exact = parsed("rail-drop", &model);
+        let stepped = parsed("rail-drop", &[&model[..], &[("model.solver", "sample")]].concat());
+        let [(a, of_a), (b, of_b)] = [&exact, &stepped].map(run);
+        let [last_a, last_b] =
+            [number(Metric::FinalAngle, &exact, &a, &of_a), number(Metric::FinalAngle, &stepped, &b, &of_b)];
+        assert!((last_a - last_b).abs() < 1e-12, "{last_a} {last_b}");
+        assert!((a.energy.source_j - b.energy.source_j).abs() < 1e-12 * a.energy.exchanged_j);
+        assert_eq!(b.steps, 3_000 + 1);
+    }
 }
 
 #[test]

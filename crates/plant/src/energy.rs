@@ -52,10 +52,22 @@ impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
     #[inline(always)]
     pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
-        let turned = after.since(before)[ANGLE];
+        self.turned(powers, length_s, after.since(before)[ANGLE], &before.hi, &after.hi, done);
+    }
+
+    /// The same between states in `f64`, the angle between which is known better than their difference.
+    #[inline(always)]
+    pub(crate) fn turned(
+        &mut self,
+        powers: &Powers,
+        length_s: f64,
+        turned: f64,
+        before: &State,
+        after: &State,
+        done: &Integrals,
+    ) {
         let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
         let speed_squared = done.squares[SPEED];
-        let (before, after) = (&before.hi, &after.hi);
         let source = powers.source_v * charge + powers.source_nm * turned;
         let copper = powers.resistance_ohm * current_squared;
         let diodes = powers.diode_v * charge.abs();

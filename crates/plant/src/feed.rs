@@ -86,6 +86,7 @@ impl Axis {
     }
 
     /// The outputs named by [`REALS`] in a state.
+    #[inline]
     #[must_use]
     pub fn reals(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]

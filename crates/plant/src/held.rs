@@ -4,15 +4,14 @@
 //! [`Device`]'s, in `f64` from step to step instead of in double-double from the start. The energies of a step are its exact
 //! integrals. A step that friction may end or begin to act in, and one of any other length, is the device's own.
 
+use crate::axis::Shaft;
 use crate::double::{Double, Native, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::guard::dyadic;
 use crate::leap::{Leap, Quadrature};
 use crate::linear::Linear;
-use crate::matrix::{CURRENT, Columns, SPEED, State, dot, plus, sizes};
+use crate::matrix::{ANGLE, CURRENT, Columns, SPEED, State, dot, plus, sizes};
 use crate::{Bridge, Circuit, Device, Drive};
-
-use crate::axis::Shaft;
 
 /// What a step does in one mode.
 struct Map<'a> {
@@ -50,6 +49,8 @@ pub struct Held<'a> {
     x: State,
     f: State,
     powers: Powers,
+    /// Whether heat depends on the squares of current and speed.
+    squares: [bool; 2],
     energy: Energy,
 }
 
@@ -59,7 +60,7 @@ impl<'a> Held<'a> {
     pub fn new(device: Device<'a>, edges: u64) -> Self {
         let (x, f, powers, energy) = (*device.motion.anchor(), [0.0; 4], Powers::default(), Energy::default());
         let step_s = edges as f64 * device.motion.system().edge_s();
-        Self { device, edges, step_s, map: None, ahead: false, x, f, powers, energy }
+        Self { device, edges, step_s, map: None, ahead: false, x, f, powers, squares: [true; 2], energy }
     }
 
     /// How often a mode has changed.
@@ -165,6 +166,8 @@ impl<'a> Held<'a> {
         }
         (self.x, self.energy) = (device.state(edge), device.energy(edge));
         (self.f, self.powers) = (device.motion.f.hi, device.powers);
+        let of_speed_nm_s_per_rad = self.powers.viscous_nm_s_per_rad + self.powers.hand_nm_s_per_rad;
+        self.squares = [self.powers.resistance_ohm != 0.0, of_speed_nm_s_per_rad != 0.0];
         self.ahead = true;
         true
     }
@@ -188,8 +191,8 @@ impl<'a> Held<'a> {
         }
         let change = map.p.times(&w);
         self.x = plus(&x, &change);
-        let done = map.quadrature.integrals(&x, &w);
-        self.energy.add(&self.powers, self.step_s, &x.into(), &self.x.into(), &done);
+        let done = map.quadrature.wanted(&x, &w, self.squares);
+        self.energy.turned(&self.powers, self.step_s, change[ANGLE], &x, &self.x, &done);
         true
     }
 }

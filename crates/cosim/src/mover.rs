@@ -1,0 +1,90 @@
+//! What brings a device over the steps of a run without a clock.
+
+use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, State, Stepper};
+
+/// What brings the device over a step.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub(crate) enum Mover<'p> {
+    Fixed {
+        full: Stepper,
+        /// For steps that are cut short.
+        part: Stepper,
+        energy: Energy,
+        feed: Feed,
+    },
+    Exact(Held<'p>),
+}
+
+impl<'p> Mover<'p> {
+    /// By a method, or exactly, over steps of so many edges; from where the device is at edge 0.
+    pub(crate) fn new(axis: &Axis, device: Device<'p>, method: Option<Method>, step: u64, edge_s: f64) -> Self {
+        let Some(method) = method else { return Self::Exact(Held::new(device, step)) };
+        Self::Fixed {
+            full: Stepper::new(axis, method, step as f64 * edge_s),
+            part: Stepper::new(axis, method, edge_s),
+            energy: Energy::default(),
+            feed: axis.feed(device.drive_now(), &device.state(0), 0.0),
+        }
+    }
+
+    /// The energy exchanged until `edge`, changes of modes, and decisions made again.
+    pub(crate) fn audit(&self, edge: u64) -> (Energy, u64, u64) {
+        match self {
+            Self::Fixed { energy, .. } => (*energy, 0, 0),
+            Self::Exact(held) => (held.energy(edge), held.mode_changes(), held.redecided()),
+        }
+    }
+
+    /// Driven so from `edge` on; returns the state then.
+    #[inline(always)]
+    pub(crate) fn driven(&mut self, axis: &Axis, edge: u64, drive: Drive, x: &State, intent_rad_per_s: f64) -> State {
+        match self {
+            Self::Exact(held) => held.driven(edge, drive),
+            Self::Fixed { feed, .. } => {
+                let x = axis.taken(drive, x);
+                *feed = axis.feed(drive, &x, intent_rad_per_s);
+                x
+            }
+        }
+    }
+
+    /// From `edge` on the hand means to be there and to move so; returns the state then.
+    pub(crate) fn intend(
+        &mut self,
+        axis: &Axis,
+        edge: u64,
+        (angle_rad, speed_rad_per_s): (f64, f64),
+        x: &State,
+    ) -> State {
+        match self {
+            Self::Exact(held) => held.intend(edge, angle_rad, speed_rad_per_s),
+            Self::Fixed { energy, .. } => {
+                let mut to = *x;
+                to[3] = angle_rad;
+                if axis.is_prescribed() {
+                    (to[1], to[2]) = (speed_rad_per_s, angle_rad);
+                }
+                axis.jumped(energy, x, &to);
+                to
+            }
+        }
+    }
+
+    /// Moves the device from one edge to another; returns the state there.
+    #[inline(always)]
+    pub(crate) fn flow(&mut self, (from, to): (u64, u64), edge_s: f64, x: &State) -> State {
+        match self {
+            Self::Exact(held) => held.flow(from, to),
+            Self::Fixed { full, part, energy, feed } => {
+                let step_s = (to - from) as f64 * edge_s;
+                if full.step_s() != step_s && part.step_s() != step_s {
+                    *part = part.with_step(step_s);
+                }
+                let stepper = if full.step_s() == step_s { full } else { part };
+                let to = stepper.step(x, feed);
+                stepper.account(energy, step_s, x, &to, feed);
+                to
+            }
+        }
+    }
+}
