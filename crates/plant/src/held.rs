@@ -26,7 +26,7 @@ struct Map<'a> {
 impl<'a> Map<'a> {
     fn new(system: &'a Linear, edges: u64) -> Self {
         let length_s = Double::product(edges as f64, system.edge_s());
-        let bound = system.bound(dyadic(edges).min(system.dyadic() - 1));
+        let bound = system.bound(dyadic(edges));
         Self {
             system,
             a: Columns::of(system.matrix()),
@@ -132,6 +132,10 @@ impl<'a> Held<'a> {
             return self.x;
         }
         self.settle(from);
+        if self.device.is_stuck() && self.device.motion.w.hi == [0.0; 4] {
+            // Nothing moves, so nothing ends.
+            return *self.device.motion.anchor();
+        }
         self.device.flow(from, to)
     }
 
@@ -161,6 +165,9 @@ impl<'a> Held<'a> {
             return false;
         }
         let system = &device.mode.system;
+        if dyadic(self.edges) >= system.dyadic() {
+            return false;
+        }
         if self.map.as_ref().is_none_or(|map| !std::ptr::eq(map.system, system)) {
             self.map = Some(Box::new(Map::new(system, self.edges)));
         }
@@ -184,8 +191,8 @@ impl<'a> Held<'a> {
         let w = plus(&map.a.times(&x), &self.f);
         if let Shaft::Slip(sign @ (-1 | 1)) = self.device.shaft {
             let left = f64::from(sign) * x[SPEED] - self.device.axis.creep_rad_per_s;
-            // Written so that what is not a number does not pass.
-            if !(left > dot(&map.reach, &sizes(&w))) {
+            let surely = left > dot(&map.reach, &sizes(&w));
+            if !surely {
                 return false;
             }
         }

@@ -45,6 +45,7 @@ impl AnyLaw {
 }
 
 impl SampledLaw for AnyLaw {
+    #[inline]
     fn sample(&mut self, x_m: f64) -> f64 {
         match self {
             Self::Wall(law) => law.sample(x_m),

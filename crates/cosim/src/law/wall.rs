@@ -57,6 +57,7 @@ impl Wall {
 }
 
 impl SampledLaw for Wall {
+    #[inline]
     fn sample(&mut self, x_m: f64) -> f64 {
         if self.samples == 0 {
             self.velocity_m_per_s = (x_m - self.previous_m) / (f64::from(self.ratio) * self.period_s);
