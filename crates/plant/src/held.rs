@@ -49,8 +49,6 @@ pub struct Held<'a> {
     x: State,
     f: State,
     powers: Powers,
-    /// Whether heat depends on the squares of current and speed.
-    squares: [bool; 2],
     energy: Energy,
 }
 
@@ -60,7 +58,7 @@ impl<'a> Held<'a> {
     pub fn new(device: Device<'a>, edges: u64) -> Self {
         let (x, f, powers, energy) = (*device.motion.anchor(), [0.0; 4], Powers::default(), Energy::default());
         let step_s = edges as f64 * device.motion.system().edge_s();
-        Self { device, edges, step_s, map: None, ahead: false, x, f, powers, squares: [true; 2], energy }
+        Self { device, edges, step_s, map: None, ahead: false, x, f, powers, energy }
     }
 
     /// How often a mode has changed.
@@ -173,8 +171,6 @@ impl<'a> Held<'a> {
         }
         (self.x, self.energy) = (device.state(edge), device.energy(edge));
         (self.f, self.powers) = (device.motion.f.hi, device.powers);
-        let of_speed_nm_s_per_rad = self.powers.viscous_nm_s_per_rad + self.powers.hand_nm_s_per_rad;
-        self.squares = [self.powers.resistance_ohm != 0.0, of_speed_nm_s_per_rad != 0.0];
         self.ahead = true;
         true
     }
@@ -198,7 +194,7 @@ impl<'a> Held<'a> {
         }
         let change = map.p.times(&w);
         self.x = plus(&x, &change);
-        let done = map.quadrature.wanted(&x, &w, self.squares);
+        let done = map.quadrature.integrals(&x, &w);
         self.energy.turned(&self.powers, self.step_s, change[ANGLE], &x, &self.x, &done);
         true
     }
