@@ -10,6 +10,9 @@ use crate::matrix::{State, dot};
 const TERMS: usize = 9;
 /// Terms in double-double: the others are below 1e-14 of the first.
 const WIDE: usize = 4;
+/// Over this share of an edge a course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of what an edge
+/// changes, and rounding its slope moves it by some 1e-30, as much as the terms in `f64` do.
+const STRAIGHT: f64 = 1e-14;
 
 /// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
 pub(crate) struct Course<'a> {
@@ -54,10 +57,16 @@ impl<'a> Course<'a> {
         self.motion.x.plus(&change)
     }
 
-    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it: Newton's steps
-    /// within a shrinking bracket, then on the double-double course.
+    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it, and the state
+    /// there: Newton's steps within a shrinking bracket, then on the double-double course.
     #[inline(always)]
-    pub(crate) fn crossing_s<P: Product>(&self, guard: &Guard, limit: Double, before: Double, guess_s: f64) -> Double {
+    pub(crate) fn crossing<P: Product>(
+        &self,
+        guard: &Guard,
+        limit: Double,
+        before: Double,
+        guess_s: f64,
+    ) -> (Double, Doubles) {
         let edge_s = self.motion.system.edge_s;
         let row = guard.row();
         let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
@@ -91,19 +100,25 @@ impl<'a> Course<'a> {
         }
         // Each step doubles the digits that are right; a limit only grazed has none to gain.
         let mut exact = Double::from(t);
+        let mut x = self.at::<P>(exact);
         for _ in 0..3 {
-            let x = self.at::<P>(exact);
-            let step = (guard.exact_value::<P>(&x) - limit).hi / dot(row, &self.motion.slope(&x.hi));
+            let slope = self.motion.slope(&x.hi);
+            let step = (guard.exact_value::<P>(&x) - limit).hi / dot(row, &slope);
             let next = exact - step.into();
             if step.is_nan() || next.sign() < 0.0 || next.hi >= edge_s {
                 break;
             }
             exact = next;
+            if self.short && step.abs() <= STRAIGHT * edge_s {
+                x = x.plus(&slope.map(|slope| -step * slope).into());
+                break;
+            }
+            x = self.at::<P>(exact);
             if step.abs() <= 1e-10 * edge_s {
                 break;
             }
         }
-        exact
+        (exact, x)
     }
 
     /// The integrals over `tau_s`, at whose end the state is `end`.
@@ -111,7 +126,9 @@ impl<'a> Course<'a> {
     pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
         let (x, w) = (&self.motion.x.hi, &self.motion.w.hi);
         if !self.short {
-            return Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).integrals(x, w);
+            let mut done = Integrals::default();
+            Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).add(x, w, &mut done);
+            return done;
         }
         // The trapezoid with its ends' slopes: error of order (rate τ)^4.
         let after = self.motion.slope(end);

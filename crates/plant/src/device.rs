@@ -328,10 +328,17 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
         let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
-        let check = |index: usize| {
-            self.checks[index].as_ref().is_none_or(|check| stays(check.guard, &check.limits, self.noise[index + 1]))
-        };
-        (self.shaft == Shaft::Stuck || stays(&self.mode.angle, encoder, self.noise[0])) && check(0) && check(1)
+        if self.shaft != Shaft::Stuck && !stays(&self.mode.angle, encoder, self.noise[0]) {
+            return false;
+        }
+        for (check, &noise) in self.checks.iter().zip(&self.noise[1..]) {
+            if let Some(check) = check
+                && !stays(check.guard, &check.limits, noise)
+            {
+                return false;
+            }
+        }
+        true
     }
 
     /// The first event from a point to the edge `last`, both counted from the anchor.

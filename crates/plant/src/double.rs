@@ -65,6 +65,7 @@ pub(crate) fn has_fused() -> bool {
 }
 
 /// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at hand.
+/// Each is a call of its own: where results go to memory four in a row, the compiler computes them so.
 macro_rules! versions {
     ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
         $(#[$meta])*
@@ -80,6 +81,7 @@ macro_rules! versions {
 
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,fma")]
+        #[inline(never)]
         fn $fused($($arg: $ty),*) $(-> $out)? {
             Self::$inner::<crate::double::Fused>($($arg),*)
         }

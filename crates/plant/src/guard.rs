@@ -121,7 +121,7 @@ impl Point {
     #[inline(always)]
     #[must_use]
     pub fn of(motion: &Trajectory, edge: u64) -> Self {
-        let (x, w) = motion.at_with_slope(edge);
+        let (x, w) = if edge == 0 { (motion.x.hi, motion.w.hi) } else { motion.at_with_slope(edge) };
         Self { edge, x, w }
     }
 }

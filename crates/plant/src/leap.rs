@@ -1,6 +1,7 @@
 //! Leaps of a linear system: how the state changes over a stretch of time, and the integrals on the way.
 
-use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, plus, product, transposed};
+use crate::double::{Product, versions};
+use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, product, transposed};
 
 /// Integrals over a leap, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -9,15 +10,6 @@ pub struct Integrals {
     pub states: State,
     /// `∫ i² dt` and `∫ ω² dt`; the other two lanes only keep these company.
     pub squares: State,
-}
-
-impl Integrals {
-    /// Adds those of the next leap.
-    #[inline(always)]
-    pub fn add(&mut self, next: &Self) {
-        self.states = plus(&self.states, &next.states);
-        self.squares = plus(&self.squares, &next.squares);
-    }
 }
 
 /// What a leap of a fixed length does: the matrix that carries `w` to the change of state, and its quadratures.
@@ -135,20 +127,24 @@ impl Quadrature {
         Self { length_s: leap.length_s, s: Columns::of(&leap.s), forms }
     }
 
-    /// The integrals over the leap from state `x` with slope `w`.
+    versions! {
+        /// Adds the integrals over the leap from state `x` with slope `w`.
+        pub(crate) fn add[add_fused, add_with](self: &Self, x: &State, w: &State, total: &mut Integrals)
+    }
+
     #[inline(always)]
-    pub(crate) fn integrals(&self, x: &State, w: &State) -> Integrals {
+    fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
         let (t, g) = (self.length_s, &self.forms);
         let path = self.s.times(w);
-        let form = |k: usize| {
+        let form: State = std::array::from_fn(|k| {
             let first = (g[0][k] * w[0] + g[1][k] * w[1]) + (g[2][k] * w[2] + g[3][k] * w[3]);
             let second = (g[4][k] * w[1] + g[5][k] * w[2]) + g[6][k] * w[3];
             let third = g[7][k] * w[2] + g[8][k] * w[3];
             (first * w[0] + second * w[1]) + (third * w[2] + g[9][k] * w[3] * w[3])
-        };
-        Integrals {
-            states: std::array::from_fn(|k| x[k] * t + path[k]),
-            squares: std::array::from_fn(|k| x[k] * (x[k] * t + (path[k] + path[k])) + form(k)),
+        });
+        for k in 0..4 {
+            total.states[k] += x[k] * t + path[k];
+            total.squares[k] += x[k] * (x[k] * t + (path[k] + path[k])) + form[k];
         }
     }
 }

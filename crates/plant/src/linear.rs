@@ -351,9 +351,13 @@ impl<'a> Trajectory<'a> {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
     }
 
-    /// State and slope after `edges` edges, as [`at`](Self::at).
+    versions! {
+        /// State and slope after `edges` edges, as [`at`](Self::at).
+        pub(crate) fn at_with_slope[slope_fused, slope_with](self: &Self, edges: u64) -> (State, State)
+    }
+
     #[inline(always)]
-    pub(crate) fn at_with_slope(&self, edges: u64) -> (State, State) {
+    fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
         let (x, w) = self.prefix(edges >> BITS);
         let digit = (edges & MASK) as usize;
         if digit == 0 {
@@ -384,12 +388,33 @@ impl<'a> Trajectory<'a> {
         self.leap::<P, true>(edges)
     }
 
+    /// As [`integrals`](Self::integrals), and the state an edge later.
+    #[inline(always)]
+    pub(crate) fn integrals_and_next<P: Product>(&self, edges: u64) -> (Integrals, Doubles, Doubles) {
+        let (total, now, (x, w)) = self.leap_from_block::<P, true>(edges);
+        let digit = edges & MASK;
+        let next = if (1..MASK).contains(&digit) {
+            self.system.level(0).digits[digit as usize + 1].p.times::<P>(&w, &x)
+        } else {
+            self.flow::<P>(edges + 1)
+        };
+        (total, now, next)
+    }
+
     #[inline(always)]
     fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles) {
+        let (total, x, _) = self.leap_from_block::<P, AUDIT>(edges);
+        (total, x)
+    }
+
+    /// The integrals, the state, and the state and slope before the last digit, if that is not zero.
+    #[inline(always)]
+    fn leap_from_block<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles, (Doubles, Doubles)) {
         let (mut x, mut w) = (self.x, self.w);
+        let mut block = (x, w);
         let mut total = Integrals::default();
         if edges == 0 {
-            return (total, x);
+            return (total, x, block);
         }
         let mut level = edges.ilog2() / BITS + 1;
         let mut rest = edges;
@@ -399,7 +424,10 @@ impl<'a> Trajectory<'a> {
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
                 if AUDIT {
-                    total.add(&self.system.quadratures(level)[digit].integrals(&x.hi, &w.hi));
+                    self.system.quadratures(level)[digit].add(&x.hi, &w.hi, &mut total);
+                }
+                if level == 0 {
+                    block = (x, w);
                 }
                 let Digit { p, turn } = &self.system.level(level).digits[digit];
                 x = p.times::<P>(&w, &x);
@@ -408,6 +436,6 @@ impl<'a> Trajectory<'a> {
                 }
             }
         }
-        (total, x)
+        (total, x, block)
     }
 }

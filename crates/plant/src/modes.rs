@@ -47,11 +47,11 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn change_with<P: Product>(&mut self, edge: u64) {
-        let at_edge = self.motion.flow::<P>(edge - self.anchor);
-        let x = self.account::<P>(edge - 1);
-        let edge_s = self.motion.system().edge_s();
+        let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
+        let (done, x, at_edge) = self.motion.integrals_and_next::<P>(edges);
+        self.tally(edges as f64 * edge_s, &from, &x, &done);
         let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
-        let mut first: Option<(Double, Cause, Side)> = None;
+        let mut first: Option<(Double, Doubles, Cause, Side)> = None;
         for check in self.checks.into_iter().flatten() {
             let side = check.side::<P>(&at_edge);
             let limit = match side {
@@ -60,19 +60,19 @@ impl<'a> Device<'a> {
                 Side::Above => check.limits.high,
             };
             let (before, after) = (check.value::<P>(&x) - limit, check.value::<P>(&at_edge) - limit);
-            let tau_s = if before.sign() == 0.0 || before.sign() == after.sign() {
+            let (tau_s, there) = if before.sign() == 0.0 || before.sign() == after.sign() {
                 // Already there at the start, or only just there at the end.
-                if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }
+                let tau_s = if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() };
+                (tau_s, course.at::<P>(tau_s))
             } else {
                 let guess_s = edge_s * before.hi / (before.hi - after.hi);
-                course.crossing_s::<P>(check.guard, limit, before, guess_s)
+                course.crossing::<P>(check.guard, limit, before, guess_s)
             };
             if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
-                first = Some((tau_s, check.cause, side));
+                first = Some((tau_s, there, check.cause, side));
             }
         }
-        let (tau_s, cause, side) = first.expect("a mode ended");
-        let mut there = course.at::<P>(tau_s);
+        let (tau_s, mut there, cause, side) = first.expect("a mode ended");
         self.tally(tau_s.hi, &x, &there, &course.integrals(tau_s.hi, &there.hi));
         self.turn(cause, side, &mut there);
         self.enter_with::<P>(edge - 1, there);
@@ -81,7 +81,12 @@ impl<'a> Device<'a> {
         let course = Course::new::<P>(self.motion);
         let mut x = course.at::<P>(rest_s);
         self.tally(rest_s.hi, &there, &x, &course.integrals(rest_s.hi, &x.hi));
-        self.enter_with::<P>(edge, x);
+        if self.axis.is_resistive() {
+            self.redrive::<P>(edge, x);
+        } else {
+            let f = self.motion.f;
+            self.anchor_at::<P>(edge, x, f);
+        }
         for _ in 0..self.checks.len() {
             let ended =
                 |check: &Check| (check.side::<P>(&x) != Side::Inside).then(|| (check.cause, check.side::<P>(&x)));
@@ -257,11 +262,17 @@ impl<'a> Device<'a> {
             f.set(CURRENT, -(f.lane(SPEED) * axis.ohmic_a_s_per_rad(switches)));
             x.set(CURRENT, axis.exact_ohmic_a(supply_share, switches, x.lane(SPEED)));
         }
+        self.anchor_at::<P>(edge, x, f);
+        self.checks = self.checks_now();
+    }
+
+    /// Goes on in the same mode, from `edge` in state `x`.
+    #[inline(always)]
+    fn anchor_at<P: Product>(&mut self, edge: u64, x: Doubles, f: Doubles) {
         self.anchor = edge;
         self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
         self.prefix.0 = u64::MAX;
         self.heard = 0;
-        self.checks = self.checks_now();
     }
 
     #[inline(always)]
