@@ -8,7 +8,7 @@ use crate::axis::Shaft;
 use crate::double::{Double, Native, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::guard::dyadic;
-use crate::leap::{Leap, Quadrature};
+use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Linear;
 use crate::matrix::{ANGLE, CURRENT, Columns, SPEED, State, dot, plus, sizes};
 use crate::{Bridge, Circuit, Device, Drive};
@@ -194,7 +194,8 @@ impl<'a> Held<'a> {
         }
         let change = map.p.times(&w);
         self.x = plus(&x, &change);
-        let done = map.quadrature.integrals(&x, &w);
+        let mut done = Integrals::default();
+        map.quadrature.add_with::<P>(&x, &w, &mut done);
         self.energy.turned(&self.powers, self.step_s, change[ANGLE], &x, &self.x, &done);
         true
     }

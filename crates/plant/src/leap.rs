@@ -133,7 +133,7 @@ impl Quadrature {
     }
 
     #[inline(always)]
-    fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
+    pub(crate) fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
         let (t, g) = (self.length_s, &self.forms);
         let path = self.s.times(w);
         let form: State = std::array::from_fn(|k| {
