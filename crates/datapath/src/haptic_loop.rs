@@ -29,6 +29,9 @@ pub struct HapticLoop<const HELD: bool> {
     standing: u64,
 }
 
+/// The gates of the bridge, which come first among the registers.
+const GATES: usize = 4;
+
 /// Whether a net's value was rounded, and whether it overflowed.
 type Lost = (bool, bool);
 
@@ -179,8 +182,9 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let pwm::Out { a_high, a_low, b_high, b_low } = gates;
         let registers = [a_high, a_low, b_high, b_low, a, b, step, error, position];
         let moved = held != self.words[net.held] || velocity != before;
-        let standing = &self.words[net.gates..=net.position];
-        let changed = registers.iter().zip(standing).fold(0, |bits, (next, now)| bits | (next ^ now));
+        let changed = |from: usize, to: usize| {
+            (from..to).fold(0, |bits, k| bits | (registers[k] ^ self.words[net.gates + k])) != 0
+        };
         if fresh || moved {
             self.words[net.gates..=net.position].copy_from_slice(&registers);
             if moved {
@@ -189,9 +193,12 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
                 self.let_settle(&input);
             }
             self.meter.range(&self.words);
-        } else if changed != 0 {
+        } else if changed(GATES, registers.len()) {
             self.words[net.gates..=net.position].copy_from_slice(&registers);
             self.meter.range_from(net.gates, &registers);
+        } else if changed(0, GATES) {
+            self.words[net.gates..net.gates + GATES].copy_from_slice(&registers[..GATES]);
+            self.meter.range_from(net.gates, &registers[..GATES]);
         }
         self.standing += 1;
         LoopOut { a_high, a_low, b_high, b_low }
