@@ -14,7 +14,7 @@ use crate::units::si;
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
-/// The scene says which outputs it is about ([accuracy] outputs). The cheapest model is tried first, and more is modelled until
+/// The scene says which outputs it is about (accuracy.outputs). The cheapest model is tried first, and more is modelled until
 /// every output is within half of the tolerance of the scene as it is written, and within the tolerance, with the same verdict, when the
 /// wall is a little softer, stiffer, nearer and farther. A scene with model = "auto" is run so.
 #[derive(clap::Args)]
