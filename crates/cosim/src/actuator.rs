@@ -7,7 +7,7 @@ use hpu_plant::Shaper;
 pub(crate) enum Actuator {
     /// The bridge, every switching of it.
     Switching,
-    /// The bridge's mean voltage over each period of the modulator.
+    /// The bridge's mean voltage.
     Averaged {
         /// PWM counts of full scale.
         full_scale: f64,
@@ -68,9 +68,9 @@ impl Shaping {
 
 /// When the duty of an averaged bridge changes.
 ///
-/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends: so the mean voltage
-/// is as late as the pulses are when it changes half a period before that, and no sooner than the command. (A duty given
-/// within that half period comes late, by a quarter of a period at most on average: what averaging costs.)
+/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. A mean over a period
+/// stands for its middle, so it changes half a period before that end, but no sooner than the command: a duty given after
+/// that comes late, which the switching bridge's does not.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Latch {
     period: u64,
