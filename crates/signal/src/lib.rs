@@ -6,9 +6,11 @@
 mod clock;
 mod format;
 mod narrow;
+mod notation;
 mod ports;
 
 pub use clock::{Clock, ClockError, Cycle};
 pub use format::{Format, FormatError};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
+pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
