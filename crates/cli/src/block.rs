@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::io::{self, Read};
 use std::path::Path;
 
+use clap::ValueEnum;
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::literal;
-use hpu_signal::Signal;
+use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
 use crate::block_csv::Table;
@@ -25,9 +26,36 @@ pub struct Args {
     /// Tick the block after one edge of reset: a CSV whose header names the inputs, one row an edge; - is stdin
     #[arg(long, value_name = "FILE", requires = "name")]
     inputs: Option<String>,
+    /// How formats are written
+    #[arg(long, value_enum, default_value = "triple", requires = "name")]
+    notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// How formats are written.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Written {
+    /// (S,I,F): sign bit, integer bits, fraction bits
+    Triple,
+    /// VHDL's sfixed(I downto -F)
+    Vhdl,
+    /// C++'s ap_fixed<W,I>
+    Cpp,
+    /// Q notation, with the width, as TI writes it and as ARM does
+    Q,
+}
+
+impl Written {
+    fn notation(self) -> Notation {
+        match self {
+            Self::Triple => Notation::Triple,
+            Self::Vhdl => Notation::Vhdl,
+            Self::Cpp => Notation::Cpp,
+            Self::Q => Notation::Q,
+        }
+    }
 }
 
 /// `hpu block`.
@@ -39,7 +67,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.inputs {
         Some(file) => tick(&mut *block, file, args.json)?,
         None if args.json => print_json(&description(&*block))?,
-        None => print(&table(&*block))?,
+        None => print(&table(&*block, args.notation.notation()))?,
     }
     Ok(Exit::Fine)
 }
@@ -82,14 +110,15 @@ fn list(as_json: bool) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn table(block: &dyn AnyBlock) -> String {
+fn table(block: &dyn AnyBlock, notation: Notation) -> String {
     let kind = if block.clocked() { "clocked" } else { "combinational" };
     let mut text = format!("{}, {kind}\n", block.name());
     let ports = directed(block);
     let width = ports.iter().map(|(_, port)| port.unit.len()).max().unwrap_or(0);
-    for (direction, Signal { name, format, unit, doc }) in ports {
-        let format = format.to_string();
-        writeln!(text, "{direction:<4} {name:<12} {format:<10} {unit:<width$}  {doc}").expect("a string grows");
+    let formats: Vec<_> = ports.iter().map(|(_, port)| notation.of(port.format)).collect();
+    let wide = formats.iter().map(String::len).max().unwrap_or(0).max(10);
+    for ((direction, Signal { name, unit, doc, .. }), format) in ports.into_iter().zip(formats) {
+        writeln!(text, "{direction:<4} {name:<12} {format:<wide$} {unit:<width$}  {doc}").expect("a string grows");
     }
     for (name, value) in block.generics() {
         writeln!(text, "{:<4} {name:<15} {}", "gen", literal(value)).expect("a string grows");
@@ -104,7 +133,19 @@ fn directed(block: &dyn AnyBlock) -> Vec<(&'static str, Signal)> {
 
 fn description(block: &dyn AnyBlock) -> Value {
     let ports = directed(block).into_iter().map(|(direction, Signal { name, format, unit, doc })| {
-        json!({ "name": name, "direction": direction, "format": triple(format), "unit": unit, "doc": doc })
+        let notations = json!({
+            "vhdl": Notation::Vhdl.of(format),
+            "cpp": Notation::Cpp.of(format),
+            "q": Notation::Q.of(format),
+        });
+        json!({
+            "name": name,
+            "direction": direction,
+            "format": triple(format),
+            "notations": notations,
+            "unit": unit,
+            "doc": doc,
+        })
     });
     let generics: serde_json::Map<_, _> = block
         .generics()

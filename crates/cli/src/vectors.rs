@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Ready, Rig};
 use hpu_datapath::{AnyBlock, registry, variants};
-use hpu_rtl::{Vectors, scene_vectors, stimuli, write_committed};
+use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
 use crate::block::known;
 use crate::exit::{Exit, Failure};
@@ -36,16 +37,19 @@ pub struct Args {
     scene: Option<String>,
     #[command(flatten)]
     set: scene::Set,
+    /// Only the lookup table of this name, with --set-kind table
+    #[arg(long, value_name = "NAME")]
+    table: Option<String>,
     /// Form of the files
     #[arg(long, value_enum, default_value = "txt")]
     format: Form,
-    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .mem)
+    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif)
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refresh the committed vectors, packages and testbenches in the project of this folder
     #[arg(long, conflicts_with_all = ["blocks", "out", "verify"])]
     update: bool,
-    /// Hold vector files against the emulator, which must answer every row as the file says
+    /// Hold vector files (txt or json) against the emulator, which must answer every row as the file says
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["blocks", "out"])]
     verify: Vec<PathBuf>,
 }
@@ -59,21 +63,76 @@ enum SetKind {
     Random,
     /// What a loop, and each block in it, saw in a scene
     Scene,
+    /// The lookup tables inside the blocks, a row an address
+    Table,
 }
 
-/// Form of a file.
+/// Form of a file. In memories a row is a word, its first column in the upper bits; of a table the words alone.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Form {
     /// Hex words under a line that names block, ports, formats and generics
     Txt,
     /// Decimal numbers under a line of names
     Csv,
-    /// Verilog's $readmemh
+    /// Decimal numbers alone, as VUnit's load_csv reads them; words of up to 32 bits
+    Vunit,
+    /// Names, formats, units, generics, seed, rows; SHA-256 of all lines but its own: grep -v '"sha256"' FILE | sha256sum
+    Json,
+    /// Memory: Verilog's $readmemh
     Readmemh,
+    /// Memory: Xilinx's coefficients, in hex
+    Coe,
+    /// Memory: Intel's (Altera's) MIF, with addresses
+    MifIntel,
+    /// Memory: Xilinx's MIF, a binary word a line
+    MifXilinx,
 }
 
-/// A set and its name, as in `displacement/8_bit-random`.
-type Named = (String, Vectors);
+impl Form {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Txt => "txt",
+            Self::Csv | Self::Vunit => "csv",
+            Self::Json => "json",
+            Self::Readmemh => "mem",
+            Self::Coe => "coe",
+            Self::MifIntel | Self::MifXilinx => "mif",
+        }
+    }
+}
+
+/// A set, its name, as in `displacement/8_bit-random`, and where it comes from.
+struct Named {
+    name: String,
+    origin: Origin,
+    vectors: Vectors,
+}
+
+impl Named {
+    /// The set in this form.
+    fn text(&self, form: Form) -> Result<String, Failure> {
+        match form {
+            Form::Txt => Ok(self.vectors.to_text()),
+            Form::Csv => Ok(self.vectors.to_csv()),
+            Form::Vunit => self.vectors.to_vunit().map_err(|error| Failure::usage(format!("{}: {error}", self.name))),
+            Form::Json => Ok(self.vectors.to_json(&self.origin)),
+            Form::Readmemh => self.memory().map(|memory| memory.to_readmemh()),
+            Form::Coe => self.memory().map(|memory| memory.to_coe()),
+            Form::MifIntel => self.memory().map(|memory| memory.to_mif_intel()),
+            Form::MifXilinx => self.memory().map(|memory| memory.to_mif_xilinx()),
+        }
+    }
+
+    fn memory(&self) -> Result<Memory, Failure> {
+        if self.vectors.rows.is_empty() {
+            return Err(Failure::usage(format!("{} has no rows; a memory has a word at least", self.name)));
+        }
+        match self.origin.source {
+            Source::Table => Ok(self.vectors.outputs_memory()),
+            _ => Ok(self.vectors.memory()),
+        }
+    }
+}
 
 /// `hpu vectors`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
@@ -89,33 +148,23 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         _ => of_blocks(args)?,
     };
     let Some(dir) = &args.out else {
-        let [(_, vectors)] = &sets[..] else {
-            return Err(Failure::usage(format!("{} sets; name one block, or a folder with -o", sets.len())));
+        let [set] = &sets[..] else {
+            let names: Vec<_> = sets.iter().take(8).map(|set| set.name.as_str()).collect();
+            let more = if sets.len() > names.len() { ", ..." } else { "" };
+            let (count, names) = (sets.len(), names.join(", "));
+            return Err(Failure::usage(format!("{count} sets ({names}{more}); name one, or a folder with -o")));
         };
-        print(&text(vectors, args.format))?;
+        print(&set.text(args.format)?)?;
         return Ok(Exit::Fine);
     };
-    let extension = match args.format {
-        Form::Txt => "txt",
-        Form::Csv => "csv",
-        Form::Readmemh => "mem",
-    };
     let mut folder = Folder::open(dir)?;
-    for (name, vectors) in &sets {
-        folder.write(&format!("{name}.{extension}"), text(vectors, args.format))?;
+    for set in &sets {
+        folder.write(&format!("{}.{}", set.name, args.format.extension()), set.text(args.format)?)?;
     }
     let files: String = folder.places().map(|place| format!("{}\n", place.display())).collect();
     folder.commit()?;
     print(&files)?;
     Ok(Exit::Fine)
-}
-
-fn text(vectors: &Vectors, form: Form) -> String {
-    match form {
-        Form::Txt => vectors.to_text(),
-        Form::Csv => vectors.to_csv(),
-        Form::Readmemh => vectors.to_readmemh(),
-    }
 }
 
 fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
@@ -128,19 +177,51 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
     if found.is_empty() {
         return Err(Failure::usage(format!("no such variant `{}`; see hpu block NAME", variant.unwrap_or_default())));
     }
+    if args.set_kind == SetKind::Table {
+        return tables(args, &found);
+    }
+    if args.table.is_some() {
+        return Err(Failure::usage("--table picks one of the tables that --set-kind table writes"));
+    }
     let record = |(label, mut block): (String, Box<dyn AnyBlock>)| {
-        let (set, stimuli) = match args.set_kind {
-            SetKind::Random => ("random", stimuli::random(&*block, args.seed, args.count.unwrap_or(1000))),
+        let (set, source, stimuli) = match args.set_kind {
+            SetKind::Random => {
+                let stimuli = stimuli::random(&*block, args.seed, args.count.unwrap_or(1000));
+                ("random", Source::Random { seed: args.seed }, stimuli)
+            }
             _ => {
                 let mut rows = stimuli::directed(&*block);
                 rows.truncate(args.count.unwrap_or(usize::MAX));
-                ("directed", rows)
+                ("directed", Source::Directed, rows)
             }
         };
         block.reset();
-        (format!("{}/{label}-{set}", block.name()), Vectors::record(&mut *block, stimuli))
+        let name = format!("{}/{label}-{set}", block.name());
+        Named { name, origin: Origin { variant: Some(label), source }, vectors: Vectors::record(&mut *block, stimuli) }
     };
     Ok(found.into_iter().map(record).collect())
+}
+
+/// The lookup tables of these blocks.
+fn tables(args: &Args, blocks: &[(String, Box<dyn AnyBlock>)]) -> Result<Vec<Named>, Failure> {
+    let mut sets = Vec::new();
+    for (label, block) in blocks {
+        for rom in block.roms().iter().filter(|rom| args.table.as_ref().is_none_or(|table| table == rom.name)) {
+            let origin = Origin { variant: Some(label.clone()), source: Source::Table };
+            let name = format!("{}/{label}-{}", block.name(), rom.name);
+            sets.push(Named { name, origin, vectors: Vectors::of_rom(&**block, rom) });
+        }
+    }
+    if sets.is_empty() {
+        let with: Vec<_> = registry().iter().flat_map(|block| tables_of(&**block)).collect();
+        return Err(Failure::usage(format!("no such lookup table; there are {}", with.join(", "))));
+    }
+    Ok(sets)
+}
+
+/// The names of a block's tables, as in `trig_table sines`.
+fn tables_of(block: &dyn AnyBlock) -> Vec<String> {
+    block.roms().iter().map(|rom| format!("{} {}", block.name(), rom.name)).collect()
 }
 
 fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
@@ -152,10 +233,20 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let wanted = |name: &str| {
         if of_loop { name == wiring } else { args.blocks.is_empty() || args.blocks.iter().any(|block| block == name) }
     };
+    let seed = match &loaded.scene {
+        Experiment::Axis(scene) => scene.run.seed,
+        Experiment::Phantom(scene) => scene.run.seed,
+    };
+    let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let source = Source::Scene { scene: scene.to_string(), settings, seed };
     let sets: Vec<_> = scene_vectors(&session, args.count.map_or(10_000, |count| count as u64))
         .into_iter()
         .filter(|(_, vectors)| wanted(vectors.header.block))
-        .map(|(label, vectors)| (format!("{}/{scene}-{label}", vectors.header.block), vectors))
+        .map(|(label, vectors)| Named {
+            name: format!("{}/{scene}-{label}", vectors.header.block),
+            origin: Origin { variant: None, source: source.clone() },
+            vectors,
+        })
         .collect();
     if sets.is_empty() {
         return Err(Failure::usage(format!("the {wiring} of {scene} has no {}", args.blocks.join(", no "))));

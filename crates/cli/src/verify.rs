@@ -3,20 +3,27 @@
 use std::fs;
 use std::path::Path;
 
-use hpu_datapath::{AnyBlock, block_by_name, variants};
+use hpu_datapath::{AnyBlock, variants};
 use hpu_rtl::{Header, Stimulus, Vectors};
 
 use crate::exit::{Exit, Failure};
 use crate::terminal::{print, verdict};
 
-/// Reads each file and plays it to the block that its first line names.
+/// What answers a file.
+enum Model {
+    /// A block, row by row.
+    Block(Box<dyn AnyBlock>),
+    /// A lookup table.
+    Table(Vectors),
+}
+
+/// Reads each file and plays it to the block that it names.
 pub fn verify(files: &[std::path::PathBuf]) -> Result<Exit, Failure> {
     let mut all_equal = true;
     for file in files {
         let text = fs::read_to_string(file).map_err(|error| Failure::at(file, error))?;
-        let mut block = block_of(file, &text)?;
-        let vectors = Vectors::parse(&text, Header::of(&*block)).map_err(|error| Failure::at(file, error))?;
-        let said = match difference(&vectors, &mut *block) {
+        let (vectors, model) = read(file, &text)?;
+        let said = match difference(&vectors, model) {
             None => format!("{} rows agree", vectors.rows.len()),
             Some(difference) => {
                 all_equal = false;
@@ -28,32 +35,57 @@ pub fn verify(files: &[std::path::PathBuf]) -> Result<Exit, Failure> {
     Ok(Exit::when(all_equal))
 }
 
-/// The block in the configuration that line 1 tells; in its default one when there is no such configuration, for the
-/// reader to say what the line should be.
-fn block_of(file: &Path, text: &str) -> Result<Box<dyn AnyBlock>, Failure> {
-    let line = text.lines().next().unwrap_or("");
-    let name = line.split(' ').nth(1).unwrap_or("");
-    let exact = variants().into_iter().find(|(_, block)| Header::of(&**block).to_string() == line);
-    exact.map(|(_, block)| block).or_else(|| block_by_name(name)).ok_or_else(|| {
-        Failure::at(file, format!("line 1: no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`"))
+/// Every configuration of every block, and every table in it.
+fn models() -> impl Iterator<Item = (Header, Model)> {
+    variants().into_iter().flat_map(|(_, block)| {
+        let tables = block.roms().iter().map(|rom| Vectors::of_rom(&*block, rom)).collect::<Vec<_>>();
+        let tables = tables.into_iter().map(|table| (table.header.clone(), Model::Table(table)));
+        [(Header::of(&*block), Model::Block(block))].into_iter().chain(tables)
     })
 }
 
-/// The first word that the block answers otherwise.
-fn difference(vectors: &Vectors, block: &mut dyn AnyBlock) -> Option<String> {
-    let Header { clocked, inputs, outputs, .. } = &vectors.header;
+/// The vectors, and what should answer so.
+fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
+    if text.starts_with('{') {
+        let headers = models().map(|(header, _)| header);
+        let vectors = Vectors::from_json(text, headers).map_err(|error| Failure::at(file, error))?;
+        let model = models().find(|(header, _)| *header == vectors.header);
+        return Ok((vectors, model.expect("it was found by its header").1));
+    }
+    // The configuration that line 1 tells; the block's first when there is no such one, for the reader to say what the line
+    // should be.
+    let line = text.lines().next().unwrap_or("");
+    let name = line.split(' ').nth(1).unwrap_or("");
+    let exact = models().find(|(header, _)| header.to_string() == line);
+    let (header, model) = exact.or_else(|| models().find(|(header, _)| header.block == name)).ok_or_else(|| {
+        Failure::at(file, format!("line 1: no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`"))
+    })?;
+    Ok((Vectors::parse(text, header).map_err(|error| Failure::at(file, error))?, model))
+}
+
+/// The first word that is answered otherwise.
+fn difference(vectors: &Vectors, model: Model) -> Option<String> {
+    let Header { clocked, inputs, .. } = &vectors.header;
     let stimulus = |row: &Vec<i64>| Stimulus {
         rst: *clocked && row[0] == 1,
         words: row[usize::from(*clocked)..inputs.len()].to_vec(),
     };
-    block.reset();
-    let again = Vectors::record(block, vectors.rows.iter().map(stimulus));
+    let again = match model {
+        Model::Table(table) => table,
+        Model::Block(mut block) => {
+            block.reset();
+            Vectors::record(&mut *block, vectors.rows.iter().map(stimulus))
+        }
+    };
+    if vectors.rows.len() != again.rows.len() {
+        return Some(format!("{} rows in the file, {} in the table", vectors.rows.len(), again.rows.len()));
+    }
     let rows = vectors.rows.iter().zip(&again.rows).zip(1..);
     let mut words = rows.flat_map(|((told, answered), row)| {
-        let pairs = told[inputs.len()..].iter().zip(&answered[inputs.len()..]);
-        pairs.zip(outputs).map(move |((&told, &answered), output)| (row, output, told, answered))
+        let pairs = told.iter().zip(answered).zip(vectors.header.columns());
+        pairs.map(move |((&told, &answered), column)| (row, column, told, answered))
     });
-    let (row, output, told, answered) = words.find(|(_, _, told, answered)| told != answered)?;
-    let (told, answered) = (output.format.value(told), output.format.value(answered));
-    Some(format!("row {row}: {} is {told} in the file, {answered} in the emulator", output.name))
+    let (row, column, told, answered) = words.find(|(_, _, told, answered)| told != answered)?;
+    let (told, answered) = (column.format.value(told), column.format.value(answered));
+    Some(format!("row {row}: {} is {told} in the file, {answered} in the emulator", column.name))
 }

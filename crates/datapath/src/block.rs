@@ -1,6 +1,6 @@
 //! What every block offers, and the same with the types erased for tools that list, feed and print blocks.
 
-use hpu_signal::{Ports, Signal};
+use hpu_signal::{Format, Ports, Signal};
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -9,6 +9,17 @@ pub enum Generic {
     Integer(i64),
     /// `boolean`.
     Boolean(bool),
+}
+
+/// A lookup table inside a block, as the constant of its VHDL twin holds it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Rom {
+    /// Name of the constant, in small letters.
+    pub name: &'static str,
+    /// Format of its words.
+    pub format: Format,
+    /// The word at each address, from 0 on.
+    pub words: Vec<i64>,
 }
 
 /// A clocked or combinational block of the datapath.
@@ -31,6 +42,10 @@ pub trait Block {
     fn outputs(&self) -> Self::Out<Signal>;
     /// The VHDL generics of this configuration, by name, in the order of the entity.
     fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// The lookup tables inside the block itself; those of blocks inside a wiring are theirs.
+    fn roms(&self) -> Vec<Rom> {
+        Vec::new()
+    }
     /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
     fn reset(&mut self) -> Self::Out<i64>;
     /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
@@ -53,6 +68,8 @@ pub trait AnyBlock {
     fn outputs(&self) -> Vec<Signal>;
     /// See [`Block::generics`].
     fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// See [`Block::roms`].
+    fn roms(&self) -> Vec<Rom>;
     /// See [`Block::reset`].
     fn reset(&mut self) -> Vec<i64>;
     /// See [`Block::tick`].
@@ -95,6 +112,9 @@ impl<B: Block> AnyBlock for B {
     }
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         Block::generics(self)
+    }
+    fn roms(&self) -> Vec<Rom> {
+        Block::roms(self)
     }
     fn reset(&mut self) -> Vec<i64> {
         flatten(&Block::reset(self))

@@ -51,7 +51,7 @@ pub mod zero_order_hold;
 
 pub use axis_front::AxisFront;
 pub use biquad::{Biquad, BiquadConfig};
-pub use block::{AnyBlock, Block, Generic, bundle, flatten};
+pub use block::{AnyBlock, Block, Generic, Rom, bundle, flatten};
 pub use catalogue::{block_by_name, registry};
 pub use config::ConfigError;
 pub use conventional_loop::ConventionalLoop;

@@ -34,4 +34,4 @@ pub use reader::{Problem, VectorError, stimuli_from_csv};
 pub use report::{CheckReport, CheckRow, Mismatch};
 pub use scene::scene_vectors;
 pub use testbench::{VECTOR_READER, testbench};
-pub use vector::{Column, Header, Stimulus, Vectors, literal};
+pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal};

@@ -116,7 +116,7 @@ impl Vectors {
 
 /// A word in hex: exactly the column's digits, no bit beyond its width.
 fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
-    let Column { name, format } = *column;
+    let Column { name, format, .. } = *column;
     let plain = found.len() == digits(format) && found.bytes().all(|digit| digit.is_ascii_hexdigit());
     let bits = plain.then(|| u64::from_str_radix(found, 16).ok()).flatten();
     let bits = bits.filter(|&bits| format.bits(format.from_bits(bits)) == bits);
@@ -146,7 +146,7 @@ pub fn stimuli_from_csv(text: &str, header: &Header) -> Result<Vec<Stimulus>, Ve
         }
         let word = |(column, found): (&Column, &&str)| {
             let value = found.parse().ok().filter(|&value| column.format.holds(value));
-            let Column { name, format } = *column;
+            let Column { name, format, .. } = *column;
             value.map(|value| format.wrap(value)).ok_or(Problem::Word {
                 column: name,
                 format,

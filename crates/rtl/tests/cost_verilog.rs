@@ -20,7 +20,7 @@ fn bench(header: &Header, rows: usize) -> String {
     let (ins, outs) = (width(&header.inputs), width(&header.outputs));
     let mut connections = if header.clocked { ".clk(clk)".to_string() } else { String::new() };
     for (wire, columns, mut top) in [("stimulus", &header.inputs, ins), ("answer", &header.outputs, outs)] {
-        for Column { name, format } in columns {
+        for Column { name, format, .. } in columns {
             let gap = if connections.is_empty() { "" } else { ", " };
             let low = top - format.width();
             write!(connections, "{gap}.{name}({wire}[{}:{low}])", top - 1).expect("a string grows");
@@ -69,7 +69,7 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     let count = vectors.rows.len();
     std::fs::write(dir.join("block.v"), text).expect("written");
     std::fs::write(dir.join("bench.v"), bench(&vectors.header, count)).expect("written");
-    std::fs::write(dir.join("rows.hex"), vectors.to_readmemh()).expect("written");
+    std::fs::write(dir.join("rows.hex"), vectors.memory().to_readmemh()).expect("written");
     let script = format!(
         "read_verilog block.v; read_verilog bench.v; hierarchy -check -top bench; proc; flatten; opt; \
          sim -q -clock clk -n {} -vcd out.vcd bench",

@@ -42,7 +42,7 @@ fn readmemh_packs_a_row_into_one_number_first_column_on_top() {
 3fff
 1000
 ";
-    assert_eq!(counter().to_readmemh(), expected);
+    assert_eq!(counter().memory().to_readmemh(), expected);
 }
 
 #[test]

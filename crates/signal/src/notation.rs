@@ -36,16 +36,15 @@ impl Notation {
     #[must_use]
     pub fn of(self, format: Format) -> String {
         let (int, frac, width) = (format.int(), format.frac(), format.width());
+        let bits = if width == 1 { "1 bit".to_string() } else { format!("{width} bits") };
         match (self, format.is_signed()) {
             (Self::Triple, _) => format.to_string(),
             (Self::Vhdl, true) => format!("sfixed({int} downto {})", -frac),
             (Self::Vhdl, false) => format!("ufixed({} downto {})", int - 1, -frac),
             (Self::Cpp, true) => format!("ap_fixed<{width},{}>", int + 1),
             (Self::Cpp, false) => format!("ap_ufixed<{width},{int}>"),
-            (Self::Q, true) => {
-                format!("Q{int}.{frac} ({width} bits, TI) = Q{}.{frac} ({width} bits, ARM)", int + 1)
-            }
-            (Self::Q, false) => format!("UQ{int}.{frac} ({width} bits)"),
+            (Self::Q, true) => format!("Q{int}.{frac} ({bits}, TI) = Q{}.{frac} ({bits}, ARM)", int + 1),
+            (Self::Q, false) => format!("UQ{int}.{frac} ({bits})"),
         }
     }
 }

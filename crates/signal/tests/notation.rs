@@ -51,8 +51,9 @@ fn q_notation_names_the_width_and_both_readings_of_the_sign_bit() {
     for format in formats() {
         let text = Notation::Q.of(format);
         let width = format.width() as i32;
+        let bits = if width == 1 { "bit" } else { "bits" };
         let read = |part: &str, prefix: &str, suffix: &str| {
-            numbers(part, prefix, ".", &format!(" ({width} bits{suffix})")).expect("the form of Q notation")
+            numbers(part, prefix, ".", &format!(" ({width} {bits}{suffix})")).expect("the form of Q notation")
         };
         if let Some((ti, arm)) = text.split_once(" = ") {
             let ((ti_int, ti_frac), (arm_int, arm_frac)) = (read(ti, "Q", ", TI"), read(arm, "Q", ", ARM"));
@@ -77,5 +78,5 @@ fn words_whose_point_lies_outside_of_them_are_written_with_negative_numbers() {
     let below = "(1,-3,10); sfixed(-3 downto -10); ap_fixed<8,-2>; Q-3.10 (8 bits, TI) = Q-2.10 (8 bits, ARM)";
     assert_eq!(told("(1,-3,10)"), below);
     assert_eq!(told("(0,12,-4)"), "(0,12,-4); ufixed(11 downto 4); ap_ufixed<8,12>; UQ12.-4 (8 bits)");
-    assert_eq!(told("(0,1,0)"), "(0,1,0); ufixed(0 downto 0); ap_ufixed<1,1>; UQ1.0 (1 bits)");
+    assert_eq!(told("(0,1,0)"), "(0,1,0); ufixed(0 downto 0); ap_ufixed<1,1>; UQ1.0 (1 bit)");
 }

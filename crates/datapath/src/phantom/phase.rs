@@ -59,6 +59,11 @@ impl Phase {
         lower(Rounding::Truncate.shift(phase.into(), self.width - width), width)
     }
 
+    /// The format of a sine in the first quarter, from 0 to 1.
+    pub(crate) fn magnitude(&self) -> Format {
+        Format::new(false, 1, self.trig.frac()).expect("narrower than the sine")
+    }
+
     /// The VHDL generics from `PHASE_WIDTH` on.
     pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
         let mut all = vec![natural("PHASE_WIDTH", self.width), natural("STEP", self.step)];
@@ -106,5 +111,9 @@ impl Quarter {
     pub(crate) fn at(&self, step: i64) -> i64 {
         let index = usize::try_from(step).expect("a step of the first quarter");
         self.words[index].into()
+    }
+    /// The sines at the steps below 1, and the rise from each to the next: words of `(0,1,F)`.
+    pub(crate) fn words(&self) -> (Vec<i64>, Vec<i64>) {
+        self.words.windows(2).map(|pair| (i64::from(pair[0]), i64::from(pair[1] - pair[0]))).unzip()
     }
 }

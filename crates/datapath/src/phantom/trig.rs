@@ -2,7 +2,7 @@
 
 use hpu_signal::{Format, Signal};
 
-use crate::{Block, Generic};
+use crate::{Block, Generic, Rom};
 
 hpu_signal::ports! {
     /// Inputs of a source of sine and cosine.
@@ -24,6 +24,10 @@ pub trait Wave: Clone + PartialEq {
     fn word(&self) -> Format;
     /// See [`Block::generics`].
     fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// See [`Block::roms`].
+    fn roms(&self) -> Vec<Rom> {
+        Vec::new()
+    }
     /// Sine and cosine of a count, and whether they are known.
     fn at(&self, count: i64) -> TrigOut<i64>;
 }
@@ -72,6 +76,10 @@ impl<W: Wave> Block for Trig<W> {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.wave.generics()
+    }
+
+    fn roms(&self) -> Vec<Rom> {
+        self.wave.roms()
     }
 
     fn reset(&mut self) -> TrigOut<i64> {

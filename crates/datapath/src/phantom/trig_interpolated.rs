@@ -20,7 +20,7 @@ use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::natural;
 use crate::config::within;
-use crate::{ConfigError, Generic};
+use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
 pub type TrigInterpolated = Trig<Chords>;
@@ -91,6 +91,12 @@ impl Wave for Chords {
         ];
         all.extend(self.phase.generics());
         all
+    }
+
+    fn roms(&self) -> Vec<Rom> {
+        let (points, rises) = self.quarter.words();
+        let rom = |name, words| Rom { name, format: self.phase.magnitude(), words };
+        vec![rom("points", points), rom("rises", rises)]
     }
 
     #[inline]

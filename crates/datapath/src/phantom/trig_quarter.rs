@@ -16,7 +16,7 @@ use super::phase::{Phase, Quarter, lower};
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::natural;
 use crate::config::within;
-use crate::{ConfigError, Generic};
+use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
 pub type TrigQuarter = Trig<Nearest>;
@@ -80,6 +80,10 @@ impl Wave for Nearest {
         let mut all = vec![natural("COUNT_WIDTH", self.phase.count_width), natural("QUARTER_WIDTH", self.width)];
         all.extend(self.phase.generics());
         all
+    }
+
+    fn roms(&self) -> Vec<Rom> {
+        vec![Rom { name: "sines", format: self.phase.magnitude(), words: self.quarter.words().0 }]
     }
 
     #[inline]

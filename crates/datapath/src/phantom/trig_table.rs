@@ -18,7 +18,7 @@ use super::trig::{Trig, TrigOut, Wave};
 use super::words::{accept_trig, natural, parts};
 use super::{PhantomFormats, Turn};
 use crate::config::{NATURAL, within};
-use crate::{ConfigError, Generic};
+use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
 pub type TrigTable = Trig<Table>;
@@ -88,6 +88,15 @@ impl Wave for Table {
         ];
         all.extend(parts("TRIG_INT", "TRIG_FRAC", self.trig));
         all
+    }
+
+    /// In the order of the address: the counts from 0, then those below.
+    fn roms(&self) -> Vec<Rom> {
+        let (below, above) = self.words.split_at(self.words.len() / 2);
+        let words = above.iter().chain(below).map(|&(sine, cosine)| (i64::from(sine), i64::from(cosine)));
+        let (sines, cosines) = words.unzip();
+        let rom = |name, words| Rom { name, format: self.trig, words };
+        vec![rom("sines", sines), rom("cosines", cosines)]
     }
 
     #[inline]

@@ -11,10 +11,16 @@
 //! # end 2 rows
 //! ```
 
+mod json;
+mod memory;
+
 use std::fmt::{self, Write as _};
 
-use hpu_datapath::{AnyBlock, Generic};
+use hpu_datapath::{AnyBlock, Generic, Rom};
 use hpu_signal::{Format, Signal};
+
+pub use json::{JsonError, Origin, Source};
+pub use memory::Memory;
 
 /// One column of a vector file.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -23,6 +29,8 @@ pub struct Column {
     pub name: &'static str,
     /// Its word format.
     pub format: Format,
+    /// Unit of the value.
+    pub unit: &'static str,
 }
 
 /// What line 1 of a vector file says. [`Display`](fmt::Display) writes that line.
@@ -71,8 +79,8 @@ impl Header {
     /// The header of a block in its configuration.
     #[must_use]
     pub fn of(block: &dyn AnyBlock) -> Self {
-        let column = |signal: &Signal| Column { name: signal.name, format: signal.format };
-        let rst = block.clocked().then_some(Column { name: "rst", format: Format::BIT });
+        let column = |signal: &Signal| Column { name: signal.name, format: signal.format, unit: signal.unit };
+        let rst = block.clocked().then_some(Column { name: "rst", format: Format::BIT, unit: "1" });
         Self {
             block: block.name(),
             clocked: block.clocked(),
@@ -91,11 +99,11 @@ impl Header {
 impl fmt::Display for Header {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "# {} in", self.block)?;
-        for Column { name, format } in &self.inputs {
+        for Column { name, format, .. } in &self.inputs {
             write!(f, " {name}{format}")?;
         }
         write!(f, " out")?;
-        for Column { name, format } in &self.outputs {
+        for Column { name, format, .. } in &self.outputs {
             write!(f, " {name}{format}")?;
         }
         if !self.generics.is_empty() {
@@ -124,6 +132,20 @@ impl Vectors {
         };
         let rows = stimuli.into_iter().map(row).collect();
         Self { header, rows }
+    }
+
+    /// A lookup table of a block: a row an address.
+    #[must_use]
+    pub fn of_rom(block: &dyn AnyBlock, rom: &Rom) -> Self {
+        let bits = rom.words.len().max(2).next_power_of_two().ilog2();
+        let header = Header {
+            block: block.name(),
+            clocked: false,
+            inputs: vec![Column { name: "address", format: Format::unsigned(bits), unit: "1" }],
+            outputs: vec![Column { name: rom.name, format: rom.format, unit: "1" }],
+            generics: block.generics(),
+        };
+        Self { header, rows: (0..).zip(&rom.words).map(|(address, &word)| vec![address, word]).collect() }
     }
 
     /// The vector file.
@@ -167,31 +189,50 @@ impl Vectors {
         text
     }
 
-    /// Verilog's `$readmemh`: one hex number a row, all words side by side, the first column in the upper bits.
+    /// What VUnit's `load_csv` reads: decimal values and nothing else, for it takes no line of names. The columns are in the
+    /// order of the header; all become VHDL integers.
+    ///
+    /// # Errors
+    ///
+    /// [`TooWide`] when a column has words that are no VHDL integers of 32 bits.
+    pub fn to_vunit(&self) -> Result<String, TooWide> {
+        let integers = i128::from(i32::MIN)..=i128::from(i32::MAX);
+        let fits = |format: Format| integers.contains(&format.min()) && integers.contains(&format.max());
+        if let Some(Column { name, format, .. }) = self.header.columns().find(|column| !fits(column.format)) {
+            return Err(TooWide { column: name, format: *format });
+        }
+        let csv = self.to_csv();
+        Ok(csv.split_once('\n').map_or("", |(_, rows)| rows).to_string())
+    }
+
+    /// The rows as the words of a memory, all columns side by side, the first one in the upper bits.
     #[must_use]
-    pub fn to_readmemh(&self) -> String {
-        let mut text = format!("// {}\n//", &self.header.to_string()[2..]);
-        let mut top: u32 = self.header.columns().map(|column| column.format.width()).sum();
-        let total = top;
-        for column in self.header.columns() {
-            let low = top - column.format.width();
-            write!(text, " {}[{}:{low}]", column.name, top - 1).expect("a string grows");
-            top = low;
-        }
-        text.push('\n');
-        for row in &self.rows {
-            // Most significant bit first, padded on the left to whole digits.
-            let mut bits = vec![false; (total.next_multiple_of(4) - total) as usize];
-            for (column, &word) in self.header.columns().zip(row) {
-                let word = column.format.bits(word);
-                bits.extend((0..column.format.width()).rev().map(|bit| word >> bit & 1 == 1));
-            }
-            for digit in bits.chunks(4) {
-                let digit = digit.iter().fold(0, |digit, &bit| digit * 2 + u32::from(bit));
-                write!(text, "{digit:x}").expect("a string grows");
-            }
-            text.push('\n');
-        }
-        text
+    pub fn memory(&self) -> Memory {
+        Memory::new(self, 0)
+    }
+
+    /// The outputs alone as the words of a memory: for a lookup table, its contents.
+    #[must_use]
+    pub fn outputs_memory(&self) -> Memory {
+        Memory::new(self, self.header.inputs.len())
     }
 }
+
+/// A column whose words VUnit's integers do not hold.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct TooWide {
+    /// Name of the column.
+    pub column: &'static str,
+    /// Its format.
+    pub format: Format,
+}
+
+impl fmt::Display for TooWide {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { column, format } = self;
+        write!(f, "{column}{format} has {} bits; VUnit reads VHDL integers: ", format.width())?;
+        write!(f, "signed words of up to 32 bits, unsigned ones of up to 31")
+    }
+}
+
+impl std::error::Error for TooWide {}

@@ -1,0 +1,103 @@
+//! Memories: rows or tables as the words of a ROM, in the forms that simulators and vendors' tools take.
+
+use std::fmt::Write as _;
+
+use super::Vectors;
+
+/// The contents of a memory.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Memory {
+    /// What it is, a line each.
+    about: [String; 2],
+    /// Bits of a word.
+    width: usize,
+    /// Words by address, their most significant bit first.
+    words: Vec<Vec<bool>>,
+}
+
+impl Memory {
+    /// The columns from `first` on, side by side.
+    pub(super) fn new(vectors: &Vectors, first: usize) -> Self {
+        let columns: Vec<_> = vectors.header.columns().skip(first).collect();
+        let width = columns.iter().map(|column| column.format.width() as usize).sum();
+        let mut top = width;
+        let mut slices = Vec::new();
+        for column in &columns {
+            let low = top - column.format.width() as usize;
+            slices.push(format!("{}[{}:{low}]", column.name, top - 1));
+            top = low;
+        }
+        let word = |row: &Vec<i64>| {
+            let bits = |(column, &word): (&&super::Column, &i64)| {
+                let (format, bits) = (column.format, column.format.bits(word));
+                (0..format.width()).rev().map(move |bit| bits >> bit & 1 == 1)
+            };
+            columns.iter().zip(&row[first..]).flat_map(bits).collect()
+        };
+        let about = [vectors.header.to_string()[2..].to_string(), slices.join(" ")];
+        Self { about, width, words: vectors.rows.iter().map(word).collect() }
+    }
+
+    /// Bits of a word.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Whether there is no word, which no tool takes for a memory.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.words.is_empty()
+    }
+
+    /// Verilog's `$readmemh`: a hex number a line.
+    #[must_use]
+    pub fn to_readmemh(&self) -> String {
+        let [what, slices] = &self.about;
+        let words = self.words.iter().map(|word| hex(word) + "\n");
+        format!("// {what}\n// {slices}\n") + &words.collect::<String>()
+    }
+
+    /// Coefficients of Xilinx's memory generators (UG896, "COE File Syntax"): hex numbers in the order of the address.
+    #[must_use]
+    pub fn to_coe(&self) -> String {
+        let [what, slices] = &self.about;
+        let words: Vec<_> = self.words.iter().map(|word| hex(word)).collect();
+        format!(
+            "; {what}\n; {slices}\nmemory_initialization_radix=16;\nmemory_initialization_vector=\n{};\n",
+            words.join(",\n")
+        )
+    }
+
+    /// Memory Initialization File of Intel's, formerly Altera's, Quartus: depth and width, then `address : word;` in hex.
+    #[must_use]
+    pub fn to_mif_intel(&self) -> String {
+        let [what, slices] = &self.about;
+        let mut text = format!(
+            "-- {what}\n-- {slices}\nDEPTH = {};\nWIDTH = {};\nADDRESS_RADIX = HEX;\nDATA_RADIX = HEX;\nCONTENT\nBEGIN\n",
+            self.words.len(),
+            self.width
+        );
+        for (address, word) in self.words.iter().enumerate() {
+            writeln!(text, "{address:x} : {};", hex(word)).expect("a string grows");
+        }
+        text + "END;\n"
+    }
+
+    /// Memory initialization file of Xilinx's (UG896, "MIF File Description"): one binary word a line, and no comment.
+    #[must_use]
+    pub fn to_mif_xilinx(&self) -> String {
+        let line =
+            |word: &Vec<bool>| word.iter().map(|&bit| if bit { '1' } else { '0' }).chain(['\n']).collect::<String>();
+        self.words.iter().map(line).collect()
+    }
+}
+
+/// Bits as a hex number, padded on the left to whole digits.
+fn hex(word: &[bool]) -> String {
+    let first = word.len() % 4;
+    let (head, rest) = word.split_at(first);
+    let digits = (!head.is_empty()).then_some(head).into_iter().chain(rest.chunks(4));
+    let value = |digit: &[bool]| digit.iter().fold(0, |value, &bit| value * 2 + u32::from(bit));
+    digits.map(|digit| char::from_digit(value(digit), 16).expect("four bits")).collect()
+}
