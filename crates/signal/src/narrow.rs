@@ -22,14 +22,13 @@ impl Rounding {
     pub const ALL: [Self; 5] =
         [Self::Truncate, Self::TowardZero, Self::NearestUp, Self::NearestAway, Self::NearestEven];
 
-    /// `value / 2^drop`, rounded. Beyond a `drop` of 126 the value must be below 2^126 in size, as every product of two
-    /// words is.
+    /// `value / 2^drop`, rounded. The value must be above `i128::MIN`.
     #[must_use]
     pub const fn shift(self, value: i128, drop: u32) -> i128 {
         if drop == 0 {
             return value;
         }
-        if drop > 126 {
+        if drop > 127 {
             // The quotient is below one half in size.
             return match self {
                 Self::Truncate => value >> 127,
@@ -108,7 +107,7 @@ impl Narrowing {
         let drop = self.from_frac - self.to.frac();
         let (scaled, rounded) = if drop > 0 {
             let drop = drop as u32;
-            let kept = if drop > 126 { 0 } else { (value >> drop) << drop };
+            let kept = if drop > 127 { 0 } else { (value >> drop) << drop };
             (self.rounding.shift(value, drop), kept != value)
         } else {
             (value << (-drop) as u32, false)

@@ -105,6 +105,18 @@ fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
 }
 
 #[test]
+fn products_of_the_widest_words_are_rounded_though_127_bits_are_dropped() {
+    let halves = i128::from(i64::MIN) * i128::from(i64::MIN); // one half of 2^127
+    let nearly_one = i128::from(u64::MAX) * i128::from(i64::MIN); // 2^127 (2^-64 - 1)
+    // Truncate, TowardZero, NearestUp, NearestAway, NearestEven.
+    for (value, expected) in
+        [(halves, [0, 0, 1, 1, 0]), (-halves, [-1, 0, 0, -1, 0]), (nearly_one, [-1, 0, -1, -1, -1])]
+    {
+        assert_eq!(Rounding::ALL.map(|rounding| rounding.shift(value, 127)), expected, "{value}");
+    }
+}
+
+#[test]
 fn the_widest_words_saturate_at_their_ends_and_wrap_round_them() {
     let apply =
         |to, overflow, value| Narrowing { from_frac: 0, to, rounding: Rounding::Truncate, overflow }.apply(value).word;

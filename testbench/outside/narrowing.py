@@ -1,0 +1,167 @@
+"""narrowing.py NARROW [SEED]: holds the rounding and overflow of hpu's words against APyTypes.
+
+NARROW is the example `narrow` of crates/signal. Random operations (cast, add, multiply) on random formats of 1 to 64 bits,
+signed and unsigned, in every rounding and overflow that hpu has. An exact value has up to 127 bits and a sign. APyTypes has
+no unsigned words: an unsigned operand gets one more bit; a result that wraps into an unsigned word is the bit pattern of the
+signed one; one that saturates there is rounded by APyTypes and clamped here, and counted apart. Every
+exact value is given more than 64 bits before it is narrowed: within 64, APyTypes 0.5.1 loses what its own steps carry out of
+them (2^63 - 1 to the nearest multiple of 16; 420829617312/2^22 saturated into 40 bits with 55 of fraction). Prints the first operation that differs,
+and counts. Exit codes: 0 all agree, 1 one differs.
+"""
+
+import random
+import subprocess
+import sys
+from collections import Counter
+
+from apytypes import APyFixedArray, OverflowMode, QuantizationMode
+
+ROUNDINGS = {
+    "Truncate": QuantizationMode.TO_NEG,
+    "TowardZero": QuantizationMode.TO_ZERO,
+    "NearestUp": QuantizationMode.TIES_POS,
+    "NearestAway": QuantizationMode.TIES_AWAY,
+    "NearestEven": QuantizationMode.TIES_EVEN,
+}
+OVERFLOWS = {"Wrap": OverflowMode.WRAP, "Saturate": OverflowMode.SAT}
+OPERATIONS = ("cast", "add", "multiply")
+GROUPS = 160  # formats a rounding, overflow and operation
+ROWS = 256  # operations a group
+WIDEST = (1, 0, 63), (1, -1, 64), (1, 63, 0)  # a product of 128 bits of which 127 are dropped
+
+
+def width(word):
+    return sum(word)
+
+
+def low_high(word):
+    """The least and the greatest integer of a format (S,I,F), in units of its least significant bit."""
+    sign, bits = word[0], width(word)
+    return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if sign else (0, (1 << bits) - 1)
+
+
+def random_format(random):
+    sign = random.randrange(2)
+    bits = random.choice((random.randint(1 + sign, 12), random.randint(1 + sign, 64)))
+    near = random.choice((8, 8, 40, 63))
+    frac = random.randint(max(-near, bits - sign - 64), min(near, bits - sign + 63))
+    return sign, bits - sign - frac, frac
+
+
+def exact_range(operation, a, b):
+    """Fraction bits of an operation's exact value, and the ends of its range."""
+    ends = low_high(a), low_high(b)
+    if operation == "cast":
+        return a[2], *ends[0]
+    if operation == "multiply":
+        products = [x * y for x in ends[0] for y in ends[1]]
+        return a[2] + b[2], min(products), max(products)
+    frac = max(a[2], b[2])
+    return frac, *(sum(end << frac - word[2] for end, word in zip(pair, (a, b))) for pair in zip(*ends))
+
+
+def formats(random, operation):
+    """Operands and result of an operation whose exact value, and whose value in the result's units, hpu holds."""
+    while True:
+        a, b, to = (random_format(random) for _ in range(3))
+        frac, low, high = exact_range(operation, a, b)
+        if random.random() < 0.5:
+            # Few bits to drop, so that ties are met.
+            near = frac - random.randint(-2, 8)
+            if max(abs(near), abs(width(to) - to[0] - near)) < 64:
+                to = to[0], width(to) - to[0] - near, near
+        added = max(0, to[2] - frac)
+        if -(1 << 127) < low << added and high << added < 1 << 127:
+            return a, b, to
+
+
+def operand(random, word):
+    """Ends and zeros now and then, always of the widest words, and words with zeros below, so that ties and overflows are met."""
+    low, high = low_high(word)
+    if word in WIDEST or random.random() < 0.1:
+        return random.choice((low, high, 0, min(1, high), max(-1, low)))
+    keep = random.randint(0, width(word) - 1) if random.random() < 0.5 else 0
+    return random.randint(low, high) >> keep << keep
+
+
+def signed(patterns, bits):
+    return [p - (1 << bits) if p >> (bits - 1) else p for p in patterns]
+
+
+def array(values, word):
+    """Values as APyTypes' words, an unsigned one with a sign bit in front."""
+    bits = width(word) + 1 - word[0]
+    return APyFixedArray([value % (1 << bits) for value in values], bits=bits, frac_bits=word[2])
+
+
+def expected(operation, a, b, to, rounding, overflow, rows):
+    """What APyTypes says of each row: the value, whether bits are lost below and above, whether it is a tie."""
+    x, y = array([row[0] for row in rows], a), array([row[1] for row in rows], b)
+    exact = {"cast": lambda: x, "add": lambda: x + y, "multiply": lambda: x * y}[operation]()
+    values = signed(exact.to_bits(), exact.bits)
+    drop = exact.frac_bits - to[2]
+    # With room for every value, in more than 64 bits.
+    bits = max(exact.bits, 64) + max(-drop, 0) + 2
+    exact = exact.cast(bits=bits, frac_bits=exact.frac_bits)
+    wide = signed(exact.cast(bits=bits, frac_bits=to[2], quantization=ROUNDINGS[rounding]).to_bits(), bits)
+    size, (low, high) = width(to), low_high(to)
+    if to[0] or overflow == "Wrap":
+        word = exact.cast(bits=size, frac_bits=to[2], quantization=ROUNDINGS[rounding], overflow=OVERFLOWS[overflow])
+        words = signed(word.to_bits(), size) if to[0] else word.to_bits()
+    else:
+        words = [min(max(value, low), high) for value in wide]
+    rest = [value % (1 << drop) if drop > 0 else 0 for value in values]
+    tie = 1 << drop - 1 if drop > 0 else -1
+    return [
+        (word, int(rest != 0), int(not low <= value <= high), rest == tie)
+        for word, rest, value in zip(words, rest, wide)
+    ]
+
+
+def main(narrow, seed=1):
+    source = random.Random(int(seed))
+    groups = []
+    for operation in OPERATIONS:
+        for rounding in ROUNDINGS:
+            for overflow in OVERFLOWS:
+                for group in range(GROUPS):
+                    widest = operation == "multiply" and group == 0
+                    a, b, to = WIDEST if widest else formats(source, operation)
+                    rows = [(operand(source, a), operand(source, b)) for _ in range(ROWS)]
+                    groups.append((operation, a, b, to, rounding, overflow, rows))
+    text = []
+    for operation, a, b, to, rounding, overflow, rows in groups:
+        words = ("({},{},{})".format(*word) for word in (a, b, to))
+        text.append(" ".join((operation, *words, rounding, overflow)))
+        text.extend(f"{x} {y}" for x, y in rows)
+        text.append("")
+    run = subprocess.run([narrow], input="\n".join(text), capture_output=True, text=True)
+    if run.returncode != 0:
+        sys.exit(f"error: {narrow}: {run.stderr.strip()}")
+    answers = iter(run.stdout.splitlines())
+
+    counts = Counter()
+    for operation, a, b, to, rounding, overflow, rows in groups:
+        for row, told in zip(rows, expected(operation, a, b, to, rounding, overflow, rows), strict=True):
+            answer = tuple(map(int, next(answers).split()))
+            *told, tie = told
+            if answer != tuple(told):
+                print(f"{operation} a={row[0]} {a} b={row[1]} {b} to {to} {rounding} {overflow}:")
+                print(f"  hpu {answer}, APyTypes {tuple(told)} (value, lost below, lost above)")
+                return 1
+            counts["rounded"] += told[1]
+            counts["overflowed"] += told[2]
+            counts["ties"] += tie
+        counts[operation] += ROWS
+        counts["products beyond 64 bits"] += ROWS * (operation == "multiply" and width(a) + width(b) > 64)
+        counts["clamped here"] += ROWS * (not to[0] and overflow == "Saturate")
+    assert next(answers, None) is None, "more answers than operations"
+    operations = [f"{counts[operation]} {operation}" for operation in OPERATIONS]
+    others = [f"{count} {what}" for what, count in counts.items() if what not in OPERATIONS]
+    total = sum(counts[operation] for operation in OPERATIONS)
+    print(f"{total} operations agree with APyTypes ({', '.join(operations)}): {', '.join(others)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
