@@ -1,6 +1,6 @@
 #!/bin/sh
-# The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL, and what short
-# runs cost in instructions.
+# The whole test: style, lints, documentation, every Rust test, then every block and loop of the VHDL in GHDL, what other tools
+# make of vectors and arithmetic, and what short runs cost in instructions.
 # Installs the tools of hardware designers where it may; ends with the counts of tests.
 set -eu
 cd "$(dirname "$0")/.."
@@ -34,15 +34,20 @@ rm -f "$log.status"
 checked=passed
 cargo run --locked --quiet -p hpu -- check || checked=failed
 
+# APyTypes, cocotb and VUnit.
+outside=passed
+testbench/outside.sh || outside=failed
+
 # What a few short runs cost, in instructions.
 counted=passed
 testbench/instructions.sh || counted=failed
 
-awk -v checked="$checked" -v counted="$counted" '
+awk -v checked="$checked" -v outside="$outside" -v counted="$counted" '
     /^test result:/ { passed += $4; failed += $6 }
     END {
         if (checked == "passed") passed++; else failed++
+        if (outside == "passed") passed++; else failed++
         if (counted == "passed") passed++; else failed++
         printf "%d passed, %d failed\n", passed, failed
     }' "$log"
-[ "$status" = passed ] && [ "$checked" = passed ] && [ "$counted" = passed ]
+[ "$status" = passed ] && [ "$checked" = passed ] && [ "$outside" = passed ] && [ "$counted" = passed ]

@@ -112,7 +112,7 @@ fn vunit_gets_integers_alone_and_none_that_vhdl_does_not_have() {
         match vectors.to_vunit() {
             Ok(text) => {
                 let all = text.split([',', '\n']).filter(|cell| !cell.is_empty());
-                integers += all.map(|cell| cell.parse::<i32>().expect("a VHDL integer")).count();
+                integers += all.map(|cell| cell.parse().expect("a VHDL integer")).collect::<Vec<i32>>().len();
                 assert_eq!(text.lines().count(), vectors.rows.len(), "{name}");
             }
             Err(error) => {

@@ -1,4 +1,4 @@
-//! Answers for other tools how operations on words are narrowed: `testbench/outside/narrowing.py` holds APyTypes against it.
+//! Answers for other tools how operations on words are narrowed: `testbench/oracle/narrowing.py` holds APyTypes against it.
 //!
 //! Standard input is a list of groups: a line `OPERATION A B TO ROUNDING OVERFLOW`, as in
 //! `multiply (1,3,4) (0,8,0) (1,6,2) NearestEven Saturate`, then a line `a b` an operation, as integers in units of the

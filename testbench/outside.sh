@@ -1,0 +1,82 @@
+#!/bin/bash
+# What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in GHDL.
+# Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees.
+# Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages="ghdl-mcode python3 python3-venv"
+python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1"
+
+if ! { command -v ghdl && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        echo "error: GHDL or Python with venv is missing; install and run this again: sudo apt-get install $packages" >&2
+        exit 3
+    fi
+    apt-get update -qq
+    # shellcheck disable=SC2086  # one word a package
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
+fi
+venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/outside-venv
+if [ "$(cat "$venv/installed" 2>/dev/null)" != "$python_packages" ]; then
+    # shellcheck disable=SC2086  # one word a package
+    if ! { python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q $python_packages; }; then
+        echo "error: $python_packages could not be installed from PyPI into $venv, which takes python3-venv too" >&2
+        exit 3
+    fi
+    echo "$python_packages" >"$venv/installed"
+fi
+python=$venv/bin/python
+
+cargo build --locked --quiet -p hpu
+cargo build --locked --quiet -p hpu-signal --example narrow
+built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
+testbench=$PWD/testbench
+hdl=$PWD/hdl
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+# Vectors of a block without a clock, and of one with; and VHDL with a broken line.
+blocks="displacement position_counter"
+for block in $blocks; do
+    "$built/hpu" vectors "$block" --set-kind random --count 2000 --format json >"$block.json"
+    "$built/hpu" vectors "$block" --set-kind random --count 2000 --format vunit >"$block.csv"
+done
+mkdir broken
+cp "$hdl/position_counter.vhd" broken/
+sed 's/ - unsigned(/ + unsigned(/' "$hdl/displacement.vhd" >broken/displacement.vhd
+if cmp -s "$hdl/displacement.vhd" broken/displacement.vhd; then
+    echo "error: the line of displacement.vhd that this script breaks is no more" >&2
+    exit 1
+fi
+
+differs=0
+agrees() { # NAME COMMAND...: its log, if it fails
+    if "${@:2}" >"log" 2>&1; then return; fi
+    cat log
+    echo "$1: differs"
+    differs=1
+}
+fails() { # NAME TEXT COMMAND...: as long as it says so
+    if ! "${@:3}" >"log" 2>&1 && grep -q "$2" log; then return; fi
+    cat log
+    echo "$1: does not see what is broken"
+    differs=1
+}
+cocotb() { "$python" "$testbench/cocotb/run.py" "$1.json" "$2/$1.vhd"; }
+vunit() { "$python" "$testbench/vunit/run.py" "$1" . -o vunit_out --no-color; }
+
+fails cocotb "row 1: delta expected" cocotb displacement broken
+for block in $blocks; do
+    agrees "cocotb $block" cocotb "$block" "$hdl"
+done
+fails vunit "delta in row 1" vunit broken
+agrees vunit vunit "$hdl"
+printf '#!/bin/sh\n"%s" | sed "1000y/01/10/"\n' "$built/examples/narrow" >wrong
+chmod +x wrong
+fails APyTypes "APyTypes (" "$python" "$testbench/oracle/narrowing.py" ./wrong
+agrees APyTypes "$python" "$testbench/oracle/narrowing.py" "$built/examples/narrow"
+[ $differs = 0 ] || exit 1
+cat log
+echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"
