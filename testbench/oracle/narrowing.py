@@ -1,12 +1,12 @@
 """narrowing.py NARROW [SEED]: holds the rounding and overflow of hpu's words against APyTypes.
 
-NARROW is the example `narrow` of crates/signal. Random operations (cast, add, multiply) on random formats of 1 to 64 bits,
-signed and unsigned, in every rounding and overflow that hpu has. An exact value has up to 127 bits and a sign. APyTypes has
-no unsigned words: an unsigned operand gets one more bit; a result that wraps into an unsigned word is the bit pattern of the
-signed one; one that saturates there is rounded by APyTypes and clamped here, and counted apart. Every
-exact value is given more than 64 bits before it is narrowed: within 64, APyTypes 0.5.1 loses what its own steps carry out of
-them (2^63 - 1 to the nearest multiple of 16; 420829617312/2^22 saturated into 40 bits with 55 of fraction). Prints the first operation that differs,
-and counts. Exit codes: 0 all agree, 1 one differs.
+NARROW is the example `narrow` of crates/signal. Random operations (cast, add, multiply) on random formats of 1 to 64
+bits, signed and unsigned, in every rounding and overflow that hpu has. An exact value has up to 127 bits and a sign.
+APyTypes has no unsigned words: an unsigned operand gets one more bit; a result that wraps into an unsigned word is the
+bit pattern of the signed one; one that saturates there is rounded by APyTypes and clamped here, and counted apart.
+Every exact value is given more than 64 bits before it is narrowed: within 64, APyTypes 0.5.1 loses what its own steps
+carry out of them (2^63 - 1 to the nearest multiple of 16; 420829617312/2^22 saturated into 40 bits with 55 of
+fraction). Prints the first operation that differs, and counts. Exit codes: 0 all agree, 1 one differs.
 """
 
 import random
@@ -76,7 +76,7 @@ def formats(random, operation):
 
 
 def operand(random, word):
-    """Ends and zeros now and then, always of the widest words, and words with zeros below, so that ties and overflows are met."""
+    """Ends and zeros now and then, of the widest words always, and words with zeros below: so overflows and ties are met."""
     low, high = low_high(word)
     if word in WIDEST or random.random() < 0.1:
         return random.choice((low, high, 0, min(1, high), max(-1, low)))
@@ -159,7 +159,7 @@ def main(narrow, seed=1):
     operations = [f"{counts[operation]} {operation}" for operation in OPERATIONS]
     others = [f"{count} {what}" for what, count in counts.items() if what not in OPERATIONS]
     total = sum(counts[operation] for operation in OPERATIONS)
-    print(f"{total} operations agree with APyTypes ({', '.join(operations)}): {', '.join(others)}")
+    print(f"{total} operations agree with APyTypes ({', '.join(operations)}):\n  {', '.join(others)}")
     return 0
 
 

@@ -143,6 +143,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return verify(&args.verify);
     }
     args.blocks.iter().try_for_each(|name| known(name))?;
+    if args.set_kind != SetKind::Table && args.table.is_some() {
+        return Err(Failure::usage("--table picks one of the tables that --set-kind table writes"));
+    }
+    if args.set_kind == SetKind::Table && args.count.is_some() {
+        return Err(Failure::usage("a table is written whole; --count is for vectors"));
+    }
     let sets = match (args.set_kind, &args.scene) {
         (SetKind::Scene, Some(scene)) => of_scene(args, scene)?,
         _ => of_blocks(args)?,
@@ -179,9 +185,6 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
     }
     if args.set_kind == SetKind::Table {
         return tables(args, &found);
-    }
-    if args.table.is_some() {
-        return Err(Failure::usage("--table picks one of the tables that --set-kind table writes"));
     }
     let record = |(label, mut block): (String, Box<dyn AnyBlock>)| {
         let (set, source, stimuli) = match args.set_kind {

@@ -135,6 +135,8 @@ fn exports_without_a_meaning_are_refused() {
         &["2 sets", "trig_table/default-sines", "trig_table/default-cosines"],
     );
     refused(&["trig_table", "--table", "sines"], &["--table", "--set-kind table"]);
+    refused(&["--set-kind", "scene", "--scene", "wrap-product", "--table", "sines"], &["--table", "--set-kind table"]);
+    refused(&["trig_quarter", "--set-kind", "table", "--count", "9"], &["written whole", "--count"]);
     refused(&["pwm", "--count", "0", "--format", "coe"], &["pwm/default-directed has no rows"]);
     let wide = ["position_counter", "--variant", "32_bit", "--format", "vunit"];
     refused(&wide, &["position_counter/32_bit-directed", "position(0,32,0) has 32 bits", "unsigned ones of up to 31"]);
