@@ -32,6 +32,7 @@ mod units;
 mod vectors;
 mod verify;
 mod waves;
+mod widths;
 
 use std::process::ExitCode;
 
@@ -61,6 +62,7 @@ enum Verb {
     Map(map::Args),
     Chart(chart::Args),
     Fit(fit::Args),
+    Widths(widths::Args),
     Cost(cost::Args),
     Reproduce(reproduce::Args),
 }
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Verb::Map(args) => map::run(&args),
         Verb::Chart(args) => chart::run(&args),
         Verb::Fit(args) => fit::run(&args),
+        Verb::Widths(args) => widths::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });

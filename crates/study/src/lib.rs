@@ -8,6 +8,7 @@ pub mod limits;
 pub mod map;
 pub mod reproduce;
 pub mod units;
+pub mod widths;
 
 mod sampled;
 mod watch;
