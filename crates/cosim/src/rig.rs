@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{
-    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Law, MethodLoop, PassiveSpring, PassivityController,
-    SampledWall, VirtualCoupling, Wiring,
+    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Instance, Law, MethodLoop, PassiveSpring,
+    PassivityController, SampledWall, VirtualCoupling, Wiring,
 };
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
@@ -101,8 +101,15 @@ impl TheLoop {
         with_wiring!(self, wiring => wiring.nets())
     }
 
+    /// The instances, in the order of the VHDL.
+    #[must_use]
+    pub fn instances(&self) -> Vec<Instance> {
+        with_wiring!(self, wiring => wiring.instances())
+    }
+
     /// Clock edges from a sample to the torque that it makes, beyond the one at which it is taken.
-    pub(crate) fn latency(&self) -> u64 {
+    #[must_use]
+    pub fn latency(&self) -> u64 {
         u64::from(match self {
             Self::SampledWall(wiring) => wiring.law().latency(),
             Self::VirtualCoupling(wiring) => wiring.law().latency(),

@@ -22,7 +22,11 @@ pub enum AnyLaw {
 impl AnyLaw {
     /// Another stiffness and another scale from now on, each as a share of the ones that the law began with: what a ramp makes
     /// of them.
-    pub(crate) fn vary(&mut self, start: &Self, stiffness: f64, scale: f64) {
+    ///
+    /// # Panics
+    ///
+    /// When `start` is another law.
+    pub fn vary(&mut self, start: &Self, stiffness: f64, scale: f64) {
         match (self, start) {
             (Self::Wall(now), Self::Wall(start)) => now.stiffness_n_per_m = start.stiffness_n_per_m * stiffness,
             (Self::VirtualCoupling(now), Self::VirtualCoupling(start)) => {

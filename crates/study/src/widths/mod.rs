@@ -2,7 +2,21 @@
 //!
 //! [`measured`] is what happened in closed loop: in one run, a set of scenes, or seeded random motion.
 
+mod equations;
+mod field;
+mod measured;
+mod noise;
+mod parts;
+mod random;
+mod recommend;
+
 use hpu_signal::{Cycle, Format};
+
+pub use field::Field;
+pub use measured::{Measured, beside, measured, together};
+pub use noise::{Asked, Beside};
+pub use random::{Walk, random};
+pub use recommend::{Needed, Recommended, by_range, recommend};
 
 /// Bits that a signal lost below its least significant one, or above its most significant one.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

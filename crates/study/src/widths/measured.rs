@@ -1,0 +1,282 @@
+//! What happened to every signal of a scene: in one run, in a set of scenes, in random motion.
+
+use hpu_cosim::scene::{BridgeModel, Datapath, Experiment, Loop, OutcomeKind, Scene};
+use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Session, TheLoop, Visit, World};
+use hpu_datapath::Wiring;
+use hpu_signal::{Cycle, Format, Signal, SignalUse};
+
+use super::noise::{Asked, Beside};
+use super::{Loss, SignalRow};
+
+/// What happened to every signal.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Measured {
+    /// The wiring.
+    pub wiring: &'static str,
+    /// Every net, in the order of the wiring.
+    pub rows: Vec<SignalRow>,
+    /// Clock edges.
+    pub edges: u64,
+    /// Seconds of motion.
+    pub motion_s: f64,
+    /// What became of the motion, one for each scene; none of a recording or of random motion.
+    pub outcomes: Vec<OutcomeKind>,
+}
+
+/// Makes a scene ready that has words.
+///
+/// # Errors
+///
+/// Why it cannot be run, or has no words.
+pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+    if let Experiment::Axis(scene) = experiment
+        && scene.model.datapath != Datapath::Words
+    {
+        let name = if scene.model.datapath == Datapath::Law { "law" } else { "linear" };
+        return Err(format!("model.datapath = \"{name}\" has no words; write \"words\""));
+    }
+    Ready::new(experiment).map_err(|error| error.to_string())
+}
+
+/// Runs a scene and tells what happened to every signal; `None` when `control` stopped it.
+///
+/// # Errors
+///
+/// Why it cannot be run, or has no words.
+pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, String> {
+    let ready = ready(experiment)?;
+    let mut beside = beside(experiment, &ready);
+    let mut trace = ready.trace(&[]);
+    let summary = ready.run(ready.driver(), &mut trace, &mut beside, control);
+    if !summary.complete {
+        return Ok(None);
+    }
+    beside.finish(summary.edges);
+    let nets: Vec<_> = summary.nets.iter().map(|net| (net.signal.clone(), net.usage)).collect();
+    let mut rows = rows(&nets, &beside);
+    first_losses(&ready, &mut rows, summary.edges);
+    Ok(Some(Measured {
+        wiring: ready.wiring().name(),
+        rows,
+        edges: summary.edges,
+        motion_s: summary.motion_s,
+        outcomes: summary.outcome().into_iter().collect(),
+    }))
+}
+
+/// The law beside the words of a scene made ready: an observer for its run.
+#[must_use]
+pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
+    let wiring = ready.wiring();
+    let mut asked: Vec<(&str, Asked)> = Vec::new();
+    match experiment {
+        Experiment::Axis(scene) => {
+            if let Ok(words) = scene.words() {
+                let count_rad = words.realised.count_rad;
+                let surface = (scene.wall.position_rad / count_rad).round();
+                asked.push(("reference", Asked::Is(surface - (scene.initial_angle_rad() / count_rad).floor())));
+                asked.push(("stiffness", Asked::Share(1.0 / (1.0 + words.realised.stiffness_error))));
+                asked.push(("damping", Asked::Share(1.0 / (1.0 + words.realised.damping_error))));
+            }
+        }
+        Experiment::Phantom(scene) => {
+            let formats = scene.method.config.formats;
+            if let Ok(words) = scene.words() {
+                let share = |asked: f64, word: i64, format: Format| match word {
+                    0 => 1.0,
+                    word => asked / format.to_f64(word),
+                };
+                let wall = share(scene.room.distance_m, words.high, formats.position);
+                asked
+                    .extend(["x_low", "x_high", "y_low", "y_high", "z_low", "z_high"].map(|n| (n, Asked::Share(wall))));
+                let stiffness = share(scene.room.stiffness_n_per_m, words.stiffness, formats.stiffness);
+                asked.push(("stiffness", Asked::Share(stiffness)));
+            }
+        }
+    }
+    let inputs = wiring.block().inputs().len();
+    let law = match experiment {
+        Experiment::Axis(scene) => law_of(scene).map(|law| (law, wiring.latency())),
+        Experiment::Phantom(_) => None,
+    };
+    Beside::new(&wiring.nets(), inputs, &wiring.instances(), &asked, law)
+}
+
+/// The reference law in floats of a scene whose method has one.
+fn law_of(scene: &Scene) -> Option<LawConfig> {
+    let Loop::Law(_) = scene.method.kind else { return None };
+    let mut copy = scene.clone();
+    copy.model.datapath = Datapath::Law;
+    copy.model.bridge = BridgeModel::Averaged;
+    let session = Session::new(&copy).ok()?;
+    match session.wiring() {
+        TheLoop::Law(law) => Some(law.config().clone()),
+        _ => None,
+    }
+}
+
+/// The rows of a wiring's nets.
+pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalRow> {
+    let rows = nets.iter().enumerate().map(|(index, (signal, usage))| {
+        let measured = (usage.min <= usage.max).then_some((usage.min, usage.max));
+        let format = signal.format;
+        let needed = match (beside.span(index), measured) {
+            // A counter that goes round needs no more than to tell its ends apart.
+            (Some((least, most)), _) => bits(false, 0, (most - least) as i128),
+            (None, Some((min, max))) => bits(format.is_signed(), format.value(min), format.value(max)),
+            (None, None) => 0,
+        };
+        let told = beside.losses(index).unwrap_or([Loss { edges: 0, worst: f64::NAN, first: None }; 2]);
+        let loss = |told: Loss, edges| if edges == 0 { Loss::default() } else { Loss { edges, ..told } };
+        SignalRow {
+            name: signal.name,
+            format,
+            unit: signal.unit,
+            measured,
+            headroom_bits: format.width().cast_signed() - needed.max(1).cast_signed(),
+            rounded: loss(told[0], usage.rounded),
+            overflowed: loss(told[1], usage.overflowed),
+            sqnr_db: beside.sqnr_db(index),
+            recommended: None,
+        }
+    });
+    rows.collect()
+}
+
+/// The least width of a word that holds both ends.
+pub(super) fn bits(signed: bool, min: i128, max: i128) -> u32 {
+    (1..=64)
+        .find(|&width| {
+            let format = if signed { Format::signed(width) } else { Format::unsigned(width) };
+            format.holds(min) && format.holds(max)
+        })
+        .unwrap_or(64)
+}
+
+/// When nets first lost bits whose blocks do not tell: runs again until all of them have.
+fn first_losses(ready: &Ready, rows: &mut [SignalRow], last: u64) {
+    let left: Vec<_> = rows
+        .iter()
+        .enumerate()
+        .flat_map(|(net, row)| [(net, false, row.rounded), (net, true, row.overflowed)])
+        .filter(|(_, _, loss)| loss.edges > 0 && loss.first.is_none())
+        .map(|(net, above, _)| (net, above))
+        .collect();
+    if left.is_empty() {
+        return;
+    }
+    for (net, above, first) in ready.visit(First { driver: ready.driver(), modulated: ready.gates_drive(), left, last })
+    {
+        let row = &mut rows[net];
+        let loss = if above { &mut row.overflowed } else { &mut row.rounded };
+        loss.first = Some(first);
+    }
+}
+
+/// Runs until every net of a list has lost bits: its index, whether above, and the edge.
+struct First {
+    driver: Driver,
+    modulated: bool,
+    left: Vec<(usize, bool)>,
+    last: u64,
+}
+
+impl<'s> Visit<'s> for First {
+    type Out = Vec<(usize, bool, Cycle)>;
+
+    fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let mut wiring = wiring.clone();
+        if !self.modulated {
+            wiring.rest_modulator();
+        }
+        let mut run = ClosedLoop::new(wiring, world, input, u64::MAX);
+        let mut found = Vec::new();
+        while !self.left.is_empty() && run.edge() < self.last && run.world.over().is_none() {
+            match self.driver {
+                Driver::Events => run.leap(self.last, &mut ()),
+                Driver::Clock => run.step(&mut ()),
+            }
+            let (uses, edge) = (run.wiring.uses(), Cycle(run.edge()));
+            self.left.retain(|&(net, above)| {
+                let edges = if above { uses[net].overflowed } else { uses[net].rounded };
+                if edges > 0 {
+                    found.push((net, above, edge));
+                }
+                edges == 0
+            });
+        }
+        found
+    }
+}
+
+/// What happened in all of some runs: ranges together, losses added up, the worst of all, the first of the first run that
+/// has any.
+///
+/// # Errors
+///
+/// When they are of different wirings or widths.
+pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, String> {
+    let mut runs = runs.into_iter().zip(names);
+    let (mut all, first_name) = runs.next().ok_or("no run")?;
+    for (run, name) in runs {
+        if run.wiring != all.wiring {
+            return Err(format!(
+                "{first_name} is a {}, {name} a {}: write scenes of one wiring",
+                all.wiring, run.wiring
+            ));
+        }
+        for (row, other) in all.rows.iter_mut().zip(run.rows) {
+            if row.format != other.format {
+                let (name_1, name_2) = (first_name, name);
+                return Err(format!(
+                    "{} is {} in {name_1} and {} in {name_2}: give them the same widths by --set",
+                    row.name, row.format, other.format
+                ));
+            }
+            join(row, other);
+        }
+        all.edges += run.edges;
+        all.motion_s += run.motion_s;
+        all.outcomes.extend(run.outcomes);
+    }
+    Ok(all)
+}
+
+fn join(row: &mut SignalRow, other: SignalRow) {
+    let signed = row.format;
+    row.measured = match (row.measured, other.measured) {
+        (Some((a, b)), Some((c, d))) => {
+            let least = if signed.value(a) <= signed.value(c) { a } else { c };
+            let most = if signed.value(b) >= signed.value(d) { b } else { d };
+            Some((least, most))
+        }
+        (one, two) => one.or(two),
+    };
+    row.headroom_bits = row.headroom_bits.min(other.headroom_bits);
+    for (loss, more) in [(&mut row.rounded, other.rounded), (&mut row.overflowed, other.overflowed)] {
+        let worst = if loss.edges == 0 {
+            more.worst
+        } else if more.edges == 0 {
+            loss.worst
+        } else {
+            loss.worst.max(more.worst)
+        };
+        *loss = Loss { edges: loss.edges + more.edges, worst, first: loss.first.or(more.first) };
+    }
+    row.sqnr_db = match (row.sqnr_db, other.sqnr_db) {
+        (Some(one), Some(two)) => Some(one.min(two)),
+        (one, two) => one.or(two),
+    };
+}
+
+impl Measured {
+    /// The row of a signal.
+    #[must_use]
+    pub fn row(&self, name: &str) -> Option<&SignalRow> {
+        self.rows.iter().find(|row| row.name == name)
+    }
+}

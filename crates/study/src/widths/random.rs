@@ -1,0 +1,207 @@
+//! Seeded random motion: what the datapath does for motions that nobody thought of.
+//!
+//! The loop is open: encoders turn as a random, band-limited motion has it, and nothing answers to the gates. A walk is a sum of
+//! sines of up to [`BAND_HZ`], folded back at both ends of its range, so that it comes everywhere in it.
+
+use hpu_cosim::scene::{Device, Experiment, Hand};
+use hpu_cosim::{Control, Rig, SplitMix64, Visit, World};
+use hpu_datapath::{Wiring, flatten};
+use hpu_signal::{Cycle, Format, Observe, Ports, Signal, SignalUse};
+
+use super::measured::{Measured, beside, ready, rows};
+
+/// What a hand follows.
+const BAND_HZ: f64 = 10.0;
+/// Sines of a walk.
+const SINES: usize = 8;
+/// Edges between which a walk is straight, in seconds.
+const STRAIGHT_S: f64 = 1e-3;
+
+/// A random motion of one encoder, in counts from its start.
+#[derive(Clone, Debug)]
+pub struct Walk {
+    /// Size in counts, frequency in rad/s, phase.
+    sines: [[f64; 3]; SINES],
+    low: f64,
+    high: f64,
+    start: f64,
+}
+
+impl Walk {
+    /// A walk from 0 between two counts with at most that many counts a second.
+    #[must_use]
+    pub fn new(random: &mut SplitMix64, [low, high]: [f64; 2], most_per_s: f64) -> Self {
+        let mut unit = || random.below(1 << 53) as f64 / (1u64 << 53) as f64;
+        // Twice through the range, if all sines agree.
+        let size = 2.0 * (high - low) / SINES as f64;
+        let mut sines: [[f64; 3]; SINES] = std::array::from_fn(|_| {
+            [size, 2.0 * std::f64::consts::PI * BAND_HZ * unit(), 2.0 * std::f64::consts::PI * unit()]
+        });
+        let speed: f64 = sines.iter().map(|[size, rad_per_s, _]| size * rad_per_s).sum();
+        if speed > most_per_s {
+            sines.iter_mut().for_each(|sine| sine[1] *= most_per_s / speed);
+        }
+        let mut walk = Self { sines, low, high, start: 0.0 };
+        walk.start = walk.sum(0.0);
+        walk
+    }
+
+    fn sum(&self, time_s: f64) -> f64 {
+        self.sines.iter().map(|[size, rad_per_s, phase]| size * libm::sin(rad_per_s * time_s + phase)).sum()
+    }
+
+    /// The position at a time, in counts.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> f64 {
+        let range = self.high - self.low;
+        let along = (self.sum(time_s) - self.start - self.low).rem_euclid(2.0 * range);
+        self.low + if along > range { 2.0 * range - along } else { along }
+    }
+}
+
+/// Turns the encoders of a scene at random for so long and tells what happened to every signal; `None` when `control` stopped it.
+///
+/// An axis goes as far as its counter tells from either side of the wall, no faster than its motor without load; each joint of a
+/// PHANToM goes through all that its tables hold.
+///
+/// # Errors
+///
+/// Why the scene cannot be run, or has no words, or no device that could move.
+pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, String> {
+    if matches!(experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
+        return Err("a recording has no device that could move at random".into());
+    }
+    let ready = ready(experiment)?;
+    let mut random = SplitMix64::new(seed);
+    let walks = walks(experiment, &mut random)?;
+    let mut beside = beside(experiment, &ready);
+    let end = ready.clock().edges(seconds);
+    let drive = Drive { walks, clock_s: ready.clock().period_s(), end, beside: &mut beside, control };
+    let Some(nets) = ready.visit(drive) else { return Ok(None) };
+    beside.finish(end);
+    let rows = rows(&nets, &beside);
+    Ok(Some(Measured { wiring: ready.wiring().name(), rows, edges: end, motion_s: seconds, outcomes: Vec::new() }))
+}
+
+fn walks(experiment: &Experiment, random: &mut SplitMix64) -> Result<Vec<Walk>, String> {
+    match experiment {
+        Experiment::Axis(scene) => {
+            let words = scene.words().map_err(|error| error.to_string())?;
+            let half = f64::from(scene.method.position_bits - 1).exp2() - 1.0;
+            let surface = Format::signed(scene.method.position_bits).wrap(words.reference.into()) as f64;
+            let most_per_s = match &scene.device {
+                Device::Motor(motor) => {
+                    scene.bridge.supply_v / motor.torque_constant_nm_per_a / words.realised.count_rad
+                }
+                Device::Mass(_) => f64::INFINITY,
+            };
+            let slowest = scene.clock.frequency_hz() as f64 / 8.0;
+            Ok(vec![Walk::new(random, [surface - half, surface + half], most_per_s.min(slowest))])
+        }
+        Experiment::Phantom(scene) => {
+            let half = f64::from(scene.method.config.depth_width - 1).exp2() - 1.0;
+            let most_per_s = scene.clock.frequency_hz() as f64 / 8.0;
+            Ok((0..3).map(|_| Walk::new(random, [-half, half], most_per_s)).collect())
+        }
+    }
+}
+
+/// An encoder that follows a walk.
+struct Encoder {
+    walk: Walk,
+    count: i64,
+    /// Straight from here, at an edge, by so many counts an edge, until another edge.
+    from: (u64, f64),
+    slope: f64,
+    until: u64,
+}
+
+impl Encoder {
+    /// The edge at which the count next changes, up to the end of the straight line.
+    fn next(&self) -> u64 {
+        let (edge, at) = self.from;
+        let bound = if self.slope > 0.0 { (self.count + 1) as f64 } else { self.count as f64 };
+        let edges = (bound - at) / self.slope;
+        if edges.is_finite() && edges < (self.until - edge) as f64 {
+            (edge + edges.max(0.0) as u64 + 1).min(self.until)
+        } else {
+            self.until
+        }
+    }
+
+    /// Goes to an edge, at most the next one.
+    fn go(&mut self, edge: u64, clock_s: f64, straight: u64) {
+        let at = self.from.1 + self.slope * (edge - self.from.0) as f64;
+        // One count an edge at most, as a decoder takes them.
+        self.count += (at.floor() as i64 - self.count).signum();
+        if edge == self.until {
+            self.from = (edge, self.walk.at(edge as f64 * clock_s));
+            self.until = edge + straight;
+            self.slope = (self.walk.at(self.until as f64 * clock_s) - self.from.1) / straight as f64;
+        }
+    }
+}
+
+struct Drive<'a> {
+    walks: Vec<Walk>,
+    clock_s: f64,
+    end: u64,
+    beside: &'a mut super::Beside,
+    control: &'a Control,
+}
+
+impl<'s> Visit<'s> for Drive<'_> {
+    type Out = Option<Vec<(Signal, SignalUse)>>;
+
+    fn visit<E, W>(self, wiring: &W, _: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        use std::sync::atomic::Ordering;
+        let straight = (STRAIGHT_S / self.clock_s).ceil().max(8.0) as u64;
+        let mut encoders: Vec<Encoder> = self
+            .walks
+            .into_iter()
+            .map(|walk| {
+                let mut encoder = Encoder { walk, count: 0, from: (0, 0.0), slope: 0.0, until: 0 };
+                encoder.go(0, self.clock_s, straight);
+                encoder
+            })
+            .collect();
+        let mut wiring = wiring.clone();
+        wiring.rest_modulator();
+        wiring.reset();
+        self.beside.nets(Cycle(0), wiring.words());
+        let mut words = flatten(&input);
+        let (mut edge, mut input) = (0, with_pins(&mut words, &encoders));
+        while edge < self.end {
+            let quiet = wiring.quiet(&input);
+            let moves = encoders.iter().map(Encoder::next).min().unwrap_or(u64::MAX);
+            let next = moves.max(edge + 1).min(edge.saturating_add(quiet).saturating_add(1)).min(self.end);
+            wiring.skip(next - 1 - edge, &input);
+            edge = next;
+            for encoder in encoders.iter_mut().filter(|encoder| encoder.next() <= edge) {
+                encoder.go(edge, self.clock_s, straight);
+            }
+            input = with_pins(&mut words, &encoders);
+            wiring.tick(input);
+            self.beside.nets(Cycle(edge), wiring.words());
+            self.control.progress.store(edge, Ordering::Relaxed);
+            if self.control.stop.load(Ordering::Relaxed) {
+                return None;
+            }
+        }
+        Some(wiring.nets().into_iter().zip(wiring.uses()).collect())
+    }
+}
+
+/// The inputs with the encoders' pins, which come first.
+fn with_pins<P: Ports<i64>>(words: &mut [i64], encoders: &[Encoder]) -> P {
+    for (pins, encoder) in words.chunks_exact_mut(2).zip(encoders) {
+        let lines = hpu_cosim::Pins::at(encoder.count);
+        pins.copy_from_slice(&[lines.a, lines.b]);
+    }
+    let mut words = words.iter();
+    P::build(|| *words.next().expect("one word a port"))
+}
