@@ -2,6 +2,8 @@
 //!
 //! [`measured`] is what happened in closed loop: in one run, a set of scenes, or seeded random motion.
 
+pub mod proof;
+
 mod equations;
 mod field;
 mod measured;

