@@ -5,8 +5,23 @@
 //! ([`Limit`]). Then the *words*: for every motion within these limits each block hands on a range and an error, in exact
 //! integers.
 
-use hpu_cosim::scene::{PhantomScene, Scene};
+mod device;
+mod haptic;
+mod interval;
+mod response;
+mod span;
+mod travel;
+mod word;
+mod wrap;
+
+use hpu_cosim::scene::{Datapath, PhantomScene, Scene};
+use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::Format;
+
+use device::Shaft;
+use haptic::{Rows, Settings};
+use span::Span;
+use travel::Travel;
 
 /// How a figure came about.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -90,8 +105,50 @@ pub struct Proof {
 ///
 /// The reason why nothing can be: no words, or words that make no datapath.
 pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
-    let _ = scene;
-    Ok(Proof::default())
+    match scene.model.datapath {
+        Datapath::Words => {}
+        Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
+        Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
+    }
+    let session = Session::new(scene).map_err(|error| error.to_string())?;
+    let (words, nets) = (session.words(), session.wiring().nets());
+    let settings = Settings::new(words);
+    let mut assumptions = vec![format!("a clock of {} Hz, words as the scene sets them", scene.clock.frequency_hz())];
+    if scene.model.solver.is_fixed_step() {
+        assumptions.push("the device itself, not what a solver in steps makes of it".into());
+    }
+    let shaft = match Shaft::new(scene) {
+        Ok(shaft) => shaft,
+        Err(reason) => {
+            assumptions.push(format!("no limit of the motion: {reason}"));
+            let rows = of_wiring(&settings, &Travel::unlimited(), session.wiring());
+            return Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: Vec::new(), wraps_at: None });
+        }
+    };
+    // Any command first; what the words can then be is a narrower range of commands, which is true as well.
+    let full = (1i128 << words.config.pwm.width) - 1;
+    let mut commands = (-full, full);
+    let mut proof = Proof::default();
+    for _ in 0..4 {
+        let motion = shaft.motion(commands);
+        let travel = Travel::new(scene, words, &motion);
+        let rows = of_wiring(&settings, &travel, session.wiring());
+        let Span { min, max } = rows.get("command").span;
+        let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
+        let wraps_at = wrap::wraps_at(scene, &settings, &travel, &rows);
+        proof = Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at };
+        if (min, max) == commands {
+            break;
+        }
+        commands = (min, max);
+    }
+    Ok(proof)
+}
+
+/// The words of a wiring's nets.
+fn of_wiring(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Rows {
+    let _ = wiring;
+    haptic::haptic(settings, travel)
 }
 
 /// What is proved of a scene of a PHANToM.

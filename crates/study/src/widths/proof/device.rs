@@ -1,0 +1,348 @@
+//! What the device cannot exceed, whatever it is commanded: current, speed and angle of its shaft.
+//!
+//! Between the bridge's terminals lies at most the supply and two diodes, whatever the gates do. Friction is a torque of at
+//! most its Coulomb value. A hand that holds the shaft by spring and damper adds to the device's own linear system, and
+//! drives it by the speed of its path, `e = angle - path`:
+//!
+//! | | |
+//! |---|---|
+//! | `L di/dt = V - R i - K w` | `V` within what the bridge gives |
+//! | `J dw/dt = K i - (B + b_h) w - k_h e + b_h v_h - f` | friction `f` within its Coulomb value |
+//! | `de/dt = w - v_h` | `v_h` within the speeds of the path |
+//!
+//! The reach of each input is an integral of its impulse response ([`Flow`]). Where the commands are known to be one-sided,
+//! so is the voltage; a bridge that switches gives what it is told only in the mean over a period, which costs at most a
+//! period's change of the response.
+
+use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene, Winding};
+
+use super::Limit;
+use super::interval::Interval;
+use super::response::{Flow, Parts};
+
+/// Limits of the shaft's motion, for any command within a range.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    /// Speeds, in rad/s.
+    pub speed: Interval,
+    /// Angles, in rad; none where nothing holds the shaft back.
+    pub angle: Option<Interval>,
+    /// The winding's current, in A; none of a mass.
+    pub current: Option<Interval>,
+    /// Under which assumptions.
+    pub why: Vec<String>,
+}
+
+impl Motion {
+    /// As limits to be told.
+    pub fn limits(&self, scene: &Scene) -> Vec<Limit> {
+        let units = scene.device.units();
+        let speed = if units.position == "m" { "m/s" } else { "rad/s" };
+        let why = self.why.join("; ");
+        let limit = |name, unit, range: Interval| Limit { name, unit, min: range.lo, max: range.hi, why: why.clone() };
+        let mut all = vec![limit("speed", speed, self.speed)];
+        all.extend(self.angle.map(|angle| limit("angle", units.position, angle)));
+        all.extend(self.current.map(|current| limit("current", "A", current)));
+        all
+    }
+}
+
+/// What an input does to the speed and to the distance from the hand.
+struct Channel {
+    speed: Parts,
+    /// None where nothing pulls back.
+    angle: Option<Parts>,
+    /// Total change of the speed's response and of the angle's, per second.
+    bends: [f64; 2],
+}
+
+/// A scene's device and hand as a linear system under bounded inputs.
+pub(crate) struct Shaft<'s> {
+    scene: &'s Scene,
+    drive: Channel,
+    torque: Channel,
+    path: Channel,
+    /// What is left of the start: speed, and distance from the hand.
+    start: [Interval; 2],
+    /// The path's angles and speeds; of a hand that is none, the start's and none.
+    intended: [Interval; 2],
+    held: bool,
+    why: Vec<String>,
+}
+
+/// The hull of 0 and these.
+pub(crate) fn around_zero(values: impl IntoIterator<Item = f64>) -> Interval {
+    values.into_iter().fold(Interval::ZERO, |all, value| Interval { lo: all.lo.min(value), hi: all.hi.max(value) })
+}
+
+fn hull(values: impl IntoIterator<Item = f64>) -> Interval {
+    let none = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+    values.into_iter().fold(none, |all, value| Interval { lo: all.lo.min(value), hi: all.hi.max(value) })
+}
+
+/// Whether the current may ever take a way through diodes.
+fn has_diodes(scene: &Scene) -> bool {
+    // Before the first edge all gates are off, and what turns or flows at the start freewheels.
+    let coasts = matches!(scene.device, Device::Motor(motor)
+        if motor.initial_current_a != 0.0 || motor.initial_speed_rad_per_s != 0.0);
+    let switches = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
+    switches && (scene.method.pwm.floating || scene.method.pwm.dead_time_s > 0.0 || coasts)
+}
+
+/// Angles and speeds of a path.
+fn path_range(path: &[PathPoint], scene: &Scene) -> Option<[Interval; 2]> {
+    let edges: Vec<u64> = path.iter().map(|point| scene.clock.edges(point.time_s)).collect();
+    if edges.windows(2).any(|pair| pair[0] == pair[1]) {
+        return None;
+    }
+    let steps = path.windows(2).zip(edges.windows(2));
+    let speeds = steps.map(|(points, edges)| {
+        (points[1].angle_rad - points[0].angle_rad) / ((edges[1] - edges[0]) as f64 * scene.clock.period_s())
+    });
+    // A part in 2^40 for the roundings.
+    let slack = Interval::exact(1.0 + 2f64.powi(-40));
+    Some([hull(path.iter().map(|point| point.angle_rad)), around_zero(speeds).times(slack)])
+}
+
+impl<'s> Shaft<'s> {
+    /// The scene's shaft.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none of that kind: a recording, a path that jumps, a circuit that is not one linear system.
+    pub fn new(scene: &'s Scene) -> Result<Self, String> {
+        if scene.bridge.on_resistance_ohm > 0.0 && has_diodes(scene) {
+            return Err("the circuit's resistance is another one while diodes conduct".into());
+        }
+        let start_rad = scene.initial_angle_rad();
+        let (path, grip) = match &scene.hand {
+            Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
+            Hand::SpringDamper { path, .. } | Hand::Prescribed { path } => (&path[..], scene.hand.grip()),
+            Hand::None | Hand::ConstantTorque { .. } => (&[][..], (0.0, 0.0)),
+        };
+        let held = grip.0 > 0.0;
+        let intended = if path.is_empty() {
+            [Interval::exact(start_rad), Interval::ZERO]
+        } else {
+            path_range(path, scene).ok_or("the hand's path jumps")?
+        };
+        let mut why = vec!["the hand's path keeps to the angles and speeds of the scene's".to_string()];
+        if path.is_empty() {
+            why.clear();
+        }
+        let system = System::new(scene, grip, held);
+        let flow = Flow::forever(&system.a).unwrap_or_else(|| {
+            why.push(format!("for the {} s of the run", scene.run.duration_s));
+            Flow::until(&system.a, scene.run.duration_s * (1.0 + 2f64.powi(-40)))
+        });
+        let channel = |b: &[Interval]| system.channel(&flow, b);
+        let gap_rad = path.first().map_or(Interval::ZERO, |point| {
+            Interval::exact(start_rad).minus(Interval::exact(point.angle_rad))
+        });
+        let first = system.start(scene, gap_rad);
+        let start = [flow.swing(&system.speed, &first), flow.swing(&system.gap(), &first)];
+        let (drive, torque, path) = (channel(&system.drive), channel(&system.torque), channel(&system.path));
+        Ok(Self { scene, drive, torque, path, start, intended, held, why })
+    }
+
+    /// What no command can exceed whose PWM counts stay within these, of `2^bits` for all of the supply.
+    pub fn motion(&self, command: (i128, i128)) -> Motion {
+        let Self { scene, intended: [angles, speeds], .. } = self;
+        let mut why = self.why.clone();
+        if let Hand::Prescribed { .. } = scene.hand {
+            let current = self.current(*speeds);
+            return Motion { speed: *speeds, angle: Some(*angles), current, why };
+        }
+        let share = |count: i128| (count as f64 / 2f64.powi(scene.method.pwm.bits.cast_signed())).clamp(-1.0, 1.0);
+        // A positive command pushes against the positive direction.
+        let shares = Interval { lo: -share(command.1).max(0.0), hi: -share(command.0).min(0.0) };
+        let (most, pulsed, text) = self.most_drive();
+        why.push(text);
+        let one_sided = !scene.method.pwm.antiphase && !scene.method.pwm.floating && scene.method.pwm.dead_time_s == 0.0;
+        let driven = |parts: Parts, bend: f64| {
+            if !one_sided {
+                return parts.driven(Interval { lo: -most, hi: most });
+            }
+            let period_s = 2f64.powi(scene.method.pwm.bits.cast_signed()) * scene.clock.period_s();
+            let spill = if pulsed { (period_s * bend).next_up() } else { 0.0 };
+            // Of pulses of a share of the period: no more than all of it, and no more than the share of the period's best.
+            let reach = |part: f64, share: f64| {
+                let mean = (share.abs() * (part + spill).next_up()).next_up();
+                (most * if share == 0.0 { 0.0 } else { part.min(mean) }).next_up()
+            };
+            Interval {
+                lo: -(reach(parts.positive, shares.lo) + reach(parts.negative, shares.hi)).next_up(),
+                hi: (reach(parts.positive, shares.hi) + reach(parts.negative, shares.lo)).next_up(),
+            }
+        };
+        let coulomb = scene.device_coulomb();
+        let push = match scene.hand {
+            Hand::ConstantTorque { torque_nm } => around_zero([torque_nm]),
+            _ => Interval::ZERO,
+        };
+        let torque = push.plus(Interval { lo: -coulomb, hi: coulomb });
+        let all = |drive: Parts, bend, torques: Parts, path: Parts, start: Interval| {
+            driven(drive, bend).plus(torques.driven(torque)).plus(path.driven(*speeds)).plus(start)
+        };
+        let speed = all(self.drive.speed, self.drive.bends[0], self.torque.speed, self.path.speed, self.start[0]);
+        let angle = match (self.drive.angle, self.torque.angle, self.path.angle) {
+            (Some(drive), Some(torque), Some(path)) if self.held => {
+                Some(all(drive, self.drive.bends[1], torque, path, self.start[1]).plus(*angles))
+            }
+            _ => None,
+        };
+        if one_sided && (shares.lo > -1.0 || shares.hi < 1.0) {
+            why.push(format!("commands between {} and {} PWM counts", command.0, command.1));
+        }
+        Motion { speed, angle, current: self.current(speed), why }
+    }
+
+    /// The most voltage, or force; whether it comes in pulses; what that is.
+    fn most_drive(&self) -> (f64, bool, String) {
+        let scene = self.scene;
+        if let Some(amplifier) = scene.amplifier.filter(|_| matches!(scene.device, Device::Mass(_))) {
+            let most_n = amplifier.full_scale_n;
+            return (most_n, false, format!("the amplifier gives at most {most_n} N"));
+        }
+        let supply_v = scene.bridge.supply_v;
+        if scene.model.bridge == BridgeModel::Averaged {
+            return (supply_v, false, format!("the bridge gives at most {supply_v} V"));
+        }
+        if has_diodes(scene) {
+            let most_v = (supply_v + 2.0 * scene.bridge.diode_drop_v).next_up();
+            return (most_v, true, format!("bridge and diodes give at most {most_v} V"));
+        }
+        (supply_v, true, format!("the bridge gives at most {supply_v} V"))
+    }
+
+    /// `abs(i) <= max(abs(i_0), (V + K w) / R)`: beyond, it falls.
+    fn current(&self, speed: Interval) -> Option<Interval> {
+        let Device::Motor(motor) = self.scene.device else { return None };
+        let emf_v = (motor.torque_constant_nm_per_a * speed.size()).next_up();
+        let most_v = self.scene.bridge.supply_v + 2.0 * self.scene.bridge.diode_drop_v;
+        let most_a = ((most_v + emf_v).next_up() / motor.resistance_ohm).next_up().max(motor.initial_current_a.abs());
+        Some(Interval { lo: -most_a, hi: most_a })
+    }
+}
+
+/// `A` and the inputs' columns. States: current unless the winding is resistive or there is none, speed, distance from the
+/// hand if it holds on.
+struct System {
+    a: Vec<Vec<Interval>>,
+    drive: Vec<Interval>,
+    torque: Vec<Interval>,
+    path: Vec<Interval>,
+    speed: Vec<Interval>,
+    held: bool,
+}
+
+impl System {
+    fn new(scene: &Scene, (grip, grip_damping): (f64, f64), held: bool) -> Self {
+        let number = Interval::exact;
+        let zero = Interval::ZERO;
+        let negative = |x: Interval| zero.minus(x);
+        let (inertia, viscous) = match scene.device {
+            Device::Motor(motor) => (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad),
+            Device::Mass(mass) => (mass.mass_kg, mass.damping_n_s_per_m),
+        };
+        let mut drag = number(viscous).plus(number(grip_damping));
+        // Rows of what drives the speed, and of the current.
+        let (mut current, mut by_drive) = (None, zero);
+        match scene.device {
+            Device::Motor(motor) => {
+                let k = number(motor.torque_constant_nm_per_a);
+                let ohm = number(motor.resistance_ohm).plus(number(2.0 * scene.bridge.on_resistance_ohm));
+                match scene.model.winding {
+                    Winding::Inductive => current = Some((k, ohm, motor.inductance_h)),
+                    Winding::Resistive => {
+                        drag = drag.plus(k.times(k).divided(ohm));
+                        by_drive = k.divided(ohm).over(inertia);
+                    }
+                }
+            }
+            Device::Mass(_) => by_drive = number(1.0).over(inertia),
+        }
+        let mut a = Vec::new();
+        let (mut drive, mut torque, mut path) = (Vec::new(), Vec::new(), Vec::new());
+        let slow = negative(drag.over(inertia));
+        let back = negative(number(grip).over(inertia));
+        let wound = current.is_some();
+        let row = |cells: [Interval; 3]| {
+            let mut row = cells.to_vec();
+            if !held {
+                row.pop();
+            }
+            if !wound {
+                row.remove(0);
+            }
+            row
+        };
+        if let Some((k, ohm, henry)) = current {
+            a.push(row([negative(ohm.over(henry)), negative(k.over(henry)), zero]));
+            drive.push(number(1.0).over(henry));
+            torque.push(zero);
+            path.push(zero);
+        }
+        let pull = current.map_or(zero, |(k, ..)| k.over(inertia));
+        a.push(row([pull, slow, back]));
+        drive.push(by_drive);
+        torque.push(number(1.0).over(inertia));
+        path.push(number(grip_damping).over(inertia));
+        if held {
+            a.push(row([zero, number(1.0), zero]));
+            drive.push(zero);
+            torque.push(zero);
+            path.push(number(-1.0));
+        }
+        let speed = (0..a.len()).map(|state| number(f64::from(u8::from(state == usize::from(wound))))).collect();
+        Self { a, drive, torque, path, speed, held }
+    }
+
+    /// The row of the distance from the hand; zeros if there is none.
+    fn gap(&self) -> Vec<Interval> {
+        let mut row = vec![Interval::ZERO; self.a.len()];
+        if let (true, Some(last)) = (self.held, row.last_mut()) {
+            *last = Interval::exact(1.0);
+        }
+        row
+    }
+
+    fn start(&self, scene: &Scene, gap: Interval) -> Vec<Interval> {
+        let (current, speed) = match scene.device {
+            Device::Motor(motor) => (motor.initial_current_a, motor.initial_speed_rad_per_s),
+            Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s),
+        };
+        let mut all = vec![Interval::exact(speed)];
+        if self.a.len() > 1 + usize::from(self.held) {
+            all.insert(0, Interval::exact(current));
+        }
+        if self.held {
+            all.push(gap);
+        }
+        all
+    }
+
+    fn channel(&self, flow: &Flow, b: &[Interval]) -> Channel {
+        let speed = flow.parts(&self.speed, b);
+        // d/dt of the speed's response: c A e^(At) b, and a jump of c b at the start.
+        let at = self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default();
+        let bend = (flow.parts(&self.a[at], b).both() + b[at].size()).next_up();
+        let angle = self.held.then(|| flow.parts(&self.gap(), b));
+        let jump = if self.held { b[b.len() - 1].size() } else { 0.0 };
+        Channel { speed, angle, bends: [bend, (speed.both() + jump).next_up()] }
+    }
+}
+
+/// Coulomb friction, if there is any.
+trait Coulomb {
+    fn device_coulomb(&self) -> f64;
+}
+
+impl Coulomb for Scene {
+    fn device_coulomb(&self) -> f64 {
+        match self.device {
+            Device::Motor(motor) => motor.coulomb_friction_nm,
+            Device::Mass(mass) => mass.coulomb_n,
+        }
+    }
+}

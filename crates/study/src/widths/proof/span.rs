@@ -1,0 +1,163 @@
+//! Ranges of whole numbers, and affine forms over them: where a number comes in twice, it is the same number.
+
+use hpu_signal::Format;
+
+/// The whole numbers from `min` to `max`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Span {
+    pub min: i128,
+    pub max: i128,
+}
+
+impl Span {
+    pub const fn new(min: i128, max: i128) -> Self {
+        Self { min, max }
+    }
+
+    pub const fn exact(value: i128) -> Self {
+        Self { min: value, max: value }
+    }
+
+    /// All words of a format.
+    pub const fn of(format: Format) -> Self {
+        Self { min: format.min(), max: format.max() }
+    }
+
+    pub fn hull(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    pub fn plus(self, other: Self) -> Self {
+        Self { min: self.min + other.min, max: self.max + other.max }
+    }
+
+    pub fn times(self, other: Self) -> Self {
+        let ends = [self.min * other.min, self.min * other.max, self.max * other.min, self.max * other.max];
+        let least = ends.into_iter().min().unwrap_or_default();
+        Self { min: least, max: ends.into_iter().max().unwrap_or_default() }
+    }
+
+    /// Every one of them over `2^drop`, rounded down.
+    pub fn shifted(self, drop: i32) -> Self {
+        let shift = |value: i128| if drop >= 0 { value >> drop } else { value << -drop };
+        Self { min: shift(self.min), max: shift(self.max) }
+    }
+
+    /// Every one of them clamped.
+    pub fn clamp(self, to: Self) -> Self {
+        Self { min: self.min.clamp(to.min, to.max), max: self.max.clamp(to.min, to.max) }
+    }
+
+    /// What both have in common; they must meet.
+    pub fn meet(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
+    pub fn is_within(self, other: Self) -> bool {
+        other.min <= self.min && self.max <= other.max
+    }
+}
+
+/// `2^-frac (constant + sum of factor * symbol)`; symbols are whole numbers of a [`Symbols`].
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Form {
+    pub frac: i32,
+    constant: i128,
+    /// By symbol, in order.
+    terms: Vec<(usize, i128)>,
+}
+
+impl Form {
+    pub fn constant(value: i128, frac: i32) -> Self {
+        Self { frac, constant: value, terms: Vec::new() }
+    }
+
+    /// The same value with more fraction bits.
+    fn at(&self, frac: i32) -> Self {
+        self.scaled_by(1 << (frac - self.frac).max(0), frac.max(self.frac))
+    }
+
+    fn scaled_by(&self, factor: i128, frac: i32) -> Self {
+        let terms = self.terms.iter().map(|&(symbol, by)| (symbol, by * factor)).collect();
+        Self { frac, constant: self.constant * factor, terms }
+    }
+
+    /// Times a word with that many fraction bits.
+    pub fn times(&self, word: i128, frac: i32) -> Self {
+        let mut product = self.scaled_by(word, self.frac + frac);
+        product.terms.retain(|term| term.1 != 0);
+        product
+    }
+
+    pub fn plus(&self, other: &Self) -> Self {
+        let frac = self.frac.max(other.frac);
+        let (mut sum, other) = (self.at(frac), other.at(frac));
+        sum.constant += other.constant;
+        for (symbol, factor) in other.terms {
+            match sum.terms.binary_search_by_key(&symbol, |term| term.0) {
+                Ok(index) => sum.terms[index].1 += factor,
+                Err(index) => sum.terms.insert(index, (symbol, factor)),
+            }
+        }
+        sum.terms.retain(|term| term.1 != 0);
+        sum
+    }
+
+    pub fn minus(&self, other: &Self) -> Self {
+        self.plus(&other.times(-1, 0))
+    }
+
+    /// The greatest number that divides every value of the form, in its own LSBs.
+    fn grain(&self) -> i128 {
+        let gcd = |mut a: i128, mut b: i128| {
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a.abs()
+        };
+        self.terms.iter().fold(self.constant.abs(), |grain, term| gcd(grain, term.1))
+    }
+}
+
+/// The ranges of symbols.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Symbols(Vec<Span>);
+
+impl Symbols {
+    /// A number of which only the range is known.
+    pub fn fresh(&mut self, range: Span, frac: i32) -> Form {
+        self.0.push(range);
+        Form { frac, constant: 0, terms: vec![(self.0.len() - 1, 1)] }
+    }
+
+    /// The range of a form, in its LSBs.
+    pub fn range(&self, form: &Form) -> Span {
+        let term = |&(symbol, factor): &(usize, i128)| self.0[symbol].times(Span::exact(factor));
+        form.terms.iter().map(term).fold(Span::exact(form.constant), Span::plus)
+    }
+
+    /// Truncated to `frac` fraction bits: less by a number of its own, at most all the bits dropped. Forms keep their
+    /// fraction, so that the sum stays exact.
+    pub fn truncated(&mut self, form: &Form, frac: i32) -> Form {
+        let drop = form.frac - frac;
+        if drop <= 0 {
+            return form.clone();
+        }
+        let unit = 1i128 << drop;
+        // What is dropped is a multiple of what divides all of it.
+        let grain = match form.grain() {
+            0 => unit,
+            grain => 1i128 << grain.trailing_zeros().min(drop.unsigned_abs()),
+        };
+        if grain == unit {
+            return form.clone();
+        }
+        let dropped = self.fresh(Span::new(0, unit / grain - 1), form.frac);
+        form.minus(&dropped.times(grain, 0))
+    }
+
+    /// The range of a form in whole units of `frac` fraction bits, rounded down.
+    pub fn words(&self, form: &Form, frac: i32) -> Span {
+        self.range(form).shifted(form.frac - frac)
+    }
+}
