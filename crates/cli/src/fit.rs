@@ -31,7 +31,8 @@ pub struct Args {
     json: bool,
 }
 
-fn share(text: &str) -> Result<f64, String> {
+/// A share, as in 1% or 0.01.
+pub fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),

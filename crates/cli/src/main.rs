@@ -33,6 +33,8 @@ mod vectors;
 mod verify;
 mod waves;
 mod widths;
+mod widths_json;
+mod widths_text;
 
 use std::process::ExitCode;
 

@@ -1,22 +1,243 @@
 //! `hpu widths`: what every signal of a scene needs, and what each bit buys.
 
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread;
+
+use clap::ValueEnum;
+use hpu_cosim::scene::Experiment;
+use hpu_signal::Notation;
+use hpu_study::chart::ranges;
+use hpu_study::widths::proof::{Bound, axis_bounds, phantom_bounds};
+use hpu_study::widths::{Measured, Recommended, by_range, measured, random, recommend, together};
+
 use crate::exit::{Exit, Failure};
-use crate::scene;
+use crate::files::Folder;
+use crate::scene::{self, set_options};
+use crate::terminal::{print, print_json, with_progress};
+use crate::{fit, interrupt, pictures, widths_json, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
+///
+/// For every signal its format, the range measured in a run and the range proved for every motion within the device's limits,
+/// idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same law in f64. For
+/// every width the least that keeps the scene's outputs within a tolerance, and what one bit less breaks.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scenes: files, or names of shipped scenes
-    #[arg(required = true)]
+    /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
+    #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
     #[command(flatten)]
     set: scene::Set,
+    /// Turn the encoders at random for so many seconds instead of running the scene; the loop is open
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    random: Option<f64>,
+    /// Seed of the random motion
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "random")]
+    seed: u64,
+    /// The error that outputs may have with fewer bits, as in 1% [default: the scene's accuracy.within, else 1%]
+    #[arg(long, value_name = "SHARE", value_parser = fit::share, conflicts_with = "random")]
+    within: Option<f64>,
+    /// Try no fewer bits: ranges, losses and proofs alone
+    #[arg(long)]
+    no_trials: bool,
+    /// Write formats in another notation beside (S,I,F)
+    #[arg(long, value_enum, value_name = "NOTATION")]
+    notation: Option<NotationArg>,
+    /// Threads [default: as many as the machine offers]
+    #[arg(short, long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Write widths.txt, widths.csv, widths.json and the picture ranges into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// How formats are written.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum NotationArg {
+    /// VHDL-2008's sfixed and ufixed
+    Sfixed,
+    /// ap_fixed and ap_ufixed of C++ high-level synthesis
+    #[value(name = "ap_fixed")]
+    ApFixed,
+    /// Q notation, with the whole width and whose sign bit
+    Q,
+}
+
+impl NotationArg {
+    fn notation(self) -> Notation {
+        match self {
+            Self::Sfixed => Notation::Vhdl,
+            Self::ApFixed => Notation::Cpp,
+            Self::Q => Notation::Q,
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.trim().trim_end_matches('s').trim().parse::<f64>().ok();
+    number.filter(|s| *s > 0.0 && *s <= 3600.0).ok_or_else(|| "write seconds above 0 and up to 3600, as in 2".into())
+}
+
+/// All that is told on the page.
+pub struct Page {
+    /// Names of the scenes.
+    pub scenes: Vec<String>,
+    /// The FPGA's clock.
+    pub clock_hz: u64,
+    /// Seconds and seed of random motion.
+    pub random: Option<(f64, u64)>,
+    /// What was measured.
+    pub measured: Measured,
+    /// What is proved, or why nothing is.
+    pub proved: Result<Vec<Bound>, String>,
+    /// What widths are good for, or why that was not asked.
+    pub recommended: Result<Recommended, String>,
+    /// Another notation.
+    pub notation: Option<Notation>,
+    /// The command that makes the page.
+    pub command: String,
+    /// Files written.
+    pub files: Vec<PathBuf>,
 }
 
 /// `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    for scene in &args.scenes {
-        scene::source(scene)?.parse(&args.set.set)?;
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let control = interrupt::heed();
+    let mut experiments = Vec::new();
+    for name in &args.scenes {
+        experiments.push(scene::source(name)?.parse(&args.set.set)?);
+    }
+    let Some(mut page) = page(args, &experiments)? else { return Ok(Exit::Interrupted) };
+    if let Some(folder) = &mut folder {
+        let bounds = page.proved.as_deref().unwrap_or(&[]);
+        let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
+        pictures::put(&ranges(&title, &page.measured, bounds, &page.command), folder)?;
+        folder.write("widths.txt", widths_text::page(&page))?;
+        folder.write("widths.csv", widths_text::csv(&page))?;
+        page.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
+        folder.write("widths.json", format!("{:#}\n", widths_json::object(&page)))?;
+    }
+    if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
+        return Ok(Exit::Interrupted);
+    }
+    if let Some(folder) = folder {
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&widths_json::object(&page))?
+    } else {
+        print(&widths_text::page(&page))?
     }
     Ok(Exit::Fine)
+}
+
+/// The page; `None` when interrupted.
+fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure> {
+    let control = interrupt::heed();
+    let mut runs = Vec::new();
+    for (name, experiment) in args.scenes.iter().zip(experiments) {
+        let run = || match args.random {
+            Some(seconds) => random(experiment, seconds, args.seed, control),
+            None => measured(experiment, control),
+        };
+        let found = with_progress(experiment.edges(), "edges", control, run);
+        match found.map_err(|why| Failure::file(format!("{name}: {why}")))? {
+            Some(run) => runs.push(run),
+            None => return Ok(None),
+        }
+    }
+    let Some(recommended) = recommended(args, experiments, &runs)? else { return Ok(None) };
+    let mut measured = together(&args.scenes, runs).map_err(Failure::usage)?;
+    for row in &mut measured.rows {
+        row.recommended = match &recommended {
+            Ok(found) => found.formats.iter().find(|(name, _)| *name == row.name).map(|(_, format)| *format),
+            Err(_) => by_range(row.format, row.headroom_bits),
+        };
+    }
+    Ok(Some(Page {
+        scenes: args.scenes.clone(),
+        clock_hz: experiments[0].clock().frequency_hz(),
+        random: args.random.map(|seconds| (seconds, args.seed)),
+        measured,
+        proved: proved(experiments),
+        recommended,
+        notation: args.notation.map(NotationArg::notation),
+        command: command(args),
+        files: Vec::new(),
+    }))
+}
+
+/// What widths are good for, or why that is not told; `None` when interrupted.
+fn recommended(
+    args: &Args,
+    experiments: &[Experiment],
+    runs: &[Measured],
+) -> Result<Option<Result<Recommended, String>>, Failure> {
+    if args.no_trials {
+        return Ok(Some(Err("no fewer bits were tried (--no-trials)".into())));
+    }
+    if args.random.is_some() {
+        return Ok(Some(Err("random motion has no outputs that a width could break".into())));
+    }
+    let control = interrupt::heed();
+    let jobs = args.jobs.or_else(|| thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let mut all: Option<Recommended> = None;
+    for (experiment, run) in experiments.iter().zip(runs) {
+        let within = args.within.unwrap_or(experiment.accuracy().within);
+        let trials = || recommend(experiment, run, within, jobs, control);
+        control.progress.store(0, std::sync::atomic::Ordering::Relaxed);
+        match with_progress(40, "runs", control, trials) {
+            Err(why) => return Ok(Some(Err(why))),
+            Ok(None) => return Ok(None),
+            Ok(Some(found)) => {
+                all = Some(match all {
+                    None => found,
+                    Some(before) => before.and(found, &experiments[0]).map_err(Failure::file)?,
+                });
+            }
+        }
+    }
+    Ok(all.map(Ok))
+}
+
+/// What is proved of every scene: the widest of the ranges.
+fn proved(experiments: &[Experiment]) -> Result<Vec<Bound>, String> {
+    let mut all: Vec<Bound> = Vec::new();
+    for experiment in experiments {
+        let proof = match experiment {
+            Experiment::Axis(scene) => axis_bounds(scene),
+            Experiment::Phantom(scene) => phantom_bounds(scene),
+        }?;
+        for bound in proof.bounds {
+            match all.iter_mut().find(|other| other.name == bound.name) {
+                None => all.push(bound),
+                Some(other) => {
+                    other.min = other.min.min(bound.min);
+                    other.max = other.max.max(bound.max);
+                    other.never_overflows &= bound.never_overflows;
+                }
+            }
+        }
+    }
+    if all.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
+}
+
+fn command(args: &Args) -> String {
+    let scenes = args.scenes.iter().map(|scene| format!(" {}", scene::quoted(scene))).collect::<String>();
+    let mut command = format!("hpu widths{scenes}{}", set_options(&args.set.set));
+    if let Some(seconds) = args.random {
+        command += &format!(" --random {seconds} --seed {}", args.seed);
+    }
+    if let Some(within) = args.within {
+        command += &format!(" --within {within}");
+    }
+    if args.no_trials {
+        command += " --no-trials";
+    }
+    command
 }

@@ -11,12 +11,33 @@ fn proved(name: &str, overrides: &[(&str, &str)]) -> Proof {
 
 #[test]
 fn scratch() {
-    for name in ["hybrid-wall", "wrap-product", "prescribed-sweep", "conventional-wall-1khz", "rail-drop", "free-motion", "short-contact"] {
+    for name in [
+        "hybrid-wall",
+        "wrap-product",
+        "prescribed-sweep",
+        "conventional-wall-1khz",
+        "rail-drop",
+        "free-motion",
+        "short-contact",
+    ] {
         let start = std::time::Instant::now();
         let proof = proved(name, &[]);
         println!("== {name} {:?}", start.elapsed());
-        for limit in &proof.limits { println!("  {limit:?}"); }
+        for limit in &proof.limits {
+            println!("  {limit:?}");
+        }
         println!("  {:?}", proof.wraps_at);
-        for bound in &proof.bounds { println!("  {:12} {} {} {} err {:?} {} {:?}", bound.name, bound.format, bound.min, bound.max, bound.error, bound.never_overflows, bound.assumptions.first()); }
+        for bound in &proof.bounds {
+            println!(
+                "  {:12} {} {} {} err {:?} {} {:?}",
+                bound.name,
+                bound.format,
+                bound.min,
+                bound.max,
+                bound.error,
+                bound.never_overflows,
+                bound.assumptions.first()
+            );
+        }
     }
 }

@@ -191,3 +191,29 @@ fn reason(why: &str) -> String {
 pub fn by_range(format: Format, headroom_bits: i32) -> Option<Format> {
     Format::new(format.is_signed(), format.int() - headroom_bits, format.frac()).ok()
 }
+
+impl Recommended {
+    /// What two scenes of one wiring need together: of each width the greater number of bits, formats as `scene` has them then.
+    ///
+    /// # Errors
+    ///
+    /// When there are no such words.
+    pub fn and(self, other: Self, scene: &Experiment) -> Result<Self, String> {
+        let pairs = self.needed.into_iter().zip(other.needed);
+        let needed: Vec<_> = pairs.map(|(one, two)| if two.least > one.least { two } else { one }).collect();
+        let together: Vec<i32> = self.together.iter().zip(&other.together).map(|(one, two)| *one.max(two)).collect();
+        let pairs = needed.iter().zip(&together);
+        let scene =
+            pairs.into_iter().try_fold(scene.clone(), |scene, (needed, &bits)| needed.field.with(&scene, bits))?;
+        let formats = ready(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
+        Ok(Self {
+            within: self.within.max(other.within),
+            outputs: self.outputs,
+            needed,
+            together,
+            error: self.error.max(other.error),
+            formats,
+            runs: self.runs + other.runs,
+        })
+    }
+}

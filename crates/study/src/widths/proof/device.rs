@@ -136,9 +136,9 @@ impl<'s> Shaft<'s> {
             Flow::until(&system.a, scene.run.duration_s * (1.0 + 2f64.powi(-40)))
         });
         let channel = |b: &[Interval]| system.channel(&flow, b);
-        let gap_rad = path.first().map_or(Interval::ZERO, |point| {
-            Interval::exact(start_rad).minus(Interval::exact(point.angle_rad))
-        });
+        let gap_rad = path
+            .first()
+            .map_or(Interval::ZERO, |point| Interval::exact(start_rad).minus(Interval::exact(point.angle_rad)));
         let first = system.start(scene, gap_rad);
         let start = [flow.swing(&system.speed, &first), flow.swing(&system.gap(), &first)];
         let (drive, torque, path) = (channel(&system.drive), channel(&system.torque), channel(&system.path));
@@ -158,7 +158,8 @@ impl<'s> Shaft<'s> {
         let shares = Interval { lo: -share(command.1).max(0.0), hi: -share(command.0).min(0.0) };
         let (most, pulsed, text) = self.most_drive();
         why.push(text);
-        let one_sided = !scene.method.pwm.antiphase && !scene.method.pwm.floating && scene.method.pwm.dead_time_s == 0.0;
+        let one_sided =
+            !scene.method.pwm.antiphase && !scene.method.pwm.floating && scene.method.pwm.dead_time_s == 0.0;
         let driven = |parts: Parts, bend: f64| {
             if !one_sided {
                 return parts.driven(Interval { lo: -most, hi: most });

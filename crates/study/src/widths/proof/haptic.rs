@@ -73,7 +73,8 @@ impl Rows {
         let position = travel.counts.filter(|counts| counts.is_within(Span::of(counter)));
         let mut word = self.symbols.given(position.unwrap_or(Span::of(counter)), 0);
         word.fits = travel.delta.is_some();
-        let why = (position.is_none() && word.fits).then(|| "turns over, and displacement reads through it".to_string());
+        let why =
+            (position.is_none() && word.fits).then(|| "turns over, and displacement reads through it".to_string());
         self.found.extend(["position", "held"].map(|name| (name, word.clone(), why.iter().cloned().collect())));
         let delta = match travel.delta {
             Some(delta) => self.symbols.given(delta, 0),

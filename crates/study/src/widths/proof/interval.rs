@@ -38,7 +38,10 @@ impl Interval {
             return Self::ZERO;
         }
         let ends = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
-        Self::outward(ends.into_iter().fold(f64::INFINITY, f64::min), ends.into_iter().fold(f64::NEG_INFINITY, f64::max))
+        Self::outward(
+            ends.into_iter().fold(f64::INFINITY, f64::min),
+            ends.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        )
     }
 
     /// Divided by something above zero.
@@ -49,7 +52,10 @@ impl Interval {
     /// Divided by something all above zero.
     pub fn divided(self, other: Self) -> Self {
         let ends = [self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi];
-        Self::outward(ends.into_iter().fold(f64::INFINITY, f64::min), ends.into_iter().fold(f64::NEG_INFINITY, f64::max))
+        Self::outward(
+            ends.into_iter().fold(f64::INFINITY, f64::min),
+            ends.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        )
     }
 
     /// Times a power of two, which is exact.
@@ -94,7 +100,8 @@ impl Matrix {
     }
 
     pub fn plus(&self, other: &Self) -> Self {
-        let sum = |(left, right): (&Vec<Interval>, &Vec<Interval>)| left.iter().zip(right).map(|(l, r)| l.plus(*r)).collect();
+        let sum =
+            |(left, right): (&Vec<Interval>, &Vec<Interval>)| left.iter().zip(right).map(|(l, r)| l.plus(*r)).collect();
         Self(self.0.iter().zip(&other.0).map(sum).collect())
     }
 

@@ -45,7 +45,8 @@ impl Parts {
     pub fn driven(self, input: Interval) -> Interval {
         let Interval { lo, hi } = input;
         let reach = |up: f64, down: f64| up.max(0.0) * self.positive + (-down).max(0.0) * self.negative;
-        Interval { lo: -reach(-lo, -hi), hi: reach(hi, lo) }.plus(Interval { lo: -f64::MIN_POSITIVE, hi: f64::MIN_POSITIVE })
+        Interval { lo: -reach(-lo, -hi), hi: reach(hi, lo) }
+            .plus(Interval { lo: -f64::MIN_POSITIVE, hi: f64::MIN_POSITIVE })
     }
 }
 

@@ -107,7 +107,8 @@ impl Symbols {
     pub fn bound(&self, signal: &Signal, word: &Word, assumptions: &[String]) -> Bound {
         let value = |word: i128| word as f64 * signal.format.lsb();
         // Beyond 2^53 the float may be the nearer one.
-        let outward = |word: i128, way: fn(f64) -> f64| if word.abs() < 1 << 53 { value(word) } else { way(value(word)) };
+        let outward =
+            |word: i128, way: fn(f64) -> f64| if word.abs() < 1 << 53 { value(word) } else { way(value(word)) };
         let error = self.error(word).map(|(range, frac)| {
             let most = range.max.max(-range.min) as f64;
             if most == 0.0 { 0.0 } else { (most * 2f64.powi(-frac)).next_up() }

@@ -15,7 +15,8 @@ pub(crate) fn wraps_at(scene: &Scene, settings: &Settings, travel: &Travel, rows
     }
     let (config, format) = (settings.config, settings.config.stiffness);
     let full = 1i128 << (config.pwm.width as i32 + format.frac());
-    let first = |factor: i128, held: Format| (factor > 0).then(|| (full + factor - 1) / factor).filter(|&by| held.holds(by));
+    let first =
+        |factor: i128, held: Format| (factor > 0).then(|| (full + factor - 1) / factor).filter(|&by| held.holds(by));
     let penetration = rows.get("penetration").span.max;
     let word = first(penetration, format);
     let words = scene.words().ok()?;

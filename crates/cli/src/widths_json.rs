@@ -1,0 +1,81 @@
+//! `hpu widths --json`: a contract; more keys may follow.
+
+use hpu_signal::{Clock, Format};
+use hpu_study::map::outcome_name;
+use hpu_study::widths::{Loss, SignalRow};
+use serde_json::{Value, json};
+
+use crate::widths::Page;
+use crate::widths_text::how;
+
+/// The page as one object. Measured and proved ranges are in words, everything else in SI units and the signal's.
+pub fn object(page: &Page) -> Value {
+    let measured = &page.measured;
+    json!({
+        "scenes": page.scenes,
+        "wiring": measured.wiring,
+        "edges": measured.edges,
+        "motion_s": measured.motion_s,
+        "random": page.random.map(|(seconds, seed)| json!({ "motion_s": seconds, "seed": seed })),
+        "outcomes": measured.outcomes.iter().map(|kind| outcome_name(Some(*kind))).collect::<Vec<_>>(),
+        "signals": measured.rows.iter().map(|row| signal(page, row)).collect::<Vec<_>>(),
+        "widths": widths(page),
+        "not_proved": page.proved.as_ref().err(),
+        "command": page.command,
+        "files": page.files.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
+    })
+}
+
+fn triple(format: Format) -> Value {
+    json!([i32::from(format.is_signed()), format.int(), format.frac()])
+}
+
+fn signal(page: &Page, row: &SignalRow) -> Value {
+    let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == row.name));
+    let first_s =
+        |loss: &Loss| loss.first.zip(Clock::new(page.clock_hz).ok()).map(|(first, clock)| clock.seconds(first));
+    let worst = |loss: &Loss| (loss.edges > 0 && !loss.worst.is_nan()).then_some(loss.worst);
+    let lsb = row.format.lsb();
+    json!({
+        "name": row.name,
+        "format": triple(row.format),
+        "unit": row.unit,
+        "measured": row.measured.map(|(min, max)| [min, max]),
+        "proved": bound.map(|bound| [bound.min / lsb, bound.max / lsb]),
+        "how": bound.map(|bound| how(bound.how)),
+        "never_overflows": bound.map(|bound| bound.never_overflows),
+        "error": bound.and_then(|bound| bound.error),
+        "assumptions": bound.map(|bound| &bound.assumptions),
+        "idle_bits": row.headroom_bits,
+        "rounded": row.rounded.edges,
+        "rounded_worst": worst(&row.rounded),
+        "rounded_first_s": first_s(&row.rounded),
+        "overflowed": row.overflowed.edges,
+        "overflowed_worst": worst(&row.overflowed),
+        "overflowed_first_s": first_s(&row.overflowed),
+        "sqnr_db": row.sqnr_db.filter(|db| db.is_finite()),
+        "exact": row.sqnr_db.map(f64::is_infinite),
+        "recommended": row.recommended.map(triple),
+    })
+}
+
+fn widths(page: &Page) -> Value {
+    match &page.recommended {
+        Err(why) => json!({ "not_tried": why }),
+        Ok(found) => json!({
+            "within": found.within,
+            "outputs": found.outputs.iter().map(|output| output.name()).collect::<Vec<_>>(),
+            "each": found.needed.iter().zip(&found.together).map(|(needed, together)| json!({
+                "name": needed.field.name(),
+                "signal": needed.field.shown_at(),
+                "bits": needed.bits,
+                "needs": needed.least,
+                "error": needed.error,
+                "one_bit_less": needed.breaks,
+                "together": together,
+            })).collect::<Vec<_>>(),
+            "error_together": found.error,
+            "runs": found.runs,
+        }),
+    }
+}

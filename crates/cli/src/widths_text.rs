@@ -1,0 +1,289 @@
+//! The one page of `hpu widths`, and its table for spreadsheets.
+
+use std::fmt::Write as _;
+
+use hpu_signal::{Clock, Notation};
+use hpu_study::fit::percent;
+use hpu_study::map::outcome_name;
+use hpu_study::widths::proof::How;
+use hpu_study::widths::{Loss, SignalRow};
+
+use crate::units::si;
+use crate::widths::Page;
+
+/// Columns of the page.
+const WIDTH: usize = 120;
+/// Signals that a page has room for.
+const MOST: usize = 36;
+
+/// The page.
+pub fn page(page: &Page) -> String {
+    let mut text = String::new();
+    let mut line = |said: &str| writeln!(text, "{said}").expect("a string grows");
+    head(page, &mut line);
+    let (rows, left_out) = shown(page);
+    line("");
+    line(&row(["signal", "format", "measured", "proved", "idle", "rounded", "overflowed", "SQNR dB", "needs"]));
+    for signal in rows {
+        line(&row(signal_cells(page, signal).each_ref().map(String::as_str)));
+    }
+    if !left_out.is_empty() {
+        line(
+            &format!("not shown: {} (all of them are in widths.csv)", left_out.join(", "))
+                .chars()
+                .take(WIDTH)
+                .collect::<String>(),
+        );
+    }
+    line("");
+    widths(page, &mut line);
+    notes(page, &mut line);
+    text
+}
+
+fn head(page: &Page, line: &mut impl FnMut(&str)) {
+    let measured = &page.measured;
+    let clock = si(page.clock_hz as f64, "Hz");
+    let motion = si(measured.motion_s, "s");
+    let how = match page.random {
+        Some((_, seed)) => format!("{motion} of random motion (seed {seed}), open loop"),
+        None => {
+            let outcomes: Vec<_> =
+                measured.outcomes.iter().map(|kind| outcome_name(Some(*kind)).replace('_', " ")).collect();
+            let outcomes = if outcomes.is_empty() { String::new() } else { format!(": {}", outcomes.join(", ")) };
+            format!("{motion} in closed loop{outcomes}")
+        }
+    };
+    line(&format!("{}: {} at {clock}, {how}", page.scenes.join(", "), measured.wiring));
+    line(&format!("$ {}", page.command));
+}
+
+/// The signals of the page, and those that it has no room for: single bits always, constants when there are many.
+fn shown(page: &Page) -> (Vec<&SignalRow>, Vec<&str>) {
+    let rows = || page.measured.rows.iter().filter(|row| row.format.width() > 2);
+    let constant = |row: &SignalRow| row.measured.is_none_or(|(min, max)| min == max);
+    if rows().count() <= MOST {
+        return (rows().collect(), Vec::new());
+    }
+    let (left_out, shown): (Vec<_>, Vec<_>) = rows().partition(|row| constant(row) || row.name.starts_with("scaled"));
+    (shown, left_out.into_iter().map(|row| row.name).collect())
+}
+
+/// The cells of a line, within the page.
+fn row(cells: [&str; 9]) -> String {
+    let [signal, format, measured, proved, idle, rounded, overflowed, sqnr, needs] = cells;
+    let line = format!(
+        "{signal:<11} {format:<9} {measured:<19} {proved:<20} {idle:>4} {rounded:<17} {overflowed:<17} {sqnr:>7} {needs:<9}"
+    );
+    line.trim_end().to_string()
+}
+
+fn signal_cells(page: &Page, signal: &SignalRow) -> [String; 9] {
+    let format = signal.format;
+    let measured = signal.measured.map_or_else(String::new, |(min, max)| span(format.to_f64(min), format.to_f64(max)));
+    let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == signal.name));
+    let proved = bound.map_or_else(String::new, |bound| {
+        let mark = match (bound.never_overflows, bound.how) {
+            (false, _) => " !",
+            (true, How::Exhausted) => " x",
+            (true, How::Measured) => " ?",
+            (true, How::Proved) => "",
+        };
+        span(bound.min, bound.max) + mark
+    });
+    let sqnr = match signal.sqnr_db {
+        None => String::new(),
+        Some(db) if db.is_infinite() => "exact".into(),
+        Some(db) => format!("{db:.1}"),
+    };
+    let loss = |loss: &Loss| lost(page, loss);
+    [
+        signal.name.to_string(),
+        format.to_string(),
+        measured,
+        proved,
+        signal.headroom_bits.to_string(),
+        loss(&signal.rounded),
+        loss(&signal.overflowed),
+        sqnr,
+        signal.recommended.map_or_else(String::new, |format| format.to_string()),
+    ]
+}
+
+/// Share of the edges, worst case, first time.
+fn lost(page: &Page, loss: &Loss) -> String {
+    if loss.edges == 0 {
+        return "-".into();
+    }
+    let share = 100.0 * loss.edges as f64 / page.measured.edges.max(1) as f64;
+    let share = if share < 0.1 {
+        "<.1%".to_string()
+    } else {
+        format!("{share:.0}%").replace("0%", if share < 0.95 { ".5%" } else { "0%" })
+    };
+    let worst = if loss.worst.is_nan() { "?".to_string() } else { digits(loss.worst) };
+    let first = loss.first.map_or_else(
+        || "?".to_string(),
+        |first| first_time(Clock::new(page.clock_hz).map_or(0.0, |clock| clock.seconds(first))),
+    );
+    format!("{share} {worst} {first}")
+}
+
+/// A time with three digits.
+fn first_time(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 1e-3 => (s * 1e6, "us"),
+        s if s < 1.0 => (s * 1e3, "ms"),
+        s => (s, "s"),
+    };
+    let decimals = if value < 10.0 {
+        2
+    } else if value < 100.0 {
+        1
+    } else {
+        0
+    };
+    format!("{value:.decimals$}{unit}")
+}
+
+fn span(min: f64, max: f64) -> String {
+    if min == max { digits(min) } else { format!("{}..{}", digits(min), digits(max)) }
+}
+
+/// A whole number as it is, any other with four digits.
+pub fn digits(value: f64) -> String {
+    match value.abs() {
+        size if !size.is_finite() => value.to_string(),
+        size if size >= 1e9 => format!("{value:.2e}"),
+        size if size.fract() == 0.0 => format!("{value}"),
+        size if size >= 1000.0 => format!("{value:.0}"),
+        size if size >= 100.0 => format!("{value:.1}"),
+        size if size >= 10.0 => format!("{value:.2}"),
+        size if size >= 1e-2 => format!("{value:.4}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// What every width is good for.
+fn widths(page: &Page, line: &mut impl FnMut(&str)) {
+    let found = match &page.recommended {
+        Ok(found) => found,
+        Err(why) => {
+            line(&format!("needs: by the range alone; {why}"));
+            return;
+        }
+    };
+    let cut = |text: &str, width: usize| text.chars().take(width).collect::<String>();
+    line(&format!("{:<20} {:>4} {:>6} {:>9}  one bit less than needed", "width", "bits", "needs", "together"));
+    for (needed, together) in found.needed.iter().zip(&found.together) {
+        let name = needed.field.name();
+        let said = cut(&needed.breaks, WIDTH - 43);
+        line(&format!("{name:<20} {:>4} {:>6} {together:>9}  {said}", needed.bits, needed.least));
+    }
+    let outputs = found.outputs.iter().map(|output| output.name()).collect::<Vec<_>>().join(", ");
+    line(&format!(
+        "needs: each by itself within {} in {outputs}; together: all at once, off by {}; {} runs",
+        percent(found.within),
+        percent(found.error),
+        found.runs
+    ));
+}
+
+fn notes(page: &Page, line: &mut impl FnMut(&str)) {
+    line("rounded, overflowed: share of the edges, worst case in the signal's unit, first time; measured");
+    line(
+        "SQNR: measured, against the same law in f64 on the same encoder counts, gains as asked; idle: unused upper bits",
+    );
+    match &page.proved {
+        Ok(bounds) => {
+            line(
+                "proved: for every motion within the device's limits; ! no proof that it never overflows, x every input tried",
+            );
+            let mut said: Vec<&str> = Vec::new();
+            for assumption in bounds.iter().flat_map(|bound| &bound.assumptions) {
+                if !said.contains(&assumption.as_str()) {
+                    said.push(assumption);
+                }
+            }
+            wrapped(&format!("assuming {}", said.join("; ")), line);
+        }
+        Err(why) => line(&format!("proved: nothing; {why}")),
+    }
+    if let Some(notation) = page.notation {
+        let rows = page.measured.rows.iter().filter(|row| row.format.width() > 2);
+        let all: Vec<_> = rows.map(|row| format!("{} {}", row.name, notation.of(row.format))).collect();
+        let name = match notation {
+            Notation::Triple => "(S,I,F)",
+            Notation::Vhdl => "VHDL",
+            Notation::Cpp => "C++",
+            Notation::Q => "Q",
+        };
+        wrapped(&format!("in {name}: {}", all.join("; ")), line);
+    }
+}
+
+/// A text in lines of the page, broken at spaces.
+fn wrapped(text: &str, line: &mut impl FnMut(&str)) {
+    let mut now = String::new();
+    for word in text.split(' ') {
+        if !now.is_empty() && now.chars().count() + 1 + word.chars().count() > WIDTH {
+            line(&now);
+            now = "  ".into();
+        } else if !now.is_empty() {
+            now.push(' ');
+        }
+        now += word;
+    }
+    line(&now);
+}
+
+/// Columns of the table.
+const COLUMNS: &str = "signal,format,unit,measured_min,measured_max,proved_min,proved_max,how,never_overflows,idle_bits,\
+                       rounded_edges,rounded_worst,rounded_first_s,overflowed_edges,overflowed_worst,overflowed_first_s,\
+                       sqnr_db,needs";
+
+/// Every signal, one a line; values in the signal's unit, what is not known empty.
+pub fn csv(page: &Page) -> String {
+    let mut text = format!("{COLUMNS}\n");
+    let seconds = |loss: &Loss| {
+        let clock = Clock::new(page.clock_hz).ok();
+        loss.first.zip(clock).map_or_else(String::new, |(first, clock)| clock.seconds(first).to_string())
+    };
+    for row in &page.measured.rows {
+        let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == row.name));
+        let ends = row.measured.map(|(min, max)| (row.format.to_f64(min), row.format.to_f64(max)));
+        let number = |value: Option<f64>| value.filter(|v| !v.is_nan()).map_or_else(String::new, |v| v.to_string());
+        let worst = |loss: &Loss| number((loss.edges > 0).then_some(loss.worst));
+        let cells = [
+            row.name.to_string(),
+            format!("\"{}\"", row.format),
+            row.unit.to_string(),
+            number(ends.map(|ends| ends.0)),
+            number(ends.map(|ends| ends.1)),
+            number(bound.map(|bound| bound.min)),
+            number(bound.map(|bound| bound.max)),
+            bound.map_or("", |bound| how(bound.how)).to_string(),
+            bound.map_or_else(String::new, |bound| bound.never_overflows.to_string()),
+            row.headroom_bits.to_string(),
+            row.rounded.edges.to_string(),
+            worst(&row.rounded),
+            seconds(&row.rounded),
+            row.overflowed.edges.to_string(),
+            worst(&row.overflowed),
+            seconds(&row.overflowed),
+            number(row.sqnr_db),
+            row.recommended.map_or_else(String::new, |format| format!("\"{format}\"")),
+        ];
+        writeln!(text, "{}", cells.join(",")).expect("a string grows");
+    }
+    text
+}
+
+/// The word for how a figure came about.
+pub fn how(how: How) -> &'static str {
+    match how {
+        How::Measured => "measured",
+        How::Exhausted => "exhausted",
+        How::Proved => "proved",
+    }
+}

@@ -1,0 +1,88 @@
+//! Range bars: what every signal's word holds, what was measured of it, and what is proved.
+
+use crate::widths::proof::Bound;
+use crate::widths::{Measured, SignalRow};
+
+use super::canvas::{Anchor, BLUE, Canvas, GRID, INK, ORANGE, PALE, QUIET, RED, WIDTH};
+use super::panel::Panel;
+use super::{Picture, page};
+
+const LEFT: i32 = 210;
+const RIGHT: i32 = WIDTH - 560;
+const TOP: i32 = 190;
+const BOTTOM: i32 = 1290;
+
+/// A row for each signal of more than one bit: from its last place to its end the format, over it the greatest size measured
+/// and the greatest proved, on an axis of powers of two.
+#[must_use]
+pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str) -> Picture {
+    let conditions = "pale: the word, from its last place to its end; blue: measured (red: bits were lost above); \
+                      orange: proved, for every motion within the device's limits";
+    let mut canvas = page(title, conditions, command);
+    let rows: Vec<&SignalRow> = measured.rows.iter().filter(|row| row.format.width() > 2).collect();
+    let bound = |row: &SignalRow| proved.iter().find(|bound| bound.name == row.name);
+    let ends = rows.iter().map(|row| (-row.format.frac(), row.format.int()));
+    let (low, high) = ends.fold((0, 1), |(low, high), (last, end)| (low.min(last), high.max(end)));
+    let x = f64::from(low) - 0.5..f64::from(high) + 2.5;
+    let panel = Panel { left: LEFT, top: TOP, right: RIGHT, bottom: BOTTOM, x, y: 0.0..1.0 };
+    axis(&panel, &mut canvas);
+    let height = ((BOTTOM - TOP) / (rows.len() as i32).max(1)).min(64);
+    canvas.text((RIGHT + 30, TOP - 24), "bits there", 24, QUIET, Anchor::Left);
+    canvas.text((RIGHT + 190, TOP - 24), "measured", 24, BLUE, Anchor::Left);
+    canvas.text((RIGHT + 340, TOP - 24), "proved", 24, ORANGE, Anchor::Left);
+    for (index, row) in (0..).zip(rows) {
+        bar(&panel, &mut canvas, TOP + index * height, height, row, bound(row));
+    }
+    canvas.render("ranges")
+}
+
+fn axis(panel: &Panel, canvas: &mut Canvas) {
+    let step = if panel.x.end - panel.x.start > 24.0 { 4 } else { 2 };
+    let first = (panel.x.start / f64::from(step)).ceil() as i32;
+    let last = (panel.x.end / f64::from(step)).floor() as i32;
+    for power in (first..=last).map(|n| n * step) {
+        let (x, _) = panel.at(f64::from(power), 0.0);
+        canvas.line(vec![(x, panel.top), (x, panel.bottom)], GRID, 2);
+        canvas.text((x, panel.bottom + 22), power.to_string().replace('-', "\u{2212}"), 24, QUIET, Anchor::Centre);
+    }
+    let middle = (panel.left + panel.right) / 2;
+    let label = "power of two of the size, in the unit of the signal";
+    canvas.text((middle, panel.bottom + 58), label, 26, INK, Anchor::Centre);
+}
+
+fn bar(panel: &Panel, canvas: &mut Canvas, top: i32, height: i32, row: &SignalRow, bound: Option<&Bound>) {
+    let (format, size) = (row.format, (height / 2).clamp(12, 26));
+    let middle = top + height / 2;
+    let across = |power: f64| panel.at(power, 0.0).0;
+    let (last, end) = (f64::from(-format.frac()), f64::from(format.int()));
+    canvas.text((LEFT - 16, middle), row.name, size, INK, Anchor::Right);
+    let half = height * 2 / 5;
+    canvas.fill([(across(last), middle - half), (across(end), middle + half)], PALE, 1.0);
+    let bits_at = |x: i32, power: Option<f64>, color, canvas: &mut Canvas| {
+        let text = power.map_or_else(|| "\u{2013}".to_string(), |power| bits(power - last));
+        canvas.text((x, middle), text, size, color, Anchor::Left);
+    };
+    let seen = row.measured.map(|(min, max)| power_of(format.to_f64(min), format.to_f64(max)));
+    let color = if row.overflowed.edges > 0 { RED } else { BLUE };
+    if let Some(power) = seen {
+        canvas.fill([(across(last), middle - half), (across(power.max(last)), middle)], color, 1.0);
+    }
+    let known = bound.map(|bound| power_of(bound.min, bound.max));
+    if let Some(power) = known {
+        canvas.fill([(across(last), middle), (across(power.max(last)), middle + half)], ORANGE, 1.0);
+    }
+    let there = format.width() as i32 - i32::from(format.is_signed());
+    let text = if format.is_signed() { format!("{there} and sign") } else { there.to_string() };
+    canvas.text((RIGHT + 30, middle), text, size, QUIET, Anchor::Left);
+    bits_at(RIGHT + 190, seen, color, canvas);
+    bits_at(RIGHT + 340, known, ORANGE, canvas);
+}
+
+/// The power of two of the greater size.
+fn power_of(min: f64, max: f64) -> f64 {
+    libm::log2(max.abs().max(min.abs()))
+}
+
+fn bits(bits: f64) -> String {
+    if bits.is_finite() { format!("{:.1}", bits.max(0.0)) } else { "0".into() }
+}
