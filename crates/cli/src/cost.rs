@@ -109,7 +109,7 @@ pub fn target(cost: &Cost) -> (&'static str, Counts) {
 /// Megahertz of a clocked block, nanoseconds of any other.
 pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
     // Hundredths are all that nextpnr tells.
-    let speed = if clocked { cost.fmax_mhz } else { cost.path_ns() };
+    let speed = if clocked { cost.fmax_mhz() } else { cost.path_ns() };
     speed.map(|speed| (speed * 100.0).round() / 100.0)
 }
 

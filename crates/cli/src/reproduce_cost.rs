@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use hpu_rtl::{Cost, Counts, cost, tool_versions, vhdl};
+use hpu_rtl::{Cost, cost, tool_versions, vhdl};
 use hpu_study::units;
 use serde_json::json;
 
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let sources = plan.iter().map(|(name, _)| vhdl(name, &args.hdl).map_err(refused)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);
-    let header = format!("study {} of hpu reproduce phantom-cost", units::fingerprint(parts));
+    let header = format!("study {} of hpu reproduce phantom-cost by seed", units::fingerprint(parts));
     let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, plan.len())).transpose()?;
     let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
 
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             // Blocks are of the thread that made them.
             let block = find(name, label).ok()?;
             let made = cost(&*block, &args.hdl);
-            (!interrupt::pressed()).then(|| made.map(|cost| line(&cost)).map_err(|error| error.to_string()))
+            (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))
         };
         units::run(plan.len(), NonZeroUsize::MIN, done, control, unit, |index, row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     };
     let read = |row: Result<String, String>| {
-        row.and_then(|text| read(&text).ok_or_else(|| format!("`{text}` in the journal is no cost")))
+        row.and_then(|text| Cost::from_line(&text).ok_or_else(|| format!("`{text}` in the journal is no cost")))
     };
     let rows: Vec<Row> = plan
         .iter()
@@ -134,46 +134,4 @@ fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) 
         print(&format!("{text}{files}"))?;
     }
     Ok(Exit::when(rows.iter().all(|row| row.cost.is_ok())))
-}
-
-/// A cost as a line of the journal.
-fn line(cost: &Cost) -> String {
-    let counts = |Counts { lut4, ff, carry, bram, dsp }: Counts| format!("{lut4} {ff} {carry} {bram} {dsp}");
-    let ecp5 = cost.ecp5.map_or(String::new(), counts);
-    let fmax = cost.fmax_mhz.map_or(String::new(), |fmax_mhz| fmax_mhz.to_string());
-    format!("{},{},{ecp5},{fmax}", counts(cost.ice40), cost.cells)
-}
-
-/// From its line.
-fn read(line: &str) -> Option<Cost> {
-    let [ice40, cells, ecp5, fmax] = line.split(',').collect::<Vec<_>>().try_into().ok()?;
-    let counts = |text: &str| -> Option<Counts> {
-        let numbers = text.split(' ').map(str::parse).collect::<Result<Vec<u64>, _>>().ok()?;
-        let [lut4, ff, carry, bram, dsp] = numbers.try_into().ok()?;
-        Some(Counts { lut4, ff, carry, bram, dsp })
-    };
-    let absent = |text: &str| text.is_empty();
-    Some(Cost {
-        ice40: counts(ice40)?,
-        cells: cells.parse().ok()?,
-        ecp5: if absent(ecp5) { None } else { Some(counts(ecp5)?) },
-        fmax_mhz: if absent(fmax) { None } else { Some(fmax.parse().ok()?) },
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cost_comes_back_from_its_line_whatever_is_absent() {
-        let counts = |lut4| Counts { lut4, ff: 2, carry: 3, bram: 4, dsp: 5 };
-        let small = Cost { ice40: counts(1), cells: 9, ecp5: None, fmax_mhz: Some(43.21) };
-        for cost in [small, Cost { fmax_mhz: None, ..small }, Cost { ecp5: Some(counts(7)), fmax_mhz: None, ..small }] {
-            assert_eq!(read(&line(&cost)), Some(cost));
-        }
-        for text in ["", "1 2 3 4 5,9,", "1 2 3 4,9,,", "1 2 3 4 5,9,6,", "1 2 3 4 5,9,,fast"] {
-            assert_eq!(read(text), None, "{text}");
-        }
-    }
 }

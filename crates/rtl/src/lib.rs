@@ -24,7 +24,9 @@ pub mod wave;
 
 pub use check::{CheckOptions, check};
 pub use closed_loop::{LoopOptions, closed_loop};
-pub use cost::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, cost, tool_versions, verilog, vhdl};
+pub use cost::{
+    Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog, vhdl,
+};
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use junit::junit;

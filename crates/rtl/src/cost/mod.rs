@@ -8,20 +8,29 @@
 //!
 //! Counts are of the block alone. For its timing the same netlist stands between registers in a [bench](bench::bench),
 //! whose own cells are never counted and whose own paths are in another clock domain.
+//!
+//! A [`Cache`] keeps what was found by all that it depends on.
 
 mod bench;
+mod cache;
+mod entry;
+mod said;
+mod sources;
 mod tool;
 mod verilog;
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hpu_datapath::AnyBlock;
 
 use crate::ghdl::{GhdlError, Library};
+use said::{cell_counts, fmax, is_full, sum, used_cells, version};
+use sources::library;
 use tool::{Tool, run};
 
+pub use cache::Cache;
+pub use sources::vhdl;
 pub use tool::CostError;
 
 /// Logic cells of the HX8K.
@@ -30,7 +39,7 @@ pub const HX8K_CELLS: u64 = 7680;
 pub const HX8K_BRAM: u64 = 32;
 
 /// Seeds of the placements, of which the median is taken.
-const SEEDS: [u32; 3] = [1, 2, 3];
+pub const SEEDS: [u32; 3] = [1, 2, 3];
 
 /// Primitives of a netlist.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -47,6 +56,17 @@ pub struct Counts {
     pub dsp: u64,
 }
 
+/// What came of one placement.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
+pub enum Placed {
+    /// nextpnr found no room for the block and the registers around it.
+    NoRoom,
+    /// No path leads through the block.
+    NoPath,
+    /// The fastest clock.
+    Mhz(f64),
+}
+
 /// What a block costs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Cost {
@@ -57,9 +77,8 @@ pub struct Cost {
     pub cells: u64,
     /// Primitives of the ECP5 when the HX8K is too small.
     pub ecp5: Option<Counts>,
-    /// Fastest clock in the HX8K with registers before the inputs and behind the outputs. Absent when the block does not
-    /// fit, when no path leads through it, or when it leaves no place for those registers.
-    pub fmax_mhz: Option<f64>,
+    /// The placements with [`SEEDS`]; none of a block that is too large.
+    pub placed: Option<[Placed; SEEDS.len()]>,
 }
 
 impl Cost {
@@ -69,12 +88,41 @@ impl Cost {
         self.ecp5.is_none()
     }
 
+    /// Fastest clock in the HX8K with registers before the inputs and behind the outputs, the median of the placements.
+    /// Absent when the block does not fit, when no path leads through it, or when it leaves no place for those registers.
+    #[must_use]
+    pub fn fmax_mhz(&self) -> Option<f64> {
+        let mut placed = self.placed?;
+        // A placement that finds no room is slower than any other.
+        placed.sort_by(|a, b| a.partial_cmp(b).expect("a frequency is a number"));
+        match placed[SEEDS.len() / 2] {
+            Placed::Mhz(mhz) => Some(mhz),
+            Placed::NoPath | Placed::NoRoom => None,
+        }
+    }
+
     /// The longest way from register to register: clock to output, logic and wires, setup.
     #[must_use]
     pub fn path_ns(&self) -> Option<f64> {
-        self.fmax_mhz.map(|fmax_mhz| 1000.0 / fmax_mhz)
+        self.fmax_mhz().map(|fmax_mhz| 1000.0 / fmax_mhz)
     }
 }
+
+/// What Yosys does for the iCE40: counts the block, then puts its netlist on the bench.
+fn ice40_script(name: &str) -> String {
+    format!(
+        "read_verilog block.v; synth_ice40 -abc9 -device hx -top {name} -json block.json; tee -q -o ice40.txt stat; \
+         read_verilog bench.v; hierarchy -check -top hpu_bench; flatten; clean; write_json bench.json"
+    )
+}
+
+/// What it does for the ECP5.
+fn ecp5_script(name: &str) -> String {
+    format!("read_verilog block.v; synth_ecp5 -abc9 -top {name}; tee -q -o ecp5.txt stat")
+}
+
+/// The device, for nextpnr.
+const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
 
 /// Synthesises a block from its VHDL in a directory, with the generics of its configuration; places and times it.
 ///
@@ -82,16 +130,40 @@ impl Cost {
 ///
 /// [`CostError`]: a tool is missing, refuses, or does not come to an end.
 pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
+    let (name, (library, ice40)) = (block.name(), synthesised(block, hdl)?);
+    let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
+    let said = run(library.dir(), Tool::Nextpnr, name, pack)?;
+    let cells = used_cells(&said).ok_or_else(|| CostError::Failed {
+        tool: Tool::Nextpnr.name(),
+        block: name.to_string(),
+        said,
+    })?;
+    if cells > HX8K_CELLS || ice40.bram > HX8K_BRAM {
+        return Ok(Cost { ice40, cells, ecp5: Some(ecp5(&library, name)?), placed: None });
+    }
+    let mut placed = [Placed::NoRoom; SEEDS.len()];
+    for (found, seed) in placed.iter_mut().zip(SEEDS) {
+        *found = timing(&library, name, seed)?;
+    }
+    Ok(Cost { ice40, cells, ecp5: None, placed: Some(placed) })
+}
+
+/// The primitives of a block in the iCE40, by Yosys alone: much sooner known than the whole [`cost`].
+///
+/// # Errors
+///
+/// As [`cost`].
+pub fn counts(block: &dyn AnyBlock, hdl: &Path) -> Result<Counts, CostError> {
+    synthesised(block, hdl).map(|(_, ice40)| ice40)
+}
+
+/// The block's netlist, alone and on its bench, and its primitives.
+fn synthesised(block: &dyn AnyBlock, hdl: &Path) -> Result<(Library, Counts), CostError> {
     let name = block.name();
     let library = library(name, hdl)?;
     library.write("block.v", &verilog::verilog(block, &library)?)?;
     library.write("bench.v", &bench::bench(block))?;
-
-    let script = format!(
-        "read_verilog block.v; synth_ice40 -abc9 -device hx -top {name} -json block.json; tee -q -o ice40.txt stat; \
-         read_verilog bench.v; hierarchy -check -top hpu_bench; flatten; clean; write_json bench.json"
-    );
-    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &script])?;
+    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &ice40_script(name)])?;
     let cells = cell_counts(&read(&library, "ice40.txt")?);
     let ice40 = Counts {
         lut4: sum(&cells, "SB_LUT4"),
@@ -100,92 +172,12 @@ pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
         bram: sum(&cells, "SB_RAM40_4K"),
         dsp: 0,
     };
-    let said = run(
-        library.dir(),
-        Tool::Nextpnr,
-        name,
-        ["--hx8k", "--package", "ct256", "--pack-only", "--json", "block.json"],
-    )?;
-    let cells = used_cells(&said).ok_or_else(|| CostError::Failed {
-        tool: Tool::Nextpnr.name(),
-        block: name.to_string(),
-        said,
-    })?;
-
-    if cells > HX8K_CELLS || ice40.bram > HX8K_BRAM {
-        let ecp5 = Some(ecp5(&library, name)?);
-        return Ok(Cost { ice40, cells, ecp5, fmax_mhz: None });
-    }
-    let mut fmax_mhz = SEEDS.iter().map(|&seed| timing(&library, name, seed)).collect::<Result<Vec<_>, _>>()?;
-    // `None` sorts first: a placement that finds no room is slower than any other.
-    fmax_mhz.sort_by(|a, b| a.partial_cmp(b).expect("a frequency is a number"));
-    Ok(Cost { ice40, cells, ecp5: None, fmax_mhz: fmax_mhz[SEEDS.len() / 2] })
-}
-
-/// The tools of the flow with their versions, in the order of their use, from what each says of itself.
-///
-/// # Errors
-///
-/// [`CostError::Missing`], or what keeps a tool from answering.
-pub fn tool_versions() -> Result<[String; 3], CostError> {
-    let ask = |tool: Tool, option: &str| -> Result<String, CostError> {
-        let said = run(&std::env::temp_dir(), tool, "its version", [option])?;
-        // A date or the compiler, in brackets after a number, is none of the version.
-        let line = said.lines().next().unwrap_or_default();
-        let words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
-        let number = words.into_iter().find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
-        Ok(format!("{} {}", tool.name(), number.or(line.rsplit(' ').next()).unwrap_or_default().trim_end_matches(')')))
-    };
-    Ok([ask(Tool::Ghdl, "--version")?, ask(Tool::Yosys, "-V")?, ask(Tool::Nextpnr, "--version")?])
-}
-
-/// The VHDL of a block and of all that it instantiates, in the order of analysis, as one text.
-///
-/// # Errors
-///
-/// When a file cannot be read.
-pub fn vhdl(name: &str, hdl: &Path) -> Result<String, CostError> {
-    let read = |file: PathBuf| fs::read_to_string(&file).map_err(|error| GhdlError::Io(file, error).into());
-    sources(name, hdl)?.into_iter().map(read).collect()
-}
-
-/// The Verilog that a block is synthesised from: GHDL's, with its errors put right.
-///
-/// # Errors
-///
-/// [`CostError`] when GHDL is missing or refuses the VHDL.
-pub fn verilog(block: &dyn AnyBlock, hdl: &Path) -> Result<String, CostError> {
-    verilog::verilog(block, &library(block.name(), hdl)?)
-}
-
-fn library(name: &str, hdl: &Path) -> Result<Library, CostError> {
-    Ok(Library::analyse(&[], &sources(name, hdl)?, &[])?)
-}
-
-/// The files of an entity and of all that it instantiates, in the order of analysis.
-fn sources(name: &str, hdl: &Path) -> Result<Vec<PathBuf>, CostError> {
-    let mut files = Vec::new();
-    visit(&hdl.join(format!("{name}.vhd")), hdl, &mut files)?;
-    Ok(files)
-}
-
-fn visit(file: &Path, hdl: &Path, files: &mut Vec<PathBuf>) -> Result<(), CostError> {
-    if files.iter().any(|known| known == file) {
-        return Ok(());
-    }
-    let text = fs::read_to_string(file).map_err(|error| GhdlError::Io(file.to_path_buf(), error))?;
-    for after in text.split("entity work.").skip(1) {
-        let name: String = after.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-        visit(&hdl.join(format!("{name}.vhd")), hdl, files)?;
-    }
-    files.push(file.to_path_buf());
-    Ok(())
+    Ok((library, ice40))
 }
 
 /// A block too large for the HX8K, in the primitives of the ECP5.
 fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
-    let script = format!("read_verilog block.v; synth_ecp5 -abc9 -top {name}; tee -q -o ecp5.txt stat");
-    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &script])?;
+    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &ecp5_script(name)])?;
     let cells = cell_counts(&read(library, "ecp5.txt")?);
     Ok(Counts {
         lut4: sum(&cells, "LUT4"),
@@ -196,13 +188,13 @@ fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
     })
 }
 
-/// The fastest clock of the block on its bench, if it finds its place and has a path.
-fn timing(library: &Library, name: &str, seed: u32) -> Result<Option<f64>, CostError> {
+/// The block placed on its bench.
+fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError> {
     let seed = seed.to_string();
-    let arguments = ["--hx8k", "--package", "ct256", "--timing-allow-fail", "--seed", &seed, "--json", "bench.json"];
-    match run(library.dir(), Tool::Nextpnr, name, arguments) {
-        Ok(said) => Ok(fmax(&said)),
-        Err(CostError::Failed { said, .. }) if is_full(&said) => Ok(None),
+    let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "bench.json"]].concat();
+    match run(library.dir(), Tool::Nextpnr, name, place) {
+        Ok(said) => Ok(fmax(&said).map_or(Placed::NoPath, Placed::Mhz)),
+        Err(CostError::Failed { said, .. }) if is_full(&said) => Ok(Placed::NoRoom),
         Err(error) => Err(error),
     }
 }
@@ -212,34 +204,24 @@ fn read(library: &Library, file: &str) -> Result<String, CostError> {
     Ok(fs::read_to_string(&path).map_err(|error| GhdlError::Io(path, error))?)
 }
 
-/// Cells by type, from the lines of `stat` that are a name and a number.
-fn cell_counts(stat: &str) -> BTreeMap<String, u64> {
-    stat.lines()
-        .filter_map(|line| {
-            let (name, count) = line.trim().split_once(char::is_whitespace)?;
-            Some((name.to_string(), count.trim().parse().ok()?))
-        })
-        .collect()
+/// The tools of the flow with their versions, in the order of their use, from what each says of itself.
+///
+/// # Errors
+///
+/// [`CostError::Missing`], or what keeps a tool from answering.
+pub fn tool_versions() -> Result<[String; 3], CostError> {
+    let ask = |tool: Tool, option: &str| -> Result<String, CostError> {
+        let said = run(&std::env::temp_dir(), tool, "its version", [option])?;
+        Ok(format!("{} {}", tool.name(), version(&said)))
+    };
+    Ok([ask(Tool::Ghdl, "--version")?, ask(Tool::Yosys, "-V")?, ask(Tool::Nextpnr, "--version")?])
 }
 
-/// Cells whose type begins like this: flip-flops and block RAMs come in several kinds.
-fn sum(cells: &BTreeMap<String, u64>, prefix: &str) -> u64 {
-    cells.iter().filter(|(name, _)| name.starts_with(prefix)).map(|(_, count)| count).sum()
-}
-
-/// Logic cells from nextpnr's `ICESTORM_LC:    10/ 7680     0%`.
-fn used_cells(said: &str) -> Option<u64> {
-    let (_, after) = said.split_once("ICESTORM_LC:")?;
-    after.split('/').next()?.trim().parse().ok()
-}
-
-/// The last (routed) `Max frequency for clock 'clk…': 290.87 MHz`; the other clock is the bench's own.
-fn fmax(said: &str) -> Option<f64> {
-    let line = said.lines().rfind(|line| line.contains("Max frequency for clock") && line.contains("'clk"))?;
-    line.rsplit_once("': ")?.1.split_whitespace().next()?.parse().ok()
-}
-
-/// Whether nextpnr ran out of places.
-fn is_full(said: &str) -> bool {
-    said.contains("no BELs remaining") || said.contains("Unable to find legal placement")
+/// The Verilog that a block is synthesised from: GHDL's, with its errors put right.
+///
+/// # Errors
+///
+/// [`CostError`] when GHDL is missing or refuses the VHDL.
+pub fn verilog(block: &dyn AnyBlock, hdl: &Path) -> Result<String, CostError> {
+    verilog::verilog(block, &library(block.name(), hdl)?)
 }

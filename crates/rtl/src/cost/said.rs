@@ -1,0 +1,43 @@
+//! What the tools say, read.
+
+use std::collections::BTreeMap;
+
+/// Cells by type, from the lines of `stat` that are a name and a number.
+pub fn cell_counts(stat: &str) -> BTreeMap<String, u64> {
+    stat.lines()
+        .filter_map(|line| {
+            let (name, count) = line.trim().split_once(char::is_whitespace)?;
+            Some((name.to_string(), count.trim().parse().ok()?))
+        })
+        .collect()
+}
+
+/// Cells whose type begins like this: flip-flops and block RAMs come in several kinds.
+pub fn sum(cells: &BTreeMap<String, u64>, prefix: &str) -> u64 {
+    cells.iter().filter(|(name, _)| name.starts_with(prefix)).map(|(_, count)| count).sum()
+}
+
+/// Logic cells from nextpnr's `ICESTORM_LC:    10/ 7680     0%`.
+pub fn used_cells(said: &str) -> Option<u64> {
+    let (_, after) = said.split_once("ICESTORM_LC:")?;
+    after.split('/').next()?.trim().parse().ok()
+}
+
+/// The last (routed) `Max frequency for clock 'clk…': 290.87 MHz`; the other clock is the bench's own.
+pub fn fmax(said: &str) -> Option<f64> {
+    let line = said.lines().rfind(|line| line.contains("Max frequency for clock") && line.contains("'clk"))?;
+    line.rsplit_once("': ")?.1.split_whitespace().next()?.parse().ok()
+}
+
+/// Whether nextpnr ran out of places.
+pub fn is_full(said: &str) -> bool {
+    said.contains("no BELs remaining") || said.contains("Unable to find legal placement")
+}
+
+/// The version in the first line of what a tool says of itself; a date or a compiler, in brackets after a number, is none of it.
+pub fn version(said: &str) -> &str {
+    let line = said.lines().next().unwrap_or_default();
+    let mut words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
+    let number = words.find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
+    number.or(line.rsplit(' ').next()).unwrap_or_default().trim_end_matches(')')
+}
