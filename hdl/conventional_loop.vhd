@@ -20,6 +20,7 @@
 --          SATURATE                         see truncating_multiplier
 --          PWM_WIDTH                        bits of the torque's magnitude, at most 30
 --          ANTIPHASE, LATCHED, FLOATING, DEAD_TIME  see pwm
+--          SETTLING                         see command_limiter
 -- in       a_pin, b_pin (0,1,0)    encoder lines
 --          reference    (0,POSITION_WIDTH,0)
 --          stiffness    (0,STIFFNESS_WIDTH-STIFFNESS_FRAC,STIFFNESS_FRAC)
@@ -30,7 +31,7 @@
 --          scale        (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC)
 -- out      a_high, a_low, b_high, b_low (0,1,0)  gates of the H-bridge
 -- latency  pin to position 4 edges (2 sync, 1 decoder, 1 counter); then both
---          paths wait for the next sample edge
+--          paths wait for the next sample edge, and SETTLING edges more
 -- reset    synchronous, to every clocked block
 -- overflow products clamp (or wrap, not SATURATE); the sum cannot overflow; the
 --          command clamps to +-(2^PWM_WIDTH - 1)
@@ -58,7 +59,8 @@ entity conventional_loop is
     ANTIPHASE       : boolean  := false;
     LATCHED         : boolean  := true;
     FLOATING        : boolean  := false;
-    DEAD_TIME       : natural  := 0
+    DEAD_TIME       : natural  := 0;
+    SETTLING        : natural  := 0
   );
   port (
     clk       : in  std_logic;
@@ -223,13 +225,16 @@ begin
       torque  => torque
     );
 
-  limiter : entity work.saturator
+  limiter : entity work.command_limiter
     generic map (
       IN_WIDTH  => PWM_WIDTH + 2,
       OUT_WIDTH => PWM_WIDTH + 1,
-      LIMIT     => 2**PWM_WIDTH - 1
+      LIMIT     => 2**PWM_WIDTH - 1,
+      SETTLING  => SETTLING
     )
     port map (
+      clk     => clk,
+      rst     => rst,
       value   => torque,
       limited => command
     );

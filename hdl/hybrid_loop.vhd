@@ -19,6 +19,7 @@
 --          SATURATE                         see truncating_multiplier
 --          PWM_WIDTH                        bits of the torque's magnitude, at most 30
 --          ANTIPHASE, LATCHED, FLOATING, DEAD_TIME  see pwm
+--          SETTLING                         see command_limiter
 -- in       a_pin, b_pin (0,1,0)    encoder lines
 --          reference    (0,POSITION_WIDTH,0)
 --          stiffness    (0,STIFFNESS_WIDTH-STIFFNESS_FRAC,STIFFNESS_FRAC)
@@ -28,14 +29,15 @@
 --          period       (0,PERIOD_WIDTH,0)  sample period in clocks
 --          scale        (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC)
 -- out      a_high, a_low, b_high, b_low (0,1,0)  gates of the H-bridge
--- latency  pin to command 4 edges (2 sync, 1 decoder, 1 counter) through the
---          spring; the damper then waits for the next sample edge
+-- latency  pin to command 4 edges (2 sync, 1 decoder, 1 counter) and SETTLING
+--          through the spring; the damper then waits for the next sample edge
 -- reset    synchronous, to every clocked block
 -- overflow products clamp (or wrap, not SATURATE); the sum cannot overflow; the
 --          command clamps to +-(2^PWM_WIDTH - 1)
 -- source   Vasudevan et al. 2007, Eqs. (1) to (8); defaults are its 12-bit design
 -- differs from the hardware: combinational paths settle within the clock they
---          change in, whatever their length.
+--          change in, whatever their length; SETTLING says how much later they
+--          would.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -57,7 +59,8 @@ entity hybrid_loop is
     ANTIPHASE       : boolean  := false;
     LATCHED         : boolean  := true;
     FLOATING        : boolean  := false;
-    DEAD_TIME       : natural  := 0
+    DEAD_TIME       : natural  := 0;
+    SETTLING        : natural  := 0
   );
   port (
     clk       : in  std_logic;
@@ -208,13 +211,16 @@ begin
       torque  => torque
     );
 
-  limiter : entity work.saturator
+  limiter : entity work.command_limiter
     generic map (
       IN_WIDTH  => PWM_WIDTH + 2,
       OUT_WIDTH => PWM_WIDTH + 1,
-      LIMIT     => 2**PWM_WIDTH - 1
+      LIMIT     => 2**PWM_WIDTH - 1,
+      SETTLING  => SETTLING
     )
     port map (
+      clk     => clk,
+      rst     => rst,
       value   => torque,
       limited => command
     );

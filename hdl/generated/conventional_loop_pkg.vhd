@@ -5,7 +5,7 @@
 
 package conventional_loop_pkg is
 
-  constant FORMAT : string := "# conventional_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 VELOCITY_WIDTH=12 RESCALED=false SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 SATURATE=true ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0";
+  constant FORMAT : string := "# conventional_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 VELOCITY_WIDTH=12 RESCALED=false SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 SATURATE=true ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SETTLING=0";
   constant POSITION_WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -22,6 +22,7 @@ package conventional_loop_pkg is
   constant LATCHED : boolean := true;
   constant FLOATING : boolean := false;
   constant DEAD_TIME : integer := 0;
+  constant SETTLING : integer := 0;
 
   -- a_pin (0,1,0) [1] Encoder line A as it arrives at the FPGA
   constant A_PIN_BITS : positive := 1;

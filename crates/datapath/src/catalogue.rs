@@ -1,9 +1,9 @@
 //! Every block there is.
 
 use crate::{
-    AnyBlock, Biquad, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop, PositionCounter,
-    Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
-    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
+    AnyBlock, Biquad, CommandLimiter, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop,
+    PositionCounter, Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum,
+    TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
 };
 
 /// Every block and wiring in its default configuration.
@@ -20,6 +20,7 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
         Box::new(ZeroOrderHold::default()),
         Box::new(TorqueSum::default()),
         Box::new(Saturator::default()),
+        Box::new(CommandLimiter::default()),
         Box::new(Pwm::default()),
         Box::new(SequentialDivider::default()),
         Box::new(SquareRoot::default()),

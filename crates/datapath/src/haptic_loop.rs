@@ -6,7 +6,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, displacement, flatten,
+    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, command_limiter, displacement, flatten,
     position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
@@ -42,6 +42,7 @@ struct Seen {
     counter: position_counter::In<i64>,
     hold: zero_order_hold::In<i64>,
     velocity_reg: velocity_register::In<i64>,
+    limiter: command_limiter::In<i64>,
     modulator: pwm::In<i64>,
 }
 
@@ -78,6 +79,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
             counter: position_counter::In { step: now[net.step] },
             hold: zero_order_hold::In { d: position, period },
             velocity_reg: velocity_register::In { position, period, scale: input.scale },
+            limiter: command_limiter::In { value: now[net.torque] },
             modulator: pwm::In { command: now[net.command] },
         }
     }
@@ -85,7 +87,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
     /// Lets the combinational nets settle with these inputs and the registers as they stand.
     fn let_settle(&mut self, input: &LoopIn<i64>) {
         let net = Self::NETS;
-        let (blocks, words) = (&self.blocks, &mut self.words);
+        let (blocks, words) = (&mut self.blocks, &mut self.words);
         self.settled = Some(*input);
         let mut port = words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);
@@ -97,13 +99,14 @@ impl<const HELD: bool> HapticLoop<HELD> {
         words[net.spring] = torque.spring.word;
         words[net.drag] = torque.drag.word;
         words[net.torque] = torque.torque;
-        words[net.command] = torque.command;
+        let limited = blocks.limiter.limit(torque.torque);
+        words[net.command] = blocks.limiter.settle(limited);
         let velocity = blocks.velocity_reg.latest();
         let lost = [
             (torque.spring.rounded, torque.spring.overflowed),
             (velocity.rounded, velocity.overflowed),
             (torque.drag.rounded, torque.drag.overflowed),
-            (false, torque.command != torque.torque),
+            (false, limited != torque.torque),
         ];
         if lost != self.lost {
             self.count_lost();
@@ -177,11 +180,12 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let held = if HELD { blocks.hold.tick(seen.hold).q } else { position };
         blocks.velocity_reg.tick(seen.velocity_reg);
         let velocity = blocks.velocity_reg.latest();
+        let late = blocks.limiter.settles() && blocks.limiter.tick(seen.limiter).limited != seen.modulator.command;
         let gates = blocks.modulator.tick(seen.modulator);
 
         let pwm::Out { a_high, a_low, b_high, b_low } = gates;
         let registers = [a_high, a_low, b_high, b_low, a, b, step, error, position];
-        let moved = held != self.words[net.held] || velocity != before;
+        let moved = late || held != self.words[net.held] || velocity != before;
         let changed = |from: usize, to: usize| {
             (from..to).fold(0, |bits, k| bits | (registers[k] ^ self.words[net.gates + k])) != 0
         };
@@ -215,6 +219,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
             .min(blocks.decoder.quiet(&seen.decoder))
             .min(blocks.counter.quiet(&seen.counter))
             .min(blocks.velocity_reg.quiet(&seen.velocity_reg))
+            .min(blocks.limiter.quiet(&seen.limiter))
             .min(blocks.modulator.quiet(&seen.modulator))
     }
 
@@ -230,6 +235,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
             blocks.hold.skip(edges, &seen.hold);
         }
         blocks.velocity_reg.skip(edges, &seen.velocity_reg);
+        blocks.limiter.skip(edges, &seen.limiter);
         blocks.modulator.skip(edges, &seen.modulator);
         self.standing = self.standing.saturating_add(edges);
     }

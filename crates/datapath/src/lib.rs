@@ -21,6 +21,7 @@ mod wiring;
 
 pub mod axis_front;
 pub mod biquad;
+pub mod command_limiter;
 pub mod conventional_loop;
 pub mod displacement;
 pub mod edge_timer;
@@ -53,6 +54,7 @@ pub use axis_front::AxisFront;
 pub use biquad::{Biquad, BiquadConfig};
 pub use block::{AnyBlock, Block, Generic, Rom, bundle, flatten};
 pub use catalogue::{block_by_name, registry};
+pub use command_limiter::CommandLimiter;
 pub use config::ConfigError;
 pub use conventional_loop::ConventionalLoop;
 pub use displacement::Displacement;

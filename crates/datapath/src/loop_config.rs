@@ -5,8 +5,8 @@ use hpu_signal::Format;
 use crate::config::{COUNTER, within};
 use crate::torque_path::TorquePath;
 use crate::{
-    Block, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer, VelocityConfig,
-    VelocityRegister, ZeroOrderHold,
+    Block, CommandLimiter, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer,
+    VelocityConfig, VelocityRegister, ZeroOrderHold,
 };
 
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
@@ -30,6 +30,8 @@ pub struct LoopConfig {
     pub saturate: bool,
     /// The modulator.
     pub pwm: PwmConfig,
+    /// Clocks by which the command is held back.
+    pub settling: u32,
 }
 
 impl Default for LoopConfig {
@@ -45,6 +47,7 @@ impl Default for LoopConfig {
             scale,
             saturate: true,
             pwm: PwmConfig::default(),
+            settling: 0,
         }
     }
 }
@@ -71,6 +74,7 @@ impl LoopConfig {
             ("LATCHED", Generic::Boolean(self.pwm.latched)),
             ("FLOATING", Generic::Boolean(self.pwm.floating)),
             ("DEAD_TIME", integer(self.pwm.dead_time)),
+            ("SETTLING", integer(self.settling)),
         ]
     }
 
@@ -82,7 +86,8 @@ impl LoopConfig {
                 return Err(ConfigError::new(name, found, "unsigned with 0 or more fraction bits, as (0,12,0)"));
             }
         }
-        within(name, "PWM_WIDTH", self.pwm.width, COUNTER)?;
+        let width = self.pwm.width;
+        within(name, "PWM_WIDTH", width, COUNTER)?;
         let velocity = VelocityConfig {
             width: self.position_width,
             period_width: self.period_width,
@@ -97,6 +102,7 @@ impl LoopConfig {
             counter: PositionCounter::new(self.position_width)?,
             hold: ZeroOrderHold::new(self.position_width, self.period_width)?,
             path: TorquePath::new(self)?,
+            limiter: CommandLimiter::new(width + 2, width + 1, (1 << width) - 1, self.settling)?,
             modulator: Pwm::new(self.pwm)?,
         })
     }
@@ -111,6 +117,7 @@ pub(crate) struct Blocks {
     pub(crate) hold: ZeroOrderHold,
     pub(crate) velocity_reg: VelocityRegister,
     pub(crate) path: TorquePath,
+    pub(crate) limiter: CommandLimiter,
     pub(crate) modulator: Pwm,
 }
 
@@ -122,6 +129,7 @@ impl Blocks {
         self.counter.reset();
         self.hold.reset();
         self.velocity_reg.reset();
+        self.limiter.reset();
         self.modulator.reset();
     }
 }

@@ -87,7 +87,7 @@ pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
     all.push(blocks.velocity_reg.outputs().velocity);
     all.push(Signal { name: "drag", ..torque.damping });
     all.push(blocks.path.sum.outputs().torque);
-    all.push(Signal { name: "command", ..blocks.path.limiter.outputs().limited });
+    all.push(Signal { name: "command", ..blocks.limiter.outputs().limited });
     all
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
         instance("velocity_reg", &blocks.velocity_reg, &[net.position, net.period, net.scale, net.velocity]),
         instance("damping_mult", &blocks.path.damping_mult, &[net.velocity, net.damping, net.drag]),
         instance("sum", &blocks.path.sum, &[net.spring, net.drag, net.contact, net.torque]),
-        instance("limiter", &blocks.path.limiter, &[net.torque, net.command]),
+        instance("limiter", &blocks.limiter, &[net.torque, net.command]),
         instance(
             "modulator",
             &blocks.modulator,

@@ -1,10 +1,10 @@
-//! The combinational path of a haptic loop, from position and velocity to the command.
+//! The combinational path of a haptic loop, from position and velocity to the torque.
 
 use hpu_signal::{Format, Narrowed, Overflow};
 
 use crate::{
-    ConfigError, Displacement, LoopConfig, LoopIn, Saturator, TorqueSum, TruncatingMultiplier, Unilateral,
-    displacement, saturator, torque_sum, truncating_multiplier, unilateral,
+    ConfigError, Displacement, LoopConfig, LoopIn, TorqueSum, TruncatingMultiplier, Unilateral, displacement,
+    torque_sum, truncating_multiplier, unilateral,
 };
 
 /// The combinational blocks by instance label.
@@ -15,7 +15,6 @@ pub(crate) struct TorquePath {
     pub(crate) spring_mult: TruncatingMultiplier,
     pub(crate) damping_mult: TruncatingMultiplier,
     pub(crate) sum: TorqueSum,
-    pub(crate) limiter: Saturator,
 }
 
 /// The nets that the path drives.
@@ -26,7 +25,6 @@ pub(crate) struct Torque {
     pub(crate) spring: Narrowed,
     pub(crate) drag: Narrowed,
     pub(crate) torque: i64,
-    pub(crate) command: i64,
 }
 
 impl TorquePath {
@@ -41,7 +39,6 @@ impl TorquePath {
             spring_mult: multiplier(Format::unsigned(depth), config.stiffness, Format::unsigned(width))?,
             damping_mult: multiplier(velocity, config.damping, Format::signed(width + 1))?,
             sum: TorqueSum::new(width, width + 1, width + 2)?,
-            limiter: Saturator::new(width + 2, width + 1, (1 << width) - 1)?,
         })
     }
 
@@ -53,7 +50,6 @@ impl TorquePath {
         let drag = self.damping_mult.eval(truncating_multiplier::In { a: velocity, b: damping });
         let sum = torque_sum::In { spring: spring.word, damping: drag.word, contact };
         let torque_sum::Out { torque } = self.sum.eval(sum);
-        let saturator::Out { limited: command } = self.limiter.eval(saturator::In { value: torque });
-        Torque { delta, contact, penetration, spring, drag, torque, command }
+        Torque { delta, contact, penetration, spring, drag, torque }
     }
 }

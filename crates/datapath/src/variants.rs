@@ -3,10 +3,10 @@
 use hpu_signal::{Format, Overflow};
 
 use crate::{
-    AnyBlock, Biquad, BiquadConfig, ConfigError, ConventionalLoop, Displacement, DividerConfig, EdgeTimer,
-    FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop, LoopConfig, PositionCounter, Pwm, PwmConfig,
-    QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, TorqueSum, TruncatingMultiplier, Unilateral,
-    VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom, registry,
+    AnyBlock, Biquad, BiquadConfig, CommandLimiter, ConfigError, ConventionalLoop, Displacement, DividerConfig,
+    EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, HybridLoop, LoopConfig, PositionCounter, Pwm,
+    PwmConfig, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, TorqueSum, TruncatingMultiplier,
+    Unilateral, VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom, registry,
 };
 
 /// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
@@ -37,6 +37,8 @@ fn others() -> Result<Variants, ConfigError> {
         ("wrap", Box::new(TorqueSum::new(8, 9, 8)?)),
         ("8_bit", Box::new(Saturator::new(10, 9, 255)?)),
         ("limit_0", Box::new(Saturator::new(10, 9, 0)?)),
+        ("settling_1", Box::new(CommandLimiter::new(10, 9, 255, 1)?)),
+        ("settling_5", Box::new(CommandLimiter::new(10, 9, 200, 5)?)),
     ];
     all.extend(multipliers()?);
     let velocity = VelocityConfig { width: 8, period_width: 6, out_width: 8, ..VelocityConfig::default() };
@@ -169,6 +171,7 @@ fn loops() -> Vec<(&'static str, LoopConfig)> {
         ("rescaled", LoopConfig { rescaled: true, scale: format(false, 4, 4), ..small }),
         ("antiphase", LoopConfig { pwm: PwmConfig { antiphase: true, dead_time: 2, ..small.pwm }, ..small }),
         ("immediate", LoopConfig { pwm: PwmConfig { latched: false, floating: true, ..small.pwm }, ..small }),
+        ("settling", LoopConfig { settling: 3, pwm: PwmConfig { latched: false, ..small.pwm }, ..small }),
     ]
 }
 

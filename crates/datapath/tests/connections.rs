@@ -45,7 +45,7 @@ const PATH: [&str; 7] = [
     "velocity_reg: velocity_register(position=position period=period scale=scale velocity=velocity)",
     "damping_mult: truncating_multiplier(a=velocity b=damping product=drag)",
     "sum: torque_sum(spring=spring damping=drag contact=contact torque=torque)",
-    "limiter: saturator(value=torque limited=command)",
+    "limiter: command_limiter(value=torque limited=command)",
     "modulator: pwm(command=command a_high=a_high a_low=a_low b_high=b_high b_low=b_low)",
 ];
 

@@ -187,8 +187,38 @@ proptest! {
         let config = LoopConfig { saturate, ..small() };
         leaping_equals_ticking::<false>(config, constants, &motion);
         leaping_equals_ticking::<true>(config, constants, &motion);
+        let late = LoopConfig { settling: 3, ..config };
+        leaping_equals_ticking::<false>(late, constants, &motion);
+        leaping_equals_ticking::<true>(late, constants, &motion);
         leaping_equals_ticking::<false>(LoopConfig::default(), QUIET, &motion);
         leaping_equals_ticking::<true>(LoopConfig::default(), QUIET, &motion);
+    }
+
+    #[test]
+    fn settling_shows_the_same_commands_that_many_edges_later(motion in motion(), settling in 1u32..9) {
+        let constants = LoopIn { reference: 60, stiffness: 33, damping: 5, period: 7, ..QUIET };
+        let mut prompt = HybridLoop::new(small()).unwrap();
+        let mut late = HybridLoop::new(LoopConfig { settling, ..small() }).unwrap();
+        // Registers of 0 come first; the gates follow the command, and are no part of this.
+        let mut commands = vec![0; settling as usize];
+        let (gates, command) = (7..11, prompt.words().len() - 1);
+        let mut place = 0;
+        for (step, stay) in &motion {
+            place += step;
+            for _ in 0..*stay {
+                let input = at(place, constants);
+                // What the registers take in at an edge stood there before it.
+                prompt.settle(&input);
+                commands.push(prompt.words()[command]);
+                prompt.tick(input);
+                late.tick(input);
+                let expected = commands[commands.len() - settling as usize];
+                prop_assert_eq!(late.words()[command], expected);
+                for net in (0..command).filter(|net| !gates.contains(net)) {
+                    prop_assert_eq!(late.words()[net], prompt.words()[net]);
+                }
+            }
+        }
     }
 
     #[test]

@@ -26,6 +26,7 @@ entity tb_loop_conventional_loop is
     LATCHED : boolean := work.conventional_loop_pkg.LATCHED;
     FLOATING : boolean := work.conventional_loop_pkg.FLOATING;
     DEAD_TIME : integer := work.conventional_loop_pkg.DEAD_TIME;
+    SETTLING : integer := work.conventional_loop_pkg.SETTLING;
     FORMAT : string := work.conventional_loop_pkg.FORMAT
   );
 end entity;
@@ -47,7 +48,7 @@ architecture test of tb_loop_conventional_loop is
 begin
 
   dut : entity work.conventional_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, VELOCITY_WIDTH => VELOCITY_WIDTH, RESCALED => RESCALED, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, SATURATE => SATURATE, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME)
+    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, VELOCITY_WIDTH => VELOCITY_WIDTH, RESCALED => RESCALED, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, SATURATE => SATURATE, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SETTLING => SETTLING)
     port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
 
   process

@@ -16,7 +16,7 @@
 //! | `[bridge]` of a motor | `supply` \[24 V\], `on_resistance` \[0\] of a switch, `diode_drop` \[0.7 V\] |
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `kind`, `sample_rate`, `position_bits` \[12\], `stiffness_format` \["(0,12,0)"\], `damping_format` \["(0,12,0)"\], `period_bits` \[24\], and what the kind needs |
-//! | … `hybrid`, `conventional` | `velocity_bits` \[12\], `product` \[`saturate`\] (`drop_upper`), `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
+//! | … `hybrid`, `conventional` | `velocity_bits` \[12\], `product` \[`saturate`\] (`drop_upper`), `settling` \[0\] clocks by which the command is held back, `rescaled` \[false\] with `reference_rate` and `scale_format` \["(0,8,8)"\] |
 //! | … `sampled_wall` | `spring` \[`held`\] (`live`), `estimator` \[`difference`\] (`filtered`, `window`, `foaw`, `edge_timer`), `velocity_every` \[1\] samples, `filter_shift` \[3\], `window` \[8\], `noise` \[1\] count, `velocity_frac` \[8\], `negative_damping` \[0\] everywhere |
 //! | … `virtual_coupling` | `coupling_stiffness`, `coupling_damping` \[0\], `rigid` \[false\]: the wall, whatever its stiffness |
 //! | … `passivity_controller` | `observer` \[`velocity`\] (`held_force`), `credit` \[unbounded\], `energy_bits` \[32\] |

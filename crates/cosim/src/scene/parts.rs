@@ -199,6 +199,8 @@ pub struct Method {
     pub reference_rate_hz: Option<f64>,
     /// Format of the velocity's scale, or of a law's.
     pub scale_format: Format,
+    /// Clocks by which the command is held back, the torque's logic taking longer than one.
+    pub settling: u32,
     /// Cutoff of the digital input shaper behind the law, if there is one.
     pub shaper_hz: Option<f64>,
     /// The modulator.

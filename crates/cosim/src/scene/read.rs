@@ -108,6 +108,10 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
             .places
             .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
     }
+    if scene.method.settling > 0 && scene.model.datapath != Datapath::Words {
+        let reason = "only words settle; write model.datapath = \"words\", or leave this out";
+        return Err(scene.places.error("method.settling", reason));
+    }
     agree_on_model(scene)?;
     if let Some(ramp) = &scene.wall.ramp {
         agree_on_ramp(scene, ramp)?;

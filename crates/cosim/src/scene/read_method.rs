@@ -1,5 +1,7 @@
 //! Reading `[method]`: the loop and its words.
 
+use hpu_datapath::command_limiter::MOST_SETTLING;
+
 use super::law;
 use super::parts::{Loop, Method, Pwm};
 use super::quantity as q;
@@ -20,7 +22,7 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
         "shaper",
         "velocity_bits",
     ];
-    const PLAIN: [&str; 4] = ["product", "rescaled", "reference_rate", "scale_format"];
+    const PLAIN: [&str; 5] = ["product", "settling", "rescaled", "reference_rate", "scale_format"];
     let kinds = [
         ("hybrid", "hybrid"),
         ("conventional", "conventional"),
@@ -73,6 +75,7 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
         saturate: law.is_some() || s.choice("product", &[("saturate", true), ("drop_upper", false)], Some(true))?,
         reference_rate_hz: if rescaled { Some(reference_rate()?) } else { None },
         scale_format: s.gain_format("scale_format", (8, 8))?,
+        settling: if law.is_none() { s.integer("settling", 0, MOST_SETTLING.into(), Some(0))? as u32 } else { 0 },
         shaper_hz: if s.has("shaper") { Some(cutoff()?) } else { None },
         pwm: pwm(&s.section("pwm")?)?,
     })

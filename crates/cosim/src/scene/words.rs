@@ -183,6 +183,7 @@ impl Scene {
                 floating: method.pwm.floating,
                 dead_time,
             },
+            settling: method.settling,
         })
     }
 

@@ -14,7 +14,7 @@ pub(super) fn is_law(inputs: &[Signal]) -> bool {
 
 /// Resets with all inputs 0, where an input may reach an output without a register: a model's reset sees none.
 pub(super) fn grounded(name: &str, inputs: &[Signal], mut rows: Vec<Stimulus>) -> Vec<Stimulus> {
-    if is_law(inputs) || matches!(name, "axis_front" | "input_shaper") {
+    if is_law(inputs) || matches!(name, "axis_front" | "input_shaper" | "command_limiter") {
         rows.iter_mut().filter(|row| row.rst).for_each(|row| row.words.fill(0));
     }
     rows

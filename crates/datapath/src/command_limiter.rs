@@ -1,0 +1,141 @@
+//! The command's limiter, and the clocks that the way to it takes.
+//!
+//! - **Equation**: `limited(t) = clamp(value(t - SETTLING), -LIMIT, +LIMIT)`, in edges.
+//! - **Ports**: `value` (1,IN_WIDTH-1,0) in; `limited` (1,OUT_WIDTH-1,0) out; `LIMIT < 2^(OUT_WIDTH-1)`.
+//! - **Latency**: `SETTLING` edges; with 0 there is no register.
+//! - **Edge**: the limited value enters a row of `SETTLING` registers, the oldest goes out.
+//! - **Reset**: all registers 0. **Overflow**: none, `limited` holds every limited value.
+//! - **VHDL twin**: `hdl/command_limiter.vhd`.
+//! - **Source**: Vasudevan et al. 2007, Eq. (8); the row is common practice for a path longer than a clock.
+//! - **Differs from the hardware**: with 0, settles at once. With more, synthesis may spread the registers over the logic before
+//!   them (retiming), which no edge shows but those after a reset. Hardware that leaves them out and tells its tools of a path of
+//!   `SETTLING + 1` clocks shows, until the last of these clocks, words that are none of any position.
+
+use hpu_signal::Signal;
+
+use crate::config::within;
+use crate::{Block, ConfigError, Generic, Saturator, saturator};
+
+pub use crate::saturator::{In, Out};
+
+/// The most clocks that a command is held back.
+pub const MOST_SETTLING: u32 = 64;
+
+/// See the [module](self).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CommandLimiter {
+    limiter: Saturator,
+    /// Limited values on their way, the oldest first: it is the one that is shown.
+    late: Vec<i64>,
+    /// What is shown when there are no registers.
+    through: i64,
+}
+
+impl CommandLimiter {
+    /// A limiter to `-limit..=limit`, held back by `settling` clocks.
+    ///
+    /// # Errors
+    ///
+    /// Unless both widths are 2 to 62, `limit` is a VHDL `natural` below `2^(out_width-1)`, and `settling` at most 64.
+    pub fn new(in_width: u32, out_width: u32, limit: u32, settling: u32) -> Result<Self, ConfigError> {
+        within(Self::NAME, "SETTLING", settling, 0..=MOST_SETTLING)?;
+        let limiter = Saturator::new(in_width, out_width, limit)?;
+        Ok(Self { limiter, late: vec![0; settling as usize], through: 0 })
+    }
+
+    /// Whether there are registers.
+    #[inline]
+    #[must_use]
+    pub fn settles(&self) -> bool {
+        !self.late.is_empty()
+    }
+
+    /// The limited value, before any register.
+    #[inline]
+    #[must_use]
+    pub fn limit(&self, value: i64) -> i64 {
+        self.limiter.eval(saturator::In { value }).limited
+    }
+
+    /// Lets the output settle with this limited value and the registers as they stand.
+    #[inline]
+    pub(crate) fn settle(&mut self, limited: i64) -> i64 {
+        self.through = limited;
+        self.shown()
+    }
+
+    #[inline]
+    fn shown(&self) -> i64 {
+        self.late.first().copied().unwrap_or(self.through)
+    }
+
+    /// The registers after that many edges with this limited value.
+    #[inline]
+    fn shift(&mut self, edges: u64, limited: i64) {
+        let edges = usize::try_from(edges).map_or(self.late.len(), |edges| edges.min(self.late.len()));
+        self.late.rotate_left(edges);
+        let kept = self.late.len() - edges;
+        self.late[kept..].fill(limited);
+    }
+}
+
+impl Default for CommandLimiter {
+    fn default() -> Self {
+        Self::new(14, 13, 4095, 0).expect("the data sheet's default")
+    }
+}
+
+impl Block for CommandLimiter {
+    const NAME: &'static str = "command_limiter";
+    const CLOCKED: bool = true;
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        self.limiter.inputs()
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        self.limiter.outputs()
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        let mut all = self.limiter.generics();
+        all.push(("SETTLING", Generic::Integer(self.late.len() as i64)));
+        all
+    }
+
+    fn reset(&mut self) -> Out<i64> {
+        self.late.fill(0);
+        Out { limited: self.settle(0) }
+    }
+
+    #[inline]
+    fn tick(&mut self, input: In<i64>) -> Out<i64> {
+        let limited = self.limit(input.value);
+        self.shift(1, limited);
+        Out { limited: self.settle(limited) }
+    }
+
+    #[inline]
+    fn quiet(&self, input: &In<i64>) -> u64 {
+        let shown = self.shown();
+        let other = self.late.iter().position(|&late| late != shown);
+        match other {
+            // The second oldest goes out at the next edge.
+            Some(place) => place as u64 - 1,
+            None if self.limit(input.value) == shown => u64::MAX,
+            None => (self.late.len() as u64).saturating_sub(1),
+        }
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        let limited = self.limit(input.value);
+        self.shift(edges, limited);
+        if edges > 0 {
+            self.through = limited;
+        }
+    }
+}
