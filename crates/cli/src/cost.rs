@@ -2,27 +2,37 @@
 
 use std::path::PathBuf;
 
-use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS};
+use hpu_rtl::{Cache, Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, Placed};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
+use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict};
+use crate::widths_price;
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
 ///
 /// Counts are of the block alone. It is timed between registers: a clocked block by its fastest clock, a combinational
 /// one by its longest path, register to register; both are the median of three placements. A block that does not fit is
-/// counted for the ECP5 instead, and not timed.
+/// counted for the ECP5 instead, and not timed. What was measured is remembered.
 #[derive(clap::Args)]
 pub struct Args {
     /// The block
-    name: String,
+    #[arg(required_unless_present = "scene")]
+    name: Option<String>,
     /// Configuration of the block, of those that `hpu block NAME` lists; may be repeated. Without it, all of them
-    #[arg(long = "variant", value_name = "LABEL")]
+    #[arg(long = "variant", value_name = "LABEL", requires = "name")]
     variants: Vec<String>,
+    /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less
+    #[arg(long, value_name = "SCENE", conflicts_with = "name")]
+    scene: Option<String>,
+    #[command(flatten)]
+    set: scene::Set,
+    #[command(flatten)]
+    remember: Remember,
     /// Folder of the VHDL
     #[arg(long, value_name = "DIR", default_value = "hdl")]
     hdl: PathBuf,
@@ -34,24 +44,80 @@ pub struct Args {
     json: bool,
 }
 
+/// Where costs are remembered.
+#[derive(clap::Args)]
+pub struct Remember {
+    /// Folder where costs are remembered, by the VHDL, the widths and the tools they are of [default: hpu/cost in the user's
+    /// cache]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+}
+
+impl Remember {
+    /// The cache. A missing tool, or a folder that cannot be, ends the command.
+    pub fn open(&self) -> Result<Cache, Failure> {
+        let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let users = || set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
+        let dir = self.cache.clone().or_else(|| Some(users()?.join("hpu/cost")));
+        let dir = dir.ok_or_else(|| Failure::usage("no HOME to remember costs in; write --cache DIR"))?;
+        Cache::open(&dir).map_err(|error| match error {
+            CostError::Ghdl(GhdlError::Io(..)) => Failure::usage(format!("{error}; write --cache DIR")),
+            _ => refused(error),
+        })
+    }
+}
+
 /// `hpu cost`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    known(&args.name)?;
-    let variants = if args.variants.is_empty() { labels(&args.name) } else { args.variants.clone() };
-    // Refused before anything runs: variants that are none, and places that cannot be written to.
-    let blocks = variants.iter().map(|variant| find(&args.name, variant)).collect::<Result<Vec<_>, _>>()?;
+    match (&args.scene, &args.name) {
+        (Some(scene), _) => of_scene(args, scene),
+        (None, Some(name)) => of_block(args, name),
+        (None, None) => Err(Failure::usage("name a block, or write --scene SCENE")),
+    }
+}
+
+fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
+    let loaded = Loaded::new(scene, &args.set.set, None)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let cache = args.remember.open()?;
+    let Some(price) = widths_price::price(&loaded.scene, &args.hdl, &cache, interrupt::heed())? else {
+        return Ok(Exit::Interrupted);
+    };
+    let (text, json) = (price.text(), price.json());
+    if let Some(mut folder) = folder {
+        folder.write("cost.json", format!("{json:#}\n"))?;
+        folder.write("cost.txt", &text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?
+    } else {
+        print(&text)?
+    }
+    Ok(Exit::Fine)
+}
+
+fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
+    known(name)?;
+    if let Some((key, _)) = args.set.set.first() {
+        return Err(Failure::usage(format!("a block has no key `{key}`; write --scene SCENE, or --variant LABEL")));
+    }
+    let variants = if args.variants.is_empty() { labels(name) } else { args.variants.clone() };
+    // Refused before anything runs: variants that are none, and places that cannot be written to.
+    let blocks = variants.iter().map(|variant| find(name, variant)).collect::<Result<Vec<_>, _>>()?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let cache = args.remember.open()?;
 
     interrupt::heed();
     let clocked = blocks.iter().all(|block| block.clocked());
-    let mut text = header(&args.name, clocked);
+    let mut text = header(name, clocked);
     let mut rows = Vec::new();
     let mut good = true;
     if !args.json {
         print(&text)?;
     }
     for (variant, block) in variants.iter().zip(&blocks) {
-        let cost = hpu_rtl::cost(&**block, &args.hdl);
+        let cost = cache.cost(&**block, &args.hdl);
         if interrupt::pressed() {
             return Ok(Exit::Interrupted);
         }
@@ -65,7 +131,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         rows.push(object(variant, clocked, &cost));
     }
 
-    let json = json!({ "block": args.name, "variants": rows });
+    let json = json!({ "block": name, "variants": rows });
     if let Some(mut folder) = folder {
         folder.write("cost.json", format!("{json:#}\n"))?;
         folder.write("cost.txt", &text)?;
@@ -134,6 +200,15 @@ fn row(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> String {
     )
 }
 
+/// The clocks of all placements; none where there was no room or no path.
+pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
+    let mhz = |placed: &Placed| match placed {
+        Placed::Mhz(mhz) => Some(*mhz),
+        Placed::NoRoom | Placed::NoPath => None,
+    };
+    cost.placed.iter().flatten().map(mhz).collect()
+}
+
 /// A variant as JSON.
 pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
     let cost = match cost {
@@ -155,6 +230,7 @@ pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Valu
         "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
         "fmax_mhz": if clocked { speed } else { None },
         "path_ns": if clocked { None } else { speed },
+        "placed_mhz": placed(cost),
         "failure": null,
     })
 }

@@ -35,6 +35,7 @@ mod waves;
 mod widths;
 mod widths_json;
 mod widths_text;
+mod widths_price;
 
 use std::process::ExitCode;
 

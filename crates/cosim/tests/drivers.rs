@@ -37,6 +37,8 @@ fn they_agree_from_the_first_edge_in_contact_under_every_bridge() {
         &[("method.pwm.mode", "locked_antiphase"), ("method.pwm.dead_time", "1 us")],
         &[("method.pwm.duty", "immediate"), ("method.pwm.bits", "9")],
         &[("model.bridge", "averaged")],
+        &[("method.settling", "3"), ("method.pwm.duty", "immediate"), ("method.pwm.bits", "9")],
+        &[("method.settling", "2"), ("model.bridge", "averaged")],
         &[("device.coulomb_friction", "8 mN.m"), ("method.pwm.off", "float"), ("method.pwm.dead_time", "2 us")],
     ] {
         for name in ["hybrid-wall", "conventional-wall-10khz"] {

@@ -141,6 +141,19 @@ fn the_modulator_s_options_reach_the_wiring() {
 }
 
 #[test]
+fn the_clocks_that_a_command_is_held_back_reach_the_wiring() {
+    assert_eq!(words(&[]).config.settling, 0);
+    assert_eq!(words(&[("method.settling", "2")]).config.settling, 2);
+    let refused = |key: &str, value: &str| scene(&[("method.settling", value), (key, value)]).unwrap_err();
+    assert!(refused("method.settling", "65").contains("`65` is not a whole number from 0 to 64"));
+    let other = [("method.settling", "2"), ("model.bridge", "averaged"), ("model.datapath", "law")];
+    let error = scene(&other).unwrap_err();
+    assert!(error.contains("method.settling: only words settle; write model.datapath = \"words\""), "{error}");
+    let law = scene(&[("method.settling", "2"), ("method.kind", "sampled_wall")]).unwrap_err();
+    assert!(law.contains("method.settling: unknown key for kind \"sampled_wall\""), "{law}");
+}
+
+#[test]
 fn every_width_that_a_scene_accepts_is_one_that_the_wirings_accept() {
     let narrow = [
         ("method.position_bits", "2"),

@@ -1,9 +1,12 @@
 //! The clocked blocks but the modulator, against closed forms in plain integers.
 
 use hpu_datapath::{
-    Block, PositionCounter, QuadratureDecoder, Synchronizer, VelocityConfig, VelocityRegister, ZeroOrderHold,
+    Block, CommandLimiter, PositionCounter, QuadratureDecoder, Synchronizer, VelocityConfig, VelocityRegister,
+    ZeroOrderHold,
 };
-use hpu_datapath::{position_counter, quadrature_decoder, synchronizer, velocity_register, zero_order_hold};
+use hpu_datapath::{
+    command_limiter, position_counter, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
+};
 use hpu_signal::Format;
 use proptest::prelude::*;
 
@@ -25,6 +28,27 @@ proptest! {
             before = (a_pin, b_pin);
         }
     }
+}
+
+proptest! {
+    #[test]
+    fn the_command_limiter_shows_the_value_that_as_many_edges_before_sampled_as_it_has_registers(
+        values in prop::collection::vec(-512i64..512, 1..40), settling in 0u32..9
+    ) {
+        let mut block = CommandLimiter::new(10, 9, 200, settling).unwrap();
+        for (edge, &value) in values.iter().enumerate() {
+            // The first register shows what this very edge sampled; without one the value itself is shown.
+            let sampled = (edge + 1).checked_sub(settling.max(1) as usize).map_or(0, |edge| values[edge]);
+            prop_assert_eq!(block.tick(command_limiter::In { value }).limited, sampled.clamp(-200, 200));
+        }
+    }
+}
+
+#[test]
+fn a_command_is_held_back_by_at_most_64_clocks() {
+    assert!(CommandLimiter::new(14, 13, 4095, 64).is_ok());
+    let error = CommandLimiter::new(14, 13, 4095, 65).unwrap_err().to_string();
+    assert_eq!(error, "command_limiter: SETTLING is 65; accepted: 0 to 64");
 }
 
 #[test]

@@ -74,6 +74,13 @@ fn the_hybrid_loop_with_dead_time_and_locked_antiphase_equals_the_emulator_at_ev
 }
 
 #[test]
+fn a_loop_that_holds_its_command_back_equals_the_emulator_at_every_edge() {
+    let late = [("method.settling", "5"), ("method.pwm.duty", "immediate"), ("method.pwm.bits", "9")];
+    equal(&fast("hybrid-wall", &late));
+    equal(&fast("conventional-wall-10khz", &late));
+}
+
+#[test]
 fn the_conventional_loop_in_vhdl_equals_the_emulator_at_every_edge() {
     equal(&fast("conventional-wall-10khz", &[]));
 }

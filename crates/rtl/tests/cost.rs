@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_datapath::{AnyBlock, variants};
-use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, cost};
+use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, cost, counts};
 
 fn hdl() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl")
@@ -50,6 +50,12 @@ fn a_combinational_block_has_a_path_and_no_flip_flop() {
     // More than the clock to output and setup of two registers side by side, less than an HX8K's slowest adder.
     let path_ns = cost.path_ns().expect("a path");
     assert!((1.0..20.0).contains(&path_ns), "{path_ns} ns");
+}
+
+#[test]
+fn a_command_is_held_back_by_a_flip_flop_a_bit_and_clock() {
+    let held_back = |label| counts(&*block("command_limiter", label), &hdl()).expect("counts").ff;
+    assert_eq!(["default", "settling_1", "settling_5"].map(held_back), [0, 9, 45]);
 }
 
 #[test]

@@ -88,6 +88,12 @@ fn other_widths_are_the_widths_that_ghdl_dumps() {
 }
 
 #[test]
+fn a_loop_that_settles_has_the_variables_of_one_that_does_not() {
+    let config = LoopConfig { settling: 2, ..LoopConfig::default() };
+    agrees(&HybridLoop::new(config).expect("valid"), "settling", &["-gSETTLING=2".to_string()]);
+}
+
+#[test]
 fn the_loops_of_a_phantom_have_the_variables_that_ghdl_dumps() {
     agrees(&PhantomLoop::default(), "default", &[]);
     agrees(&PhantomSharedLoop::default(), "default", &[]);

@@ -113,9 +113,9 @@ impl Sine {
     }
 }
 
-/// The joints of the Premium 1.0 that differ: the first, and the second and third.
-fn turns() -> [Turn; 2] {
-    let [first, second, _] = PhantomConfig::default().turns;
+/// The joints that differ: the first, and the second and third.
+fn turns(config: &PhantomConfig) -> [Turn; 2] {
+    let [first, second, _] = config.turns;
     [first, second]
 }
 
@@ -125,32 +125,42 @@ fn turns() -> [Turn; 2] {
 ///
 /// When a block refuses a size, which none does.
 pub fn sines() -> Result<Vec<Sine>, ConfigError> {
-    let PhantomConfig { position_width, depth_width, formats, .. } = PhantomConfig::default();
-    let (plain, phase) = (formats.trig, Phase::default());
+    sines_of(&PhantomConfig::default())
+}
+
+/// The same for another design: its joints, and the counts that its tables hold.
+///
+/// # Errors
+///
+/// When a block refuses a size.
+pub fn sines_of(config: &PhantomConfig) -> Result<Vec<Sine>, ConfigError> {
+    let PhantomConfig { position_width, depth_width, .. } = *config;
+    let (plain, phase) = (PhantomConfig::default().formats.trig, Phase::default());
+    let counts = Counts { turns: turns(config), reach: 1 << (depth_width - 1) };
     let stored = plain.frac().unsigned_abs();
     let mut all = Vec::new();
     for format in [narrow(14), narrow(18), narrow(22), plain, narrow(26), narrow(30)] {
         let size = format!("TRIG {format}");
-        let tables = turns().map(|turn| TrigTable::new(position_width, depth_width, turn, format));
+        let tables = counts.turns.map(|turn| TrigTable::new(position_width, depth_width, turn, format));
         let rom = Rom { words: 1 << depth_width, width: 2 * format.width() };
-        all.push(looked_at(Source::Table, size, format == plain, format, rom, tables)?);
+        all.push(counts.looked_at(Source::Table, size, format == plain, format, rom, tables)?);
     }
     for width in 7..=13 {
-        let made = turns().map(|turn| TrigQuarter::new(phase.of(turn), width));
+        let made = counts.turns.map(|turn| TrigQuarter::new(phase.of(turn), width));
         let rom = Rom { words: 1 << width, width: stored };
-        all.push(looked_at(Source::Quarter, format!("QUARTER_WIDTH {width}"), width == 11, plain, rom, made)?);
+        all.push(counts.looked_at(Source::Quarter, format!("QUARTER_WIDTH {width}"), width == 11, plain, rom, made)?);
     }
     for width in 4..=12 {
-        let made = turns().map(|turn| TrigInterpolated::new(phase.of(turn), width, 14));
+        let made = counts.turns.map(|turn| TrigInterpolated::new(phase.of(turn), width, 14));
         // A step and the rise to the next, which is at most pi/2 of a step's width.
         let size = format!("QUARTER_WIDTH {width}, REST_WIDTH 14");
         let rom = Rom { words: 1 << width, width: stored + (stored + 1).saturating_sub(width) };
-        all.push(looked_at(Source::Interpolated, size, width == 9, plain, rom, made)?);
+        all.push(counts.looked_at(Source::Interpolated, size, width == 9, plain, rom, made)?);
     }
     for iterations in [12, 16, 20, 22, 24, 26, 28] {
-        let made = turns().map(|turn| TrigCordic::new(phase.of(turn), iterations, 4));
+        let made = counts.turns.map(|turn| TrigCordic::new(phase.of(turn), iterations, 4));
         let size = format!("ITERATIONS {iterations}, GUARD 4");
-        all.push(looked_at(Source::Cordic, size, iterations == 24, plain, Rom { words: 0, width: 0 }, made)?);
+        all.push(counts.looked_at(Source::Cordic, size, iterations == 24, plain, Rom { words: 0, width: 0 }, made)?);
     }
     Ok(all)
 }
@@ -160,31 +170,39 @@ fn narrow(frac: i32) -> Format {
     Format::new(true, 1, frac).expect("at most 32 bits")
 }
 
-/// Looks at every count of both joints.
-fn looked_at<W: Wave>(
-    source: Source,
-    size: String,
-    default: bool,
-    format: Format,
-    rom: Rom,
-    joints: [Result<Trig<W>, ConfigError>; 2],
-) -> Result<Sine, ConfigError> {
-    let reach = 1i64 << (PhantomConfig::default().depth_width - 1);
-    let (mut worst, mut squares, mut worst_rad, mut angles) = (0f64, 0.0, 0f64, 0u64);
-    for (joint, turn) in joints.into_iter().zip(turns()) {
-        let joint = joint?;
-        for count in -reach..reach {
-            let (sine, cosine) = libm::sincos(TAU * (count * i64::from(turn.num)) as f64 / f64::from(turn.den));
-            let TrigOut { sine: s, cosine: c, .. } = joint.at(count);
-            let [s, c] = [s, c].map(|word| format.to_f64(word));
-            worst = worst.max((s - sine).abs()).max((c - cosine).abs());
-            squares += (s - sine) * (s - sine) + (c - cosine) * (c - cosine);
-            worst_rad = worst_rad.max(libm::atan2(s * cosine - c * sine, c * cosine + s * sine).abs());
-            angles += 1;
+/// All counts of the joints that differ.
+struct Counts {
+    turns: [Turn; 2],
+    reach: i64,
+}
+
+impl Counts {
+    /// Looks at every count of both joints.
+    fn looked_at<W: Wave>(
+        &self,
+        source: Source,
+        size: String,
+        default: bool,
+        format: Format,
+        rom: Rom,
+        joints: [Result<Trig<W>, ConfigError>; 2],
+    ) -> Result<Sine, ConfigError> {
+        let (mut worst, mut squares, mut worst_rad, mut angles) = (0f64, 0.0, 0f64, 0u64);
+        for (joint, turn) in joints.into_iter().zip(self.turns) {
+            let joint = joint?;
+            for count in -self.reach..self.reach {
+                let (sine, cosine) = libm::sincos(TAU * (count * i64::from(turn.num)) as f64 / f64::from(turn.den));
+                let TrigOut { sine: s, cosine: c, .. } = joint.at(count);
+                let [s, c] = [s, c].map(|word| format.to_f64(word));
+                worst = worst.max((s - sine).abs()).max((c - cosine).abs());
+                squares += (s - sine) * (s - sine) + (c - cosine) * (c - cosine);
+                worst_rad = worst_rad.max(libm::atan2(s * cosine - c * sine, c * cosine + s * sine).abs());
+                angles += 1;
+            }
         }
+        let rms = (squares / (2 * angles) as f64).sqrt();
+        Ok(Sine { source, size, default, format, rom, worst, rms, worst_rad, angles })
     }
-    let rms = (squares / (2 * angles) as f64).sqrt();
-    Ok(Sine { source, size, default, format, rom, worst, rms, worst_rad, angles })
 }
 
 /// First line of the CSV; units are in the names.
@@ -217,7 +235,8 @@ pub fn sines_csv(all: &[Sine]) -> String {
 /// All of it as text.
 #[must_use]
 pub fn sines_text(all: &[Sine]) -> String {
-    let [first, second] = turns().map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
+    let [first, second] =
+        turns(&PhantomConfig::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
     let mut text = format!(
         "Exhausted over the {} counts of joint 1 and of joint 2 that the default tables hold, sine and cosine. Latency: 1 \
          edge, all of them.\nOne count is {first:.1} urad of joint 1 and {second:.1} urad of joints 2 and 3. * is the \

@@ -11,6 +11,8 @@ mod noise;
 mod parts;
 mod random;
 mod recommend;
+pub mod settling;
+pub mod tables;
 
 use hpu_signal::{Cycle, Format};
 

@@ -1,0 +1,72 @@
+//! Whether a loop notices that its torque takes more than one clock.
+//!
+//! To first order a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it: that is what the
+//! device must have to spare.
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
+
+use crate::accuracy::{Outputs, driver, usual};
+use crate::limits::{self, InWords, in_words};
+
+/// A scene with its command held back by some clocks more, beside the scene as it is. *Measured*, all of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Settling {
+    /// `method.settling` of the scene, and of the other.
+    pub clocks: [u32; 2],
+    /// What became of the motion in both.
+    pub outcomes: [OutcomeKind; 2],
+    /// What the later one gets wrong of the outputs that the verdict makes worth comparing, relative.
+    pub errors: Vec<(Output, f64)>,
+    /// The limit in words of both, or why there is none.
+    pub limits: [Result<InWords, String>; 2],
+    /// The damping that the wall's spring loses by the delay, in the scene's unit.
+    pub lost_damping: f64,
+}
+
+impl Settling {
+    /// Whether the verdict is another one, or the limit in words by more than a word.
+    #[must_use]
+    pub fn noticed(&self) -> bool {
+        let moved = match &self.limits {
+            [Ok(prompt), Ok(late)] => {
+                (prompt.emulated.limit - late.emulated.limit).abs() > 1.5 * prompt.emulated.uncertainty
+            }
+            [prompt, late] => prompt.is_ok() != late.is_ok(),
+        };
+        moved || self.outcomes[0] != self.outcomes[1]
+    }
+}
+
+/// Runs a scene with its command held back by so many clocks in all, and as it is; nothing if it was stopped.
+///
+/// # Errors
+///
+/// Why it cannot be run: only the hybrid and the conventional loop in words can be held back.
+pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<Settling>, String> {
+    if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) || scene.model.datapath != Datapath::Words {
+        return Err("only the hybrid and the conventional loop in words have method.settling".into());
+    }
+    let mut late = scene.clone();
+    late.method.settling = clocks;
+    let mut outputs = Vec::new();
+    let mut limits = Vec::new();
+    let start = limits::emulated(scene, 0.5e-9).map_or(limits::start(scene), |linear| linear.limit);
+    for scene in [scene, &late] {
+        let (found, _) = Outputs::of(&Experiment::Axis(scene.clone()), driver(&[]), control)?;
+        let Some(found) = found else { return Ok(None) };
+        outputs.push(found);
+        limits.push(in_words(scene, start, control));
+    }
+    let shown = usual(outputs[0].outcome);
+    let mut errors = outputs[1].errors(&outputs[0]);
+    errors.retain(|(output, _)| shown.contains(output) && *output != Output::Verdict);
+    let delay_s = f64::from(clocks - scene.method.settling.min(clocks)) * scene.clock.period_s();
+    Ok(Some(Settling {
+        clocks: [scene.method.settling, clocks],
+        outcomes: [outputs[0].outcome, outputs[1].outcome],
+        errors,
+        limits: limits.try_into().expect("two scenes"),
+        lost_damping: scene.wall.stiffness_nm_per_rad * delay_s,
+    }))
+}
