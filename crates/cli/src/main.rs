@@ -33,9 +33,10 @@ mod vectors;
 mod verify;
 mod waves;
 mod widths;
+mod widths_cost;
 mod widths_json;
-mod widths_text;
 mod widths_price;
+mod widths_text;
 
 use std::process::ExitCode;
 

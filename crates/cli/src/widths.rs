@@ -1,20 +1,24 @@
 //! `hpu widths`: what every signal of a scene needs, and what each bit buys.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::Experiment;
+use hpu_rtl::Cache;
 use hpu_signal::Notation;
 use hpu_study::chart::ranges;
 use hpu_study::widths::proof::{Bound, axis_bounds, phantom_bounds};
-use hpu_study::widths::{Measured, Recommended, by_range, measured, random, recommend, together};
+use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
+use crate::cost::Remember;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
+use crate::widths_cost::{OneMore, one_more};
+use crate::widths_price::{self, Price};
 use crate::{fit, interrupt, pictures, widths_json, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
@@ -41,6 +45,14 @@ pub struct Args {
     /// Try no fewer bits: ranges, losses and proofs alone
     #[arg(long)]
     no_trials: bool,
+    /// Say what one bit more would cost, and what the loop costs as it is, by Yosys and nextpnr; what was measured is remembered
+    #[arg(long)]
+    price: bool,
+    /// Folder of the VHDL
+    #[arg(long, value_name = "DIR", default_value = "hdl")]
+    hdl: PathBuf,
+    #[command(flatten)]
+    remember: Remember,
     /// Write formats in another notation beside (S,I,F)
     #[arg(long, value_enum, value_name = "NOTATION")]
     notation: Option<NotationArg>,
@@ -96,6 +108,10 @@ pub struct Page {
     pub proved: Result<Vec<Bound>, String>,
     /// What widths are good for, or why that was not asked.
     pub recommended: Result<Recommended, String>,
+    /// LUT4 and flip-flops that one bit more of each width costs, or why that is not told.
+    pub one_more: Result<Vec<(Field, OneMore)>, String>,
+    /// What the loop costs as it is.
+    pub price: Option<Price>,
     /// Another notation.
     pub notation: Option<Notation>,
     /// The command that makes the page.
@@ -107,12 +123,18 @@ pub struct Page {
 /// `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let cache = if args.price { Some(args.remember.open()?) } else { None };
     let control = interrupt::heed();
     let mut experiments = Vec::new();
     for name in &args.scenes {
         experiments.push(scene::source(name)?.parse(&args.set.set)?);
     }
     let Some(mut page) = page(args, &experiments)? else { return Ok(Exit::Interrupted) };
+    if let Some(cache) = &cache
+        && !price(&mut page, &experiments[0], &args.hdl, cache)?
+    {
+        return Ok(Exit::Interrupted);
+    }
     if let Some(folder) = &mut folder {
         let bounds = page.proved.as_deref().unwrap_or(&[]);
         let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
@@ -164,12 +186,30 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
         clock_hz: experiments[0].clock().frequency_hz(),
         random: args.random.map(|seconds| (seconds, args.seed)),
         measured,
-        proved: proved(experiments),
+        proved: match args.random {
+            Some(_) => Err("a proof is of the scene's own hand, and random motion knows none".into()),
+            None => proved(experiments),
+        },
         recommended,
+        one_more: Err("not priced; --price asks Yosys".into()),
+        price: None,
         notation: args.notation.map(NotationArg::notation),
         command: command(args),
         files: Vec::new(),
     }))
+}
+
+/// Puts prices on the page: of one bit more, and of the loop as it is; says whether it was not interrupted.
+fn price(page: &mut Page, experiment: &Experiment, hdl: &Path, cache: &Cache) -> Result<bool, Failure> {
+    let Some(price) = widths_price::price(experiment, hdl, cache, interrupt::heed())? else { return Ok(false) };
+    page.price = Some(price);
+    if let Experiment::Phantom(_) = experiment {
+        page.one_more = Err("not priced; Yosys takes minutes for each loop of a PHANToM".into());
+        return Ok(true);
+    }
+    let Some(all) = one_more(experiment, hdl, cache)? else { return Ok(false) };
+    page.one_more = Ok(all);
+    Ok(true)
 }
 
 /// What widths are good for, or why that is not told; `None` when interrupted.
@@ -236,8 +276,10 @@ fn command(args: &Args) -> String {
     if let Some(within) = args.within {
         command += &format!(" --within {within}");
     }
-    if args.no_trials {
-        command += " --no-trials";
+    for (given, option) in [(args.no_trials, " --no-trials"), (args.price, " --price")] {
+        if given {
+            command += option;
+        }
     }
     command
 }

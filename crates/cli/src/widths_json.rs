@@ -2,10 +2,11 @@
 
 use hpu_signal::{Clock, Format};
 use hpu_study::map::outcome_name;
-use hpu_study::widths::{Loss, SignalRow};
+use hpu_study::widths::{Field, Loss, SignalRow};
 use serde_json::{Value, json};
 
 use crate::widths::Page;
+use crate::widths_price::Price;
 use crate::widths_text::how;
 
 /// The page as one object. Measured and proved ranges are in words, everything else in SI units and the signal's.
@@ -20,6 +21,7 @@ pub fn object(page: &Page) -> Value {
         "outcomes": measured.outcomes.iter().map(|kind| outcome_name(Some(*kind))).collect::<Vec<_>>(),
         "signals": measured.rows.iter().map(|row| signal(page, row)).collect::<Vec<_>>(),
         "widths": widths(page),
+        "price": page.price.as_ref().map(Price::json),
         "not_proved": page.proved.as_ref().err(),
         "command": page.command,
         "files": page.files.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
@@ -59,6 +61,11 @@ fn signal(page: &Page, row: &SignalRow) -> Value {
     })
 }
 
+fn one_more(page: &Page, field: Field) -> Value {
+    let found = page.one_more.as_ref().ok().and_then(|all| all.iter().find(|(other, _)| *other == field));
+    found.and_then(|(_, found)| found.as_ref().ok()).map_or(Value::Null, |[lut4, ff]| json!({ "lut4": lut4, "ff": ff }))
+}
+
 fn widths(page: &Page) -> Value {
     match &page.recommended {
         Err(why) => json!({ "not_tried": why }),
@@ -72,6 +79,7 @@ fn widths(page: &Page) -> Value {
                 "needs": needed.least,
                 "error": needed.error,
                 "one_bit_less": needed.breaks,
+                "one_bit_more": one_more(page, needed.field),
                 "together": together,
             })).collect::<Vec<_>>(),
             "error_together": found.error,

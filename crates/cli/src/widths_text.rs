@@ -6,7 +6,7 @@ use hpu_signal::{Clock, Notation};
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::widths::proof::How;
-use hpu_study::widths::{Loss, SignalRow};
+use hpu_study::widths::{Field, Loss, SignalRow};
 
 use crate::units::si;
 use crate::widths::Page;
@@ -28,16 +28,19 @@ pub fn page(page: &Page) -> String {
         line(&row(signal_cells(page, signal).each_ref().map(String::as_str)));
     }
     if !left_out.is_empty() {
-        line(
-            &format!("not shown: {} (all of them are in widths.csv)", left_out.join(", "))
-                .chars()
-                .take(WIDTH)
-                .collect::<String>(),
-        );
+        wrapped(&format!("not shown: {}", left_out.join(", ")), &mut line);
     }
     line("");
     widths(page, &mut line);
     notes(page, &mut line);
+    if let Some(price) = &page.price {
+        // Its tables of parts and of bits are those of `hpu cost --scene`.
+        price
+            .text()
+            .lines()
+            .take_while(|said| !said.starts_with("part ") && !said.starts_with("a bit of "))
+            .for_each(line);
+    }
     text
 }
 
@@ -174,12 +177,21 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
         }
     };
     let cut = |text: &str, width: usize| text.chars().take(width).collect::<String>();
-    line(&format!("{:<20} {:>4} {:>6} {:>9}  one bit less than needed", "width", "bits", "needs", "together"));
+    let titles = ["width", "bits", "needs", "together", "one bit more", "one bit less than needed"];
+    let [width, bits, needs, together, more, less] = titles;
+    line(&format!("{width:<20} {bits:>4} {needs:>6} {together:>9}  {more:<17} {less}"));
     for (needed, together) in found.needed.iter().zip(&found.together) {
         let name = needed.field.name();
-        let said = cut(&needed.breaks, WIDTH - 43);
-        line(&format!("{name:<20} {:>4} {:>6} {together:>9}  {said}", needed.bits, needed.least));
+        let more = one_more(page, needed.field);
+        let said = cut(&needed.breaks, WIDTH - 61);
+        line(&format!("{name:<20} {:>4} {:>6} {together:>9}  {more:<17} {said}", needed.bits, needed.least));
     }
+    line(&match &page.one_more {
+        Ok(_) => {
+            "one bit more: of the scene's own bits, in the whole loop, by Yosys for the iCE40; measured".to_string()
+        }
+        Err(why) => format!("one bit more: {why}"),
+    });
     let outputs = found.outputs.iter().map(|output| output.name()).collect::<Vec<_>>().join(", ");
     line(&format!(
         "needs: each by itself within {} in {outputs}; together: all at once, off by {}; {} runs",
@@ -187,6 +199,16 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
         percent(found.error),
         found.runs
     ));
+}
+
+/// What one bit more of a width costs.
+fn one_more(page: &Page, field: Field) -> String {
+    let found = page.one_more.as_ref().ok().and_then(|all| all.iter().find(|(other, _)| *other == field));
+    match found {
+        None => "-".into(),
+        Some((_, Ok([lut4, ff]))) => format!("{lut4:+} LUT4 {ff:+} ff"),
+        Some((_, Err(_))) => "no such loop".into(),
+    }
 }
 
 fn notes(page: &Page, line: &mut impl FnMut(&str)) {
@@ -199,12 +221,9 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
             line(
                 "proved: for every motion within the device's limits; ! no proof that it never overflows, x every input tried",
             );
-            let mut said: Vec<&str> = Vec::new();
-            for assumption in bounds.iter().flat_map(|bound| &bound.assumptions) {
-                if !said.contains(&assumption.as_str()) {
-                    said.push(assumption);
-                }
-            }
+            // What is said of single signals is in the JSON.
+            let everywhere = |said: &&String| bounds.iter().all(|bound| bound.assumptions.contains(said));
+            let said: Vec<&str> = bounds[0].assumptions.iter().filter(everywhere).map(String::as_str).collect();
             wrapped(&format!("assuming {}", said.join("; ")), line);
         }
         Err(why) => line(&format!("proved: nothing; {why}")),

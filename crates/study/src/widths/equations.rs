@@ -74,7 +74,7 @@ impl Equation {
                 Self::Velocity { modulus: number("WIDTH").exp2(), rescaled: number("RESCALED") == 1.0 }
             }
             "torque_sum" => Self::Sum,
-            "saturator" => Self::Limit(number("LIMIT")),
+            "saturator" | "command_limiter" => Self::Limit(number("LIMIT")),
             "trig_table" => Self::Sine(2.0 * PI * number("TURN_NUM") / number("TURN_DEN")),
             "phantom_forward" => Self::Tip(lengths()),
             "cube_room" => Self::Room(limit()),

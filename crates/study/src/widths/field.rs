@@ -246,7 +246,13 @@ impl Field {
                     }
                     Self::TorqueInt => formats.torque = int(formats.torque)?,
                     Self::TorqueFrac => formats.torque = frac(formats.torque)?,
-                    _ => config.period_width = width()?,
+                    _ => {
+                        let (bits, period) = (width()?, scene.period_clocks());
+                        if period >> bits.min(63) > 0 {
+                            return Err(format!("a period of {period} clocks does not fit {bits} bits"));
+                        }
+                        scene.method.config.period_width = bits;
+                    }
                 }
             }
         }

@@ -3,6 +3,8 @@
 //! [`measured`] is what happened in closed loop: in one run, a set of scenes, or seeded random motion.
 
 pub mod proof;
+pub mod settling;
+pub mod tables;
 
 mod equations;
 mod field;
@@ -11,8 +13,6 @@ mod noise;
 mod parts;
 mod random;
 mod recommend;
-pub mod settling;
-pub mod tables;
 
 use hpu_signal::{Cycle, Format};
 

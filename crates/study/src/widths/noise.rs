@@ -73,7 +73,9 @@ impl Book {
         let (value, word) = (exact / self.format.lsb(), self.format.value(word) as f64);
         let rounded = (if self.to_nearest { value + 0.5 } else { value }).floor();
         let beyond = (rounded - self.ends[1]).max(self.ends[0] - rounded).max(0.0);
-        [(if beyond > 0.0 { value - rounded } else { value - word }).abs(), beyond]
+        // What a PHANToM's blocks have lost on the way counts too.
+        let off = if self.to_nearest && beyond == 0.0 { value - word } else { value - rounded };
+        [off.abs(), beyond]
     }
 }
 
@@ -112,12 +114,14 @@ impl Beside {
         asked: &[(&str, Asked)],
         law: Option<(LawConfig, u64)>,
     ) -> Self {
-        let all = Parts::new(instances, law);
+        let all = Parts::new(nets.len(), instances, law);
         let mut books: Vec<Book> = nets.iter().map(|net| Book::of(net.format)).collect();
         for part in &all.parts {
-            for &net in &part.outputs {
+            for &net in part.outputs.iter().filter(|&&net| net < nets.len()) {
+                books[net].in_law = true;
+            }
+            for &net in &part.told {
                 let book = &mut books[net];
-                book.in_law = true;
                 book.narrowed = narrows(&part.equation);
                 book.to_nearest = part.equation.rounds_to_nearest();
                 let limit = match part.equation {
@@ -144,7 +148,7 @@ impl Beside {
         for (book, asked) in books.iter_mut().zip(&asked) {
             book.in_law |= matches!(asked, Some(Asked::Share(_)));
         }
-        let count = nets.len();
+        let count = all.nets[1];
         let mut driven = vec![false; count];
         let outputs = all.parts.iter().flat_map(|part| &part.outputs).chain(&all.counters).copied();
         outputs.chain(method).for_each(|net| driven[net] = true);
@@ -153,7 +157,7 @@ impl Beside {
             Source::Net(net) => Some(*net),
             Source::Tied(_) => None,
         });
-        watched.extend(read.chain((0..count).filter(|&net| driven[net])));
+        watched.extend(read.chain((0..count).filter(|&net| driven[net])).filter(|&net| net < nets.len()));
         watched.sort_unstable();
         watched.dedup();
         Self {
@@ -164,7 +168,7 @@ impl Beside {
             inputs,
             asked,
             books,
-            words: vec![0; count],
+            words: vec![0; nets.len()],
             law: vec![0.0; count],
             values: vec![0.0; count],
             exact: vec![0.0; count],
@@ -256,7 +260,7 @@ impl Beside {
             loaded.extend(part.outputs.iter().copied().zip(room.iter().copied()));
             if narrows(&part.equation) && !matches!(part.equation, Equation::Engine { .. }) {
                 part.eval(Side::Words, values, room);
-                part.outputs.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
+                part.told.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
             }
         }
         if let Some(method) = all.method.as_mut().filter(|method| method.due() == edge)
@@ -333,7 +337,7 @@ impl Book {
 /// The engine's exact values, and those of combinational blocks, of the words as they stand.
 fn exact_of(part: &mut Part, values: &[f64], exact: &mut [f64], room: &mut Vec<f64>) {
     part.eval(Side::Words, values, room);
-    part.outputs.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
+    part.told.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
 }
 
 impl Observe for Beside {

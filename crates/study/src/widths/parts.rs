@@ -44,6 +44,8 @@ pub(super) struct Part {
     pub equation: Equation,
     pub inputs: Vec<Source>,
     pub outputs: Vec<usize>,
+    /// The nets whose words are made of what it computes: the outputs, unless they come later.
+    pub told: Vec<usize>,
     /// None of a combinational block.
     pub clock: Option<Countdown>,
     /// What it remembers, on either side.
@@ -130,6 +132,8 @@ impl Method {
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Parts {
     pub parts: Vec<Part>,
+    /// Nets of the wiring, and of the law, which has wires of its own beside.
+    pub nets: [usize; 2],
     /// Nets that count round and round.
     pub counters: Vec<usize>,
     pub method: Option<Method>,
@@ -137,8 +141,8 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Those with equations. `law` is that of a method, with the edges it takes.
-    pub fn new(instances: &[Instance], law: Option<(LawConfig, u64)>) -> Self {
-        let mut all = Self::default();
+    pub fn new(nets: usize, instances: &[Instance], law: Option<(LawConfig, u64)>) -> Self {
+        let mut all = Self { nets: [nets; 2], ..Self::default() };
         for instance in instances {
             all.add(instance, law.as_ref());
         }
@@ -158,6 +162,7 @@ impl Parts {
             equation,
             inputs,
             outputs: outputs.iter().map(|name| net(name)).collect(),
+            told: outputs.iter().map(|name| net(name)).collect(),
             clock: None,
             memory: [0.0; 2],
         };
@@ -170,6 +175,23 @@ impl Parts {
                 self.parts.push(part(Equation::Displacement(modulus), offset, &["delta"]));
                 let delta = vec![Source::Net(net("delta"))];
                 self.parts.push(part(Equation::Unilateral, delta, &["contact", "penetration"]));
+            }
+            "command_limiter" if generic(block, "SETTLING") > 0.0 => {
+                let limit = part(Equation::Limit(generic(block, "LIMIT")), vec![input("value")], &["limited"]);
+                // The limiter's own wire, then a row of registers to the net.
+                let settling = generic(block, "SETTLING") as usize;
+                let wires: Vec<usize> = (self.nets[1]..self.nets[1] + settling).chain([net("limited")]).collect();
+                self.nets[1] += settling;
+                let late = wires.windows(2).map(|pair| Part {
+                    equation: Equation::Copy,
+                    inputs: vec![Source::Net(pair[0])],
+                    outputs: vec![pair[1]],
+                    told: Vec::new(),
+                    clock: Some(Countdown { next: 1, period: Source::Tied(1.0), idle: false }),
+                    memory: [0.0; 2],
+                });
+                self.parts.push(Part { outputs: vec![wires[0]], ..limit });
+                self.parts.extend(late);
             }
             // A disabled shaper passes the torque on; the law in floats has its own.
             "input_shaper" if generic(block, "ENABLED") == 0.0 => {

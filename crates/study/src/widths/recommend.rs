@@ -183,7 +183,7 @@ impl Trial<'_> {
 /// A scene's reason without the place of a key that nobody wrote.
 fn reason(why: &str) -> String {
     let short = why.split_once(": ").filter(|(place, _)| place.contains(':')).map_or(why, |(_, rest)| rest);
-    short.to_string()
+    short.split(';').next().unwrap_or(short).to_string()
 }
 
 /// The format that the measured range needs, with the fraction bits that are there.
