@@ -6,20 +6,27 @@
 //! integers.
 
 mod device;
+mod exhaust;
+mod gappa;
 mod haptic;
 mod interval;
+mod laws;
+mod phantom;
 mod response;
 mod span;
 mod travel;
 mod word;
 mod wrap;
 
-use hpu_cosim::scene::{Datapath, PhantomScene, Scene};
+use hpu_cosim::scene::{Datapath, Scene};
 use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::Format;
 
 use device::Shaft;
 use haptic::{Rows, Settings};
+pub use exhaust::{MOST_INPUTS, exhausted};
+pub use gappa::gappa;
+pub use phantom::phantom_bounds;
 use span::Span;
 use travel::Travel;
 
@@ -147,16 +154,5 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
 
 /// The words of a wiring's nets.
 fn of_wiring(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Rows {
-    let _ = wiring;
-    haptic::haptic(settings, travel)
-}
-
-/// What is proved of a scene of a PHANToM.
-///
-/// # Errors
-///
-/// The reason why nothing can be: a host computes the forces, or the words make no datapath.
-pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
-    let _ = scene;
-    Ok(Proof::default())
+    laws::method(settings, travel, wiring).unwrap_or_else(|| haptic::haptic(settings, travel))
 }

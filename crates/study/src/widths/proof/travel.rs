@@ -60,6 +60,11 @@ impl Travel {
         Self { counts: None, delta: None, per_clock: [f64::INFINITY; 2], decoded: false, reached: false }
     }
 
+    /// The greatest speed either way, in counts per clock.
+    pub fn fastest(&self) -> f64 {
+        self.per_clock[0].max(self.per_clock[1])
+    }
+
     /// Counts gone in that many clocks.
     pub fn moved(&self, clocks: f64) -> Span {
         let most = |speed: f64| if speed == 0.0 { 0.0 } else { (speed * clocks).next_up().floor() + 1.0 };

@@ -40,7 +40,7 @@ impl Symbols {
     }
 
     /// A word of a known range whose error is one of these, or none at all.
-    fn replaced(&mut self, span: Span, frac: i32, error: Option<(Span, i32)>, fits: bool) -> Word {
+    pub fn replaced(&mut self, span: Span, frac: i32, error: Option<(Span, i32)>, fits: bool) -> Word {
         let form = self.fresh(span, frac);
         let exact = error.map(|(range, frac)| {
             let range = range.hull(Span::exact(0));
@@ -99,8 +99,17 @@ impl Symbols {
 
     /// The word, or 0.
     pub fn or_zero(&mut self, word: &Word) -> Word {
-        let error = self.error(word);
-        self.replaced(word.span.hull(Span::exact(0)), word.frac, error, word.fits)
+        let zero = self.given(Span::exact(0), word.frac);
+        self.either(word, &zero)
+    }
+
+    /// One of two words of the same fraction.
+    pub fn either(&mut self, left: &Word, right: &Word) -> Word {
+        let errors = self.error(left).zip(self.error(right)).map(|((left, fine), (right, finer))| {
+            let frac = fine.max(finer);
+            (left.shifted(fine - frac).hull(right.shifted(finer - frac)), frac)
+        });
+        self.replaced(left.span.hull(right.span), left.frac, errors, left.fits && right.fits)
     }
 
     /// What is known of it, as a row.
