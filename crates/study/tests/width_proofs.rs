@@ -1,43 +1,225 @@
-//! scratch
-use hpu_cosim::scene::{Experiment, shipped};
-use hpu_study::widths::proof::{Proof, axis_bounds};
+//! The proofs of an axis's loops, beside random motion, corners and runs.
 
-fn proved(name: &str, overrides: &[(&str, &str)]) -> Proof {
-    let overrides: Vec<_> = overrides.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    let scene = shipped().iter().find(|scene| scene.name == name).unwrap().parse(&overrides).unwrap();
-    let Experiment::Axis(scene) = scene else { panic!() };
-    axis_bounds(&scene).unwrap()
+mod proofs_common;
+
+use hpu_cosim::scene::{Experiment, Scene, shipped};
+use hpu_cosim::{Rig, Session, TheLoop};
+use hpu_signal::SignalUse;
+use hpu_study::widths::proof::{How, Proof, axis_bounds, exhausted};
+use proofs_common::{Wander, axis, bits, contains, of, run, used, wander};
+
+/// The steps of each block.
+const STEPS: u64 = 10_000_000;
+
+/// What a scene's wiring makes of random motion within the limits that are proved of its device.
+fn at_random(scene: &Scene, proof: &Proof, see: impl FnMut(&[i64])) -> Vec<SignalUse> {
+    let session = Session::new(scene).unwrap();
+    let (input, shaft) = (session.input(), Wander::new(scene, proof, 1));
+    match session.wiring() {
+        TheLoop::Hybrid(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::Conventional(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::SampledWall(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::VirtualCoupling(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::PassivityController(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::EnergyBounding(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        TheLoop::PassiveSpring(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
+        _ => unreachable!("not an axis's"),
+    }
+}
+
+/// Asserts that every bound holds what was seen; the nets whose bound is more than two bits wider.
+fn compared(scene: &Scene, proof: &Proof, uses: &[SignalUse]) -> Vec<&'static str> {
+    let nets = Session::new(scene).unwrap().wiring().nets();
+    let mut wide = Vec::new();
+    println!("{}: measured in {STEPS} steps of random motion, proved", scene.name);
+    for ((net, usage), bound) in nets.iter().zip(uses).zip(&proof.bounds) {
+        contains(bound, net, usage);
+        let (least, most) = (net.format.to_f64(usage.min), net.format.to_f64(usage.max));
+        let [seen, proved] = [(least, most), (bound.min, bound.max)].map(|(a, b)| bits(net.format.lsb(), a, b));
+        println!(
+            "  {:12} {:10} {least:>12} .. {most:<12} {seen:>2} bits   {:>12} .. {:<12} {proved:>2} bits",
+            net.name,
+            net.format.to_string(),
+            bound.min,
+            bound.max
+        );
+        if proved > seen + 2 {
+            wide.push(net.name);
+        }
+    }
+    wide
+}
+
+/// A clock of 1 MHz, at which ten million edges are ten thousand samples.
+const SLOW: (&str, &str) = ("clock.frequency", "1 MHz");
+
+#[test]
+fn every_signal_of_the_hybrid_loop_stays_inside_its_bounds_and_comes_within_two_bits_of_them() {
+    let scene = axis("hybrid-wall", &[]);
+    let proof = axis_bounds(&scene).unwrap();
+    // The torque that real numbers give, on the counts that the datapath sees.
+    let names: Vec<_> = proof.bounds.iter().map(|bound| bound.name).collect();
+    let net = |name: &str| names.iter().position(|net| *net == name).unwrap();
+    let [contact, depth, velocity, spring, drag, torque, command] =
+        ["contact", "penetration", "velocity", "spring", "drag", "torque", "command"].map(net);
+    let (stiffness, damping) = (of(&proof, "stiffness").max, of(&proof, "damping").max);
+    let mut worst = [0f64; 4];
+    let uses = at_random(&scene, &proof, |words| {
+        let real_spring = (words[depth] as f64 * stiffness).min(4095.0);
+        let real_drag = (words[velocity] as f64 * damping).clamp(-4096.0, 4095.0);
+        let real_torque = words[contact] as f64 * (real_spring + real_drag);
+        let real = [real_spring, real_drag, real_torque, real_torque.clamp(-4095.0, 4095.0)];
+        for ((worst, real), net) in worst.iter_mut().zip(real).zip([spring, drag, torque, command]) {
+            *worst = worst.max((words[net] as f64 - real).abs());
+        }
+    });
+    assert_eq!(compared(&scene, &proof, &uses), [""; 0]);
+    for (worst, name) in worst.into_iter().zip(["spring", "drag", "torque", "command"]) {
+        let proved = of(&proof, name).error.unwrap();
+        println!("  {name}: worst error {worst}, proved {proved}");
+        assert!(worst <= proved && proved <= worst + 1e-9, "{name}: the worst error is met to the last bit");
+    }
+    for bound in &proof.bounds {
+        assert_eq!(bound.how, How::Proved);
+    }
+    assert!(of(&proof, "delta").never_overflows && of(&proof, "velocity").never_overflows);
+    assert!(!of(&proof, "spring").never_overflows, "36 counts a count, 114 counts deep");
 }
 
 #[test]
-fn scratch() {
-    for name in [
-        "hybrid-wall",
-        "wrap-product",
-        "prescribed-sweep",
-        "conventional-wall-1khz",
-        "rail-drop",
-        "free-motion",
-        "short-contact",
-    ] {
-        let start = std::time::Instant::now();
-        let proof = proved(name, &[]);
-        println!("== {name} {:?}", start.elapsed());
-        for limit in &proof.limits {
-            println!("  {limit:?}");
-        }
-        println!("  {:?}", proof.wraps_at);
-        for bound in &proof.bounds {
-            println!(
-                "  {:12} {} {} {} err {:?} {} {:?}",
-                bound.name,
-                bound.format,
-                bound.min,
-                bound.max,
-                bound.error,
-                bound.never_overflows,
-                bound.assumptions.first()
-            );
+fn every_signal_of_the_conventional_loop_stays_inside_its_bounds() {
+    let scene = axis("conventional-wall-1khz", &[SLOW]);
+    let proof = axis_bounds(&scene).unwrap();
+    let uses = at_random(&scene, &proof, |_| ());
+    assert_eq!(compared(&scene, &proof, &uses), [""; 0]);
+}
+
+#[test]
+fn a_rescaled_velocity_that_truncates_stays_inside_its_bounds() {
+    let rescaled = [SLOW, ("method.rescaled", "true"), ("method.reference_rate", "1300 Hz")];
+    let scene = axis("hybrid-wall", &rescaled);
+    let proof = axis_bounds(&scene).unwrap();
+    let uses = at_random(&scene, &proof, |_| ());
+    assert_eq!(compared(&scene, &proof, &uses), [""; 0]);
+    assert!(of(&proof, "velocity").error.unwrap() > 0.9);
+}
+
+#[test]
+fn every_method_stays_inside_its_bounds_under_every_estimator() {
+    let near = ("hand.path", "[[\"0 s\", 0], [\"100 ms\", 1.6], [\"200 ms\", 1.6]]");
+    let walls = ["difference", "filtered", "window", "foaw", "edge_timer"].map(|estimator| {
+        let set = format!("\"{estimator}\"");
+        axis("dual-rate-wall", &[SLOW, near, ("method.estimator", &set), ("method.negative_damping", "0.05 mN.m.s/rad")])
+    });
+    let others = ["coupled-wall", "observed-wall", "bounded-wall", "energy-level-wall"].map(|name| axis(name, &[SLOW, near]));
+    for scene in walls.into_iter().chain(others) {
+        let proof = axis_bounds(&scene).unwrap();
+        let uses = at_random(&scene, &proof, |_| ());
+        println!("{:?}: wider than two bits: {:?}", scene.method.kind, compared(&scene, &proof, &uses));
+    }
+}
+
+#[test]
+fn every_shipped_scene_stays_inside_its_bounds() {
+    for shipped in shipped() {
+        let Experiment::Axis(scene) = shipped.parse(&[]).unwrap() else { continue };
+        let Ok(proof) = axis_bounds(&scene) else { continue };
+        let summary = run(&scene);
+        for (net, bound) in summary.nets.iter().zip(&proof.bounds) {
+            contains(bound, &net.signal, &net.usage);
         }
     }
+}
+
+/// The stiffness of one word, in N.m/rad.
+fn stiffness_of_a_word(scene: &Scene) -> f64 {
+    let realised = scene.words().unwrap().realised;
+    realised.torque_quantum_nm / realised.count_rad
+}
+
+#[test]
+fn the_word_at_which_a_product_first_wraps_is_the_predicted_one_and_none_below() {
+    // A hand that imposes the motion: the path alone says how deep it goes.
+    for (deepest, counts) in [("1.6", 65), ("1.9", 260), ("2.7", 782), ("3.1", 1042)] {
+        let path = format!("[[\"0 s\", 1.4], [\"500 ms\", {deepest}], [\"1 s\", 1.4]]");
+        let sweep = |stiffness: &str| {
+            let set = [("hand.path", path.as_str()), ("method.product", "\"drop_upper\""), ("wall.stiffness", stiffness)];
+            axis("prescribed-sweep", &set)
+        };
+        let unit = stiffness_of_a_word(&sweep("1.5"));
+        let wraps_at = axis_bounds(&sweep("1.5")).unwrap().wraps_at.unwrap();
+        assert_eq!((wraps_at.penetration, wraps_at.reached), (counts, true));
+        let word = wraps_at.word.unwrap();
+        // The least integer whose product with that penetration has a thirteenth bit.
+        assert!(word * counts >= 4096 && (word - 1) * counts < 4096);
+        assert!((wraps_at.stiffness.unwrap() / unit - word as f64).abs() < 1e-9);
+        for tried in 1..=word + 6 {
+            let scene = sweep(&format!("{}", tried as f64 * unit));
+            let (proof, summary) = (axis_bounds(&scene).unwrap(), run(&scene));
+            let overflowed = used(&summary, "spring").overflowed > 0;
+            assert_eq!(overflowed, tried >= word, "word {tried} at {counts} counts");
+            assert_eq!(of(&proof, "spring").never_overflows, tried < word);
+            assert_eq!(used(&summary, "penetration").max, counts);
+        }
+    }
+}
+
+#[test]
+fn a_closed_loop_wraps_exactly_when_it_reaches_the_penetration_of_its_word() {
+    for name in ["wrap-product", "hybrid-wall"] {
+        let with = |stiffness: &str| axis(name, &[("method.product", "\"drop_upper\""), ("wall.stiffness", stiffness)]);
+        let unit = stiffness_of_a_word(&with("1.5"));
+        let safe = axis_bounds(&with("1.5")).unwrap().wraps_at.unwrap().word.unwrap();
+        let mut first = None;
+        for word in [safe - 1, safe].into_iter().chain((10..=60).step_by(5)) {
+            let scene = with(&format!("{}", word as f64 * unit));
+            let (proof, summary) = (axis_bounds(&scene).unwrap(), run(&scene));
+            let (spring, depth) = (used(&summary, "spring"), used(&summary, "penetration"));
+            let wraps_at = proof.wraps_at.as_ref().unwrap();
+            let at = wraps_at.at_scene.unwrap();
+            assert!(word * at >= 4096 && word * (at - 1) < 4096);
+            assert_eq!(spring.overflowed > 0, depth.max >= at, "{name}, word {word}");
+            assert!(depth.max <= wraps_at.penetration);
+            assert!(spring.overflowed == 0 || word >= safe, "proved not to overflow below {safe}");
+            assert_eq!(of(&proof, "spring").never_overflows, word < safe);
+            if spring.overflowed > 0 && first.is_none() {
+                first = Some(word);
+            }
+        }
+        println!("{name}: proved below word {safe}, first seen at {first:?}");
+    }
+}
+
+#[test]
+fn trying_every_input_agrees_with_the_proof() {
+    let scene = axis("hybrid-wall", &[]);
+    let proof = axis_bounds(&scene).unwrap();
+    let rows = exhausted(&scene, &proof).unwrap();
+    let names: Vec<_> = rows.iter().map(|row| row.name).collect();
+    assert_eq!(names, ["delta", "contact", "penetration", "spring", "drag", "torque", "command"]);
+    for row in &rows {
+        let proved = of(&proof, row.name);
+        assert_eq!(row.how, How::Exhausted);
+        assert!(proved.min <= row.min && row.max <= proved.max, "{row:?} beyond {proved:?}");
+        assert!(row.error <= proved.error && row.error.unwrap() + 1e-9 > proved.error.unwrap(), "{row:?} beside {proved:?}");
+        assert_eq!(row.never_overflows, proved.never_overflows, "{}", row.name);
+    }
+    for name in ["spring", "drag", "torque", "command"] {
+        let (row, proved) = (rows.iter().find(|row| row.name == name).unwrap(), of(&proof, name));
+        assert_eq!((row.min, row.max), (proved.min, proved.max), "{name}");
+    }
+}
+
+#[test]
+fn all_products_of_twelve_by_twelve_bits_are_exact_or_clamped() {
+    let scene = axis("hybrid-wall", &[]);
+    let mut proof = axis_bounds(&scene).unwrap();
+    for bound in &mut proof.bounds {
+        if ["penetration", "stiffness"].contains(&bound.name) {
+            (bound.min, bound.max) = (0.0, 4095.0);
+        }
+    }
+    let rows = exhausted(&scene, &proof).unwrap();
+    let spring = rows.iter().find(|row| row.name == "spring").unwrap();
+    assert_eq!((spring.min, spring.max, spring.error, spring.never_overflows), (0.0, 4095.0, Some(0.0), false));
 }

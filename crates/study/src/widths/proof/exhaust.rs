@@ -73,7 +73,9 @@ fn tried(mut instance: Instance, bounds: &[Bound]) -> Vec<Bound> {
     let row = |(output, seen): (&hpu_datapath::Connection, Option<(i64, i64)>)| {
         let (proved, format) = (&bounds[output.net], output.port.format);
         let (least, most) = seen?;
-        let mut bound = Bound { how: How::Exhausted, min: format.to_f64(least), max: format.to_f64(most), ..proved.clone() };
+        // Inputs go together in ways that the block by itself does not know.
+        let (min, max) = (format.to_f64(least).max(proved.min), format.to_f64(most).min(proved.max));
+        let mut bound = Bound { how: How::Exhausted, min, max, ..proved.clone() };
         if product.is_some() && inputs.iter().all(|input| bounds[input.net].error == Some(0.0)) {
             bound.error = (!worst.wrapped).then_some(worst.error as f64 * worst.lsb);
             bound.never_overflows = !worst.overflowed;

@@ -241,12 +241,13 @@ impl<'a> Seen<'a> {
         // x'^2 = x^2 + 2 x d <= (x + d)^2: from a penetration on, x follows it, and dies outside.
         let bounded = self.number("ALPHA") == 256 && self.delta.exact.is_some();
         let most = if bounded { self.depth.span.max << frac } else { format.max() };
-        let memory = Word { exact: None, fits: bounded, ..symbols.given(Span::new(0, most), frac as i32) };
+        let memory = symbols.given(Span::new(0, most), frac as i32);
+        let memory = Word { exact: None, fits: false, ..memory };
         let by = self.settings.stiffness.times(self.settings.scale);
         let fraction = self.widths.stiffness.frac() + self.widths.scale.frac();
         let torque = self.clamp(symbols, &memory, by, fraction, false);
         let fits = bounded && torque.fits;
-        let remark = (!bounded).then_some("proved for alpha = 1 and a limited penetration alone");
-        ((Word { fits, ..torque }, remark), memory)
+        let remark = if bounded { "clamped at 0, where the spring dies" } else { "proved for alpha = 1 and a limited penetration alone" };
+        ((Word { fits, ..torque }, Some(remark)), memory)
     }
 }
