@@ -109,9 +109,13 @@ fn every_method_stays_inside_its_bounds_under_every_estimator() {
     let near = ("hand.path", "[[\"0 s\", 0], [\"100 ms\", 1.6], [\"200 ms\", 1.6]]");
     let walls = ["difference", "filtered", "window", "foaw", "edge_timer"].map(|estimator| {
         let set = format!("\"{estimator}\"");
-        axis("dual-rate-wall", &[SLOW, near, ("method.estimator", &set), ("method.negative_damping", "0.05 mN.m.s/rad")])
+        axis(
+            "dual-rate-wall",
+            &[SLOW, near, ("method.estimator", &set), ("method.negative_damping", "0.05 mN.m.s/rad")],
+        )
     });
-    let others = ["coupled-wall", "observed-wall", "bounded-wall", "energy-level-wall"].map(|name| axis(name, &[SLOW, near]));
+    let others =
+        ["coupled-wall", "observed-wall", "bounded-wall", "energy-level-wall"].map(|name| axis(name, &[SLOW, near]));
     for scene in walls.into_iter().chain(others) {
         let proof = axis_bounds(&scene).unwrap();
         let uses = at_random(&scene, &proof, |_| ());
@@ -143,7 +147,8 @@ fn the_word_at_which_a_product_first_wraps_is_the_predicted_one_and_none_below()
     for (deepest, counts) in [("1.6", 65), ("1.9", 260), ("2.7", 782), ("3.1", 1042)] {
         let path = format!("[[\"0 s\", 1.4], [\"500 ms\", {deepest}], [\"1 s\", 1.4]]");
         let sweep = |stiffness: &str| {
-            let set = [("hand.path", path.as_str()), ("method.product", "\"drop_upper\""), ("wall.stiffness", stiffness)];
+            let set =
+                [("hand.path", path.as_str()), ("method.product", "\"drop_upper\""), ("wall.stiffness", stiffness)];
             axis("prescribed-sweep", &set)
         };
         let unit = stiffness_of_a_word(&sweep("1.5"));
@@ -201,7 +206,10 @@ fn trying_every_input_agrees_with_the_proof() {
         let proved = of(&proof, row.name);
         assert_eq!(row.how, How::Exhausted);
         assert!(proved.min <= row.min && row.max <= proved.max, "{row:?} beyond {proved:?}");
-        assert!(row.error <= proved.error && row.error.unwrap() + 1e-9 > proved.error.unwrap(), "{row:?} beside {proved:?}");
+        assert!(
+            row.error <= proved.error && row.error.unwrap() + 1e-9 > proved.error.unwrap(),
+            "{row:?} beside {proved:?}"
+        );
         assert_eq!(row.never_overflows, proved.never_overflows, "{}", row.name);
     }
     for name in ["spring", "drag", "torque", "command"] {

@@ -5,8 +5,8 @@ mod proofs_common;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use hpu_study::widths::proof::{axis_bounds, gappa};
-use proofs_common::axis;
+use hpu_study::widths::proof::{axis_bounds, gappa, gappa_phantom};
+use proofs_common::{axis, experiment};
 
 /// What Gappa says of a script: whether it proves all of it, and its words.
 fn proves(script: &str) -> (bool, String) {
@@ -36,5 +36,20 @@ fn gappa_proves_the_script_and_refuses_a_tighter_one() {
         let most = range.rsplit([',', ']']).nth(1).unwrap().trim();
         let tighter = range.replace(most, &format!("{}", most.parse::<f64>().unwrap() - 1.0));
         assert!(!proves(&script.replace(range, &tighter)).0, "{tighter}");
+    }
+}
+
+#[test]
+fn gappa_proves_the_kinematics_and_the_torques_of_the_phantom_and_no_smaller_error() {
+    for words in ["\"fitted\"", "\"narrow\""] {
+        let scene = experiment("phantom-drop", &[("method.words", words)]).phantom().unwrap();
+        let script = gappa_phantom(&scene).unwrap();
+        let (proved, said) = proves(&script);
+        assert!(proved, "{script}\n{said}");
+        // A hundredth of the error of x.
+        let goal = script.lines().find(|line| line.contains("x - X in")).unwrap();
+        let error: f64 = goal.rsplit([',', ']']).nth(1).unwrap().trim().parse().unwrap();
+        let tighter = goal.replace(&format!("{error}"), &format!("{}", error / 100.0));
+        assert!(!proves(&script.replace(goal, &tighter)).0, "{tighter}");
     }
 }

@@ -37,11 +37,14 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
     let proof = phantom_bounds(&scene).unwrap();
     let config = scene.method.config;
     let formats = config.formats;
-    let tables = config.turns.map(|turn| TrigTable::new(config.position_width, config.depth_width, turn, formats.trig).unwrap());
+    let tables =
+        config.turns.map(|turn| TrigTable::new(config.position_width, config.depth_width, turn, formats.trig).unwrap());
     let forward = PhantomForward::new(&formats, config.lengths).unwrap();
     let room = CubeRoom::new(&formats, config.force_limit).unwrap();
     let jacobian = PhantomTorque::new(&formats, config.lengths).unwrap();
-    let scalers = config.gains.map(|gain| CommandScaler::new(formats.torque, gain, config.gain_frac, config.command_width).unwrap());
+    let scalers = config
+        .gains
+        .map(|gain| CommandScaler::new(formats.torque, gain, config.gain_frac, config.command_width).unwrap());
     let stiffness = scene.words().unwrap().stiffness;
     let mut draw = SplitMix64::new(1);
     let mut seen = Seen::default();
@@ -70,13 +73,18 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
             }
         };
         let [(x_low, x_high), (y_low, y_high), (z_low, z_high)] = [walls(0, x), walls(1, y), walls(2, z)];
-        let push = room.eval(cube_room::In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room: 7, stiffness });
+        let push =
+            room.eval(cube_room::In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room: 7, stiffness });
         let [force_x, force_y, force_z] = [push.force_x.word, push.force_y.word, push.force_z.word];
-        let tip_force = phantom_torque::In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z };
+        let tip_force =
+            phantom_torque::In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z };
         let torque = jacobian.eval(tip_force);
         let torques = [torque.torque1.word, torque.torque2.word, torque.torque3.word];
         let command = |joint: usize| {
-            scalers[joint].eval(command_scaler::In { torque: torques[joint], valid1: 1, valid2: 1, valid3: 1 }).command.word
+            scalers[joint]
+                .eval(command_scaler::In { torque: torques[joint], valid1: 1, valid2: 1, valid3: 1 })
+                .command
+                .word
         };
         let words = [
             ("sine1", sine1),

@@ -114,7 +114,13 @@ impl Wander {
 }
 
 /// Ticks a wiring under a wandering shaft, and shows its words after every edge.
-pub fn wander<W>(mut wiring: W, input: LoopIn<i64>, mut shaft: Wander, ticks: u64, mut see: impl FnMut(&[i64])) -> Vec<SignalUse>
+pub fn wander<W>(
+    mut wiring: W,
+    input: LoopIn<i64>,
+    mut shaft: Wander,
+    ticks: u64,
+    mut see: impl FnMut(&[i64]),
+) -> Vec<SignalUse>
 where
     W: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>>,
 {

@@ -18,7 +18,7 @@ use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene, Winding};
 
 use super::Limit;
 use super::interval::Interval;
-use super::response::{Flow, Parts};
+use super::response::{Flow, Output, Parts};
 
 /// Limits of the shaft's motion, for any command within a range.
 #[derive(Clone, Debug)]
@@ -64,11 +64,16 @@ pub(crate) struct Shaft<'s> {
     path: Channel,
     /// What is left of the start: speed, and distance from the hand.
     start: [Interval; 2],
+    /// The most that is left of a pulse of the drive, per volt and second (per newton and second).
+    pulse: [f64; 2],
     /// The path's angles and speeds; of a hand that is none, the start's and none.
     intended: [Interval; 2],
     held: bool,
     why: Vec<String>,
 }
+
+/// More edges than pass until the modulator has its first command.
+const EARLY_EDGES: f64 = 4.0;
 
 /// The hull of 0 and these.
 pub(crate) fn around_zero(values: impl IntoIterator<Item = f64>) -> Interval {
@@ -135,14 +140,17 @@ impl<'s> Shaft<'s> {
             why.push(format!("for the {} s of the run", scene.run.duration_s));
             Flow::until(&system.a, scene.run.duration_s * (1.0 + 2f64.powi(-40)))
         });
-        let channel = |b: &[Interval]| system.channel(&flow, b);
+        let outputs = system.outputs(&flow);
+        let channel = |b: &[Interval]| system.channel(&outputs, b);
         let gap_rad = path
             .first()
             .map_or(Interval::ZERO, |point| Interval::exact(start_rad).minus(Interval::exact(point.angle_rad)));
         let first = system.start(scene, gap_rad);
-        let start = [flow.swing(&system.speed, &first), flow.swing(&system.gap(), &first)];
+        let [speed, _, gap] = &outputs;
+        let start = [speed.swing(&first), gap.swing(&first)];
+        let pulse = [speed.swing(&system.drive).size(), gap.swing(&system.drive).size()];
         let (drive, torque, path) = (channel(&system.drive), channel(&system.torque), channel(&system.path));
-        Ok(Self { scene, drive, torque, path, start, intended, held, why })
+        Ok(Self { scene, drive, torque, path, start, pulse, intended, held, why })
     }
 
     /// What no command can exceed whose PWM counts stay within these, of `2^bits` for all of the supply.
@@ -182,14 +190,16 @@ impl<'s> Shaft<'s> {
             _ => Interval::ZERO,
         };
         let torque = push.plus(Interval { lo: -coulomb, hi: coulomb });
-        let all = |drive: Parts, bend, torques: Parts, path: Parts, start: Interval| {
-            driven(drive, bend).plus(torques.driven(torque)).plus(path.driven(*speeds)).plus(start)
+        // Before the first edge no command counts.
+        let early_s = if has_diodes(scene) { EARLY_EDGES * scene.clock.period_s() } else { 0.0 };
+        let all = |drive: Parts, torques: Parts, path: Parts, of: usize| {
+            let early = (most * early_s * self.pulse[of]).next_up();
+            let start = self.start[of].plus(Interval { lo: -early, hi: early });
+            driven(drive, self.drive.bends[of]).plus(torques.driven(torque)).plus(path.driven(*speeds)).plus(start)
         };
-        let speed = all(self.drive.speed, self.drive.bends[0], self.torque.speed, self.path.speed, self.start[0]);
+        let speed = all(self.drive.speed, self.torque.speed, self.path.speed, 0);
         let angle = match (self.drive.angle, self.torque.angle, self.path.angle) {
-            (Some(drive), Some(torque), Some(path)) if self.held => {
-                Some(all(drive, self.drive.bends[1], torque, path, self.start[1]).plus(*angles))
-            }
+            (Some(drive), Some(torque), Some(path)) if self.held => Some(all(drive, torque, path, 1).plus(*angles)),
             _ => None,
         };
         if one_sided && (shares.lo > -1.0 || shares.hi < 1.0) {
@@ -323,12 +333,21 @@ impl System {
         all
     }
 
-    fn channel(&self, flow: &Flow, b: &[Interval]) -> Channel {
-        let speed = flow.parts(&self.speed, b);
+    /// The speed, its slope but for the inputs, and the distance from the hand.
+    fn outputs<'f>(&self, flow: &'f Flow) -> [Output<'f>; 3] {
+        [flow.output(&self.speed), flow.output(&self.a[self.at()]), flow.output(&self.gap())]
+    }
+
+    /// The index of the speed.
+    fn at(&self) -> usize {
+        self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default()
+    }
+
+    fn channel(&self, [speed, slope, gap]: &[Output; 3], b: &[Interval]) -> Channel {
+        let speed = speed.parts(b);
         // d/dt of the speed's response: c A e^(At) b, and a jump of c b at the start.
-        let at = self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default();
-        let bend = (flow.parts(&self.a[at], b).both() + b[at].size()).next_up();
-        let angle = self.held.then(|| flow.parts(&self.gap(), b));
+        let bend = (slope.parts(b).both() + b[self.at()].size()).next_up();
+        let angle = self.held.then(|| gap.parts(b));
         let jump = if self.held { b[b.len() - 1].size() } else { 0.0 };
         Channel { speed, angle, bends: [bend, (speed.both() + jump).next_up()] }
     }

@@ -98,7 +98,8 @@ impl Product {
     fn of(instance: &Instance) -> Option<Self> {
         let generics = instance.model.generics();
         let of = |name: &str| generics.iter().find(|generic| generic.0 == name).map(|generic| generic.1);
-        let (Some(Generic::Integer(drop)), Some(Generic::Boolean(saturate))) = (of("DROP_LOWER"), of("SATURATE")) else {
+        let (Some(Generic::Integer(drop)), Some(Generic::Boolean(saturate))) = (of("DROP_LOWER"), of("SATURATE"))
+        else {
             return None;
         };
         let inputs = instance.model.inputs();

@@ -18,11 +18,15 @@ use super::{Bound, Proof};
 /// For another loop, or when the scene makes no datapath.
 pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) {
-        return Err(format!("a script is written of a hybrid or a conventional loop, not of `{}`", scene.method.kind.name()));
+        return Err(format!(
+            "a script is written of a hybrid or a conventional loop, not of `{}`",
+            scene.method.kind.name()
+        ));
     }
     let session = Session::new(scene).map_err(|error| error.to_string())?;
     let config = session.words().config;
-    let of = |name: &str| proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| format!("no net `{name}`"));
+    let of =
+        |name: &str| proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| format!("no net `{name}`"));
     let (depth, velocity) = (of("penetration")?, of("velocity")?);
     let (stiffness, damping) = (of("stiffness")?, of("damping")?);
     let (spring, drag) = (of("spring")?, of("drag")?);

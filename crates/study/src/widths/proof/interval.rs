@@ -51,6 +51,9 @@ impl Interval {
 
     /// Divided by something all above zero.
     pub fn divided(self, other: Self) -> Self {
+        if self == Self::ZERO {
+            return Self::ZERO;
+        }
         let ends = [self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi];
         Self::outward(
             ends.into_iter().fold(f64::INFINITY, f64::min),
@@ -59,7 +62,7 @@ impl Interval {
     }
 
     /// Times a power of two, which is exact.
-    pub fn map_exactly(self, by: f64) -> Self {
+    pub fn scaled(self, by: f64) -> Self {
         Self { lo: self.lo * by, hi: self.hi * by }
     }
 

@@ -188,7 +188,10 @@ impl<'a> Seen<'a> {
         let format = self.memory(true, self.widths.width - 1, frac);
         let deepest = self.delta.span.max.max(0) << frac;
         if held >= one || free > one {
-            return ((Word { fits: false, ..symbols.any(Format::signed(self.widths.torque_width + 2)) }, None), symbols.any(format));
+            return (
+                (Word { fits: false, ..symbols.any(Format::signed(self.widths.torque_width + 2)) }, None),
+                symbols.any(format),
+            );
         }
         // e <= most: floor((share delta + held e) / 2^gain) <= most. At least -1: a tool in contact is not ahead of the device.
         let most = (share * deepest + one - held - 1) / (one - held);
@@ -247,7 +250,11 @@ impl<'a> Seen<'a> {
         let fraction = self.widths.stiffness.frac() + self.widths.scale.frac();
         let torque = self.clamp(symbols, &memory, by, fraction, false);
         let fits = bounded && torque.fits;
-        let remark = if bounded { "clamped at 0, where the spring dies" } else { "proved for alpha = 1 and a limited penetration alone" };
+        let remark = if bounded {
+            "clamped at 0, where the spring dies"
+        } else {
+            "proved for alpha = 1 and a limited penetration alone"
+        };
         ((Word { fits, ..torque }, Some(remark)), memory)
     }
 }

@@ -8,6 +8,7 @@
 mod device;
 mod exhaust;
 mod gappa;
+mod gappa_phantom;
 mod haptic;
 mod interval;
 mod laws;
@@ -23,9 +24,10 @@ use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::Format;
 
 use device::Shaft;
-use haptic::{Rows, Settings};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
+pub use gappa_phantom::gappa_phantom;
+use haptic::{Rows, Settings};
 pub use phantom::phantom_bounds;
 use span::Span;
 use travel::Travel;

@@ -8,6 +8,12 @@
 
 use super::interval::{Interval, Matrix};
 
+/// The longest step, in units of the system's shortest time.
+const FINE: f64 = 0.1;
+
+/// More than the roundings of a few products and sums of floats.
+const SLACK: f64 = 1.0 + 1.0 / (1u64 << 48) as f64;
+
 /// Steps in a row of the table; as many columns as rows at most.
 const ROW: usize = 512;
 
@@ -44,9 +50,8 @@ impl Parts {
     /// The output for an input that stays within `[lo, hi]`, which is to hold 0.
     pub fn driven(self, input: Interval) -> Interval {
         let Interval { lo, hi } = input;
-        let reach = |up: f64, down: f64| up.max(0.0) * self.positive + (-down).max(0.0) * self.negative;
+        let reach = |up: f64, down: f64| (up.max(0.0) * self.positive + (-down).max(0.0) * self.negative) * SLACK;
         Interval { lo: -reach(-lo, -hi), hi: reach(hi, lo) }
-            .plus(Interval { lo: -f64::MIN_POSITIVE, hi: f64::MIN_POSITIVE })
     }
 }
 
@@ -54,7 +59,11 @@ impl Flow {
     /// The flow of `A` for all time; none if it does not settle.
     pub fn forever(a: &[Vec<Interval>]) -> Option<Self> {
         let (a, units) = balanced(a);
-        let mut end_s = 0.05 / a.norm();
+        // Slower than a time that no run has is not at all.
+        if a.norm() < 1e-9 {
+            return None;
+        }
+        let mut end_s = FINE / a.norm();
         for doublings in 0..40 {
             let last = a.map(|cell| cell.times(Interval::exact(end_s))).exponential();
             let q = last.norm();
@@ -72,7 +81,7 @@ impl Flow {
     /// The flow of `A` up to a time.
     pub fn until(a: &[Vec<Interval>], end_s: f64) -> Self {
         let (a, units) = balanced(a);
-        let wanted = (end_s * a.norm() / 0.05).ceil() as usize;
+        let wanted = (end_s * a.norm() / FINE).ceil() as usize;
         let steps = wanted.next_multiple_of(ROW).clamp(ROW, 1 << 18);
         Self::tabulated(a, units, end_s, steps, None)
     }
@@ -86,43 +95,20 @@ impl Flow {
         Self { a, units, step_s, fine, coarse, last, growth }
     }
 
-    /// The integrals of the parts of `c e^(At) b`.
-    pub fn parts(&self, c: &[Interval], b: &[Interval]) -> Parts {
-        let (c, b) = self.balanced(c, b);
-        let (mut parts, _) = self.traced(&c, &b);
-        let (rest, integrals) = self.rest(&c, &b, |parts, _| parts.both());
-        let tail = (rest * integrals).next_up();
-        parts.positive = (parts.positive + tail).next_up();
-        parts.negative = (parts.negative + tail).next_up();
-        parts
-    }
-
-    /// The range of `c e^(At) x` from the start on.
-    pub fn swing(&self, c: &[Interval], x: &[Interval]) -> Interval {
-        let (c, x) = self.balanced(c, x);
-        let (_, swing) = self.traced(&c, &x);
-        let (rest, sizes) = self.rest(&c, &x, |_, swing| swing.size());
-        let tail = (rest * sizes).next_up();
-        Interval { lo: swing.lo.min(-tail), hi: swing.hi.max(tail) }
-    }
-
-    /// In balanced states.
-    fn balanced(&self, c: &[Interval], b: &[Interval]) -> (Matrix, Matrix) {
-        let row: Vec<Interval> = c.iter().zip(&self.units).map(|(c, unit)| c.map_exactly(*unit)).collect();
-        let column: Vec<Interval> = b.iter().zip(&self.units).map(|(b, unit)| b.map_exactly(unit.recip())).collect();
-        (Matrix::row(&row), Matrix::column(&column))
-    }
-
-    /// A bound of the sum of all later states' sizes, and the sum of a figure over all directions that such a state can have.
-    fn rest(&self, c: &Matrix, b: &Matrix, figure: impl Fn(Parts, Interval) -> f64) -> (f64, f64) {
-        let Some((last, q)) = &self.last else { return (0.0, 0.0) };
-        let size = last.times(b).0.iter().map(|cell| cell[0].size()).fold(0.0, f64::max);
-        let sum = (0..self.a.rows()).fold(0.0, |sum: f64, direction| {
-            let unit: Vec<_> = Matrix::identity(self.a.rows()).0.into_iter().map(|row| row[direction]).collect();
-            let (parts, swing) = self.traced(c, &Matrix::column(&unit));
-            (sum + figure(parts, swing)).next_up()
+    /// The output `y = c x`.
+    pub fn output(&self, c: &[Interval]) -> Output<'_> {
+        let scaled: Vec<Interval> = c.iter().zip(&self.units).map(|(c, unit)| c.scaled(*unit)).collect();
+        let row = Matrix::row(&scaled);
+        let later = self.last.as_ref().map(|(last, q)| {
+            let states = Matrix::identity(self.a.rows()).0.into_iter();
+            let (mut integrals, mut sizes) = (0.0, 0.0);
+            for (parts, swing) in states.map(|state| self.traced(&row, &Matrix::column(&state))) {
+                integrals = (integrals + parts.both()).next_up();
+                sizes = (sizes + swing.size()).next_up();
+            }
+            Later { last, q: *q, integrals, sizes }
         });
-        ((size / (1.0 - q).next_down()).next_up(), sum)
+        Output { flow: self, row, later }
     }
 
     /// The parts' integrals and the range of `c e^(At) b` up to the end of the table.
@@ -140,11 +126,12 @@ impl Flow {
             for (column, size) in columns.iter().zip(&sizes).take(count) {
                 let here = row.times(column).0[0][0];
                 if let Some((last, curve)) = before {
-                    let bow = step * step * curve;
-                    let part = |last: f64, here: f64| step * ((last.max(0.0) + here.max(0.0)) / 2.0 + bow / 12.0);
-                    parts.positive = (parts.positive + part(last.hi, here.hi).next_up().next_up()).next_up();
-                    parts.negative = (parts.negative + part(-last.lo, -here.lo).next_up().next_up()).next_up();
-                    let bow = (bow / 8.0).next_up();
+                    let bow = step * step * curve * SLACK;
+                    let part =
+                        |last: f64, here: f64| step * ((last.max(0.0) + here.max(0.0)) / 2.0 + bow / 12.0) * SLACK;
+                    parts.positive = (parts.positive + part(last.hi, here.hi)).next_up();
+                    parts.negative = (parts.negative + part(-last.lo, -here.lo)).next_up();
+                    let bow = bow / 8.0;
                     swing.lo = swing.lo.min((last.lo.min(here.lo) - bow).next_down());
                     swing.hi = swing.hi.max((last.hi.max(here.hi) + bow).next_up());
                 }
@@ -152,6 +139,54 @@ impl Flow {
             }
         }
         (parts, swing)
+    }
+}
+
+/// An output of a linear system.
+pub(crate) struct Output<'f> {
+    flow: &'f Flow,
+    /// `c`, in balanced states.
+    row: Matrix,
+    /// What it does after the end of the table, if time goes on.
+    later: Option<Later<'f>>,
+}
+
+/// Sums over all states of size 1 at the end of the table.
+struct Later<'f> {
+    last: &'f Matrix,
+    q: f64,
+    integrals: f64,
+    sizes: f64,
+}
+
+impl Later<'_> {
+    /// A bound of the sum of the sizes of the states at the ends of this and all later tables.
+    fn states(&self, start: &Matrix) -> f64 {
+        let size = self.last.times(start).0.iter().map(|cell| cell[0].size()).fold(0.0, f64::max);
+        (size / (1.0 - self.q).next_down()).next_up()
+    }
+}
+
+impl Output<'_> {
+    fn start(&self, b: &[Interval]) -> Matrix {
+        let scaled: Vec<Interval> = b.iter().zip(&self.flow.units).map(|(b, unit)| b.scaled(unit.recip())).collect();
+        Matrix::column(&scaled)
+    }
+
+    /// The integrals of the parts of `c e^(At) b`.
+    pub fn parts(&self, b: &[Interval]) -> Parts {
+        let start = self.start(b);
+        let (Parts { positive, negative }, _) = self.flow.traced(&self.row, &start);
+        let tail = self.later.as_ref().map_or(0.0, |later| (later.states(&start) * later.integrals).next_up());
+        Parts { positive: (positive + tail).next_up(), negative: (negative + tail).next_up() }
+    }
+
+    /// The range of `c e^(At) x` from the start on.
+    pub fn swing(&self, x: &[Interval]) -> Interval {
+        let start = self.start(x);
+        let (_, swing) = self.flow.traced(&self.row, &start);
+        let tail = self.later.as_ref().map_or(0.0, |later| (later.states(&start) * later.sizes).next_up());
+        Interval { lo: swing.lo.min(-tail), hi: swing.hi.max(tail) }
     }
 }
 
@@ -183,8 +218,8 @@ fn balanced(a: &[Vec<Interval>]) -> (Matrix, Vec<f64>) {
             let unit = 2f64.powi((row / column).log2().div_euclid(2.0) as i32);
             for other in 0..size {
                 if other != state {
-                    a[state][other] = a[state][other].map_exactly(unit.recip());
-                    a[other][state] = a[other][state].map_exactly(unit);
+                    a[state][other] = a[state][other].scaled(unit.recip());
+                    a[other][state] = a[other][state].scaled(unit);
                 }
             }
             units[state] *= unit;

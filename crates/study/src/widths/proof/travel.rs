@@ -34,9 +34,9 @@ impl Travel {
         let decoded = per_clock.iter().all(|&counts| counts < 1.0);
         let start = scene.initial_angle_rad() / count_rad;
         // A boundary that is passed while the decoder settles shifts all counts after it.
-        let near = (start - start.round()).abs() * count_rad;
-        let unseen = UNSEEN * motion.speed.size() * scene.clock.period_s();
-        let shift = i128::from(motion.speed.size() > 0.0 && near <= unseen * wide + count_rad * 2f64.powi(-40));
+        let unseen = UNSEEN * per_clock[0].max(per_clock[1]);
+        let near = (start - start.round()).abs() <= unseen + 2f64.powi(-40);
+        let shift = if near && motion.speed.size() > 0.0 { unseen.min(UNSEEN) as i128 + 1 } else { 0 };
         let counts = motion.angle.filter(|_| decoded).and_then(|angle| {
             // A multiple of a count may be either side of itself.
             let low = (angle.lo / count_rad - 2f64.powi(-30)).floor();
