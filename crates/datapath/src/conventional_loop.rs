@@ -3,7 +3,7 @@
 //! - **Equation**: as the [hybrid loop](crate::hybrid_loop), with `delta` taken from the position held since the latest
 //!   sample edge.
 //! - **Ports**: as the hybrid loop.
-//! - **Latency**: pin to position 4 edges; then up to `period` to the sample edge, and 1.
+//! - **Latency**: pin to position 4 edges; then up to `period` to the sample edge, 1, and `SETTLING`.
 //! - **Reset**, **Overflow**: as the hybrid loop.
 //! - **VHDL twin**: `hdl/conventional_loop.vhd`.
 //! - **Source**: the loop that Vasudevan et al. 2007 compare with.

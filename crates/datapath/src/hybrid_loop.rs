@@ -4,13 +4,14 @@
 //!   path is combinational from the position counter to the modulator's input, the velocity is sampled.
 //! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0), `stiffness`, `damping`, `period` and `scale`
 //!   in; the gates `a_high`, `a_low`, `b_high`, `b_low` out.
-//! - **Latency**: pin to command 4 edges (synchronizer 2, decoder 1, counter 1); then the modulator's.
+//! - **Latency**: pin to command 4 edges (synchronizer 2, decoder 1, counter 1) and `SETTLING`; then the modulator's.
 //! - **Reset**: every register as its block says. **Overflow**: products saturate or wrap (`SATURATE`), the torque is
 //!   limited.
 //! - **VHDL twin**: `hdl/hybrid_loop.vhd`.
 //! - **Source**: Vasudevan et al. 2007.
 //! - **Differs from the hardware**: the paper's multiplier is asynchronous, without a clock anywhere in the spring's
-//!   path; here pins and counter are clocked, so that the path is continuous to one clock.
+//!   path; here pins and counter are clocked, so that the path is continuous to one clock. Whatever it
+//!   takes beyond that is `SETTLING`.
 
 use crate::haptic_loop::HapticLoop;
 

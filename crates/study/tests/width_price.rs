@@ -96,7 +96,7 @@ stiffness = "10 kN/m"
 kind = "constant_torque"
 torque = 20
 [run]
-duration = "12 s"
+duration = "5 s"
 "#
     );
     Scene::parse("pressed", &text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"))

@@ -139,7 +139,7 @@ impl Tables {
         let published = published.map_or(String::new(), |Depth { held_percent: [all, reached], .. }| {
             format!(
                 "           The paper tells of about 90 % at 13 bits: {all:.1} % of the box, {reached:.1} % of what the links \
-                 reach of it; the rest is\n           where the arm is folded or turned beyond the angles above.\n"
+                 reach of it. In the\n           rest a joint turns beyond the angles above.\n"
             )
         });
         format!(
