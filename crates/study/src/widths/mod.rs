@@ -3,6 +3,7 @@
 //! [`measured`] is what happened in closed loop: in one run, a set of scenes, or seeded random motion.
 
 pub mod proof;
+pub mod search;
 pub mod settling;
 pub mod tables;
 

@@ -1,0 +1,103 @@
+//! What each bit of a loop buys, and what it costs: the front of stable stiffness, error of the outputs, and lookup tables.
+//!
+//! A design is a choice of widths ([`Width`]) for the loop of a scene. Of each is asked: the *stable stiffness*, the stiffest
+//! wall that settles (`climb`'s rule); the *error* of the scene's outputs, wall as written, against those of a reference of wide
+//! words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is what no other design beats
+//! in all three; a design whose verdict on the scene is another than the reference's, or that settles at no stiffness, is none.
+//!
+//! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are monotone.
+//! Runs are saved by three theorems.
+//!
+//! 1. A run is a function of the gains' values, whatever their formats, and the same for all words of position and velocity
+//!    that hold what the run puts into them (`memory`, with the proof). So most designs are answered by other designs' runs;
+//!    of those that are alike in all runs only the cheapest are kept.
+//! 2. After each try the stable stiffness of a format lies in a known interval, and formats that differ in fraction bits
+//!    share their tries (`climb`).
+//! 3. A design that is beaten even if its stiffness is the interval's upper end, is beaten. So only designs that are on the
+//!    front of what all may be at best are looked at any further, until all of that front are known.
+//!
+//! The order of the runs depends on their results and on nothing else, so a search may be interrupted and gone on with by its
+//! rows ([`crate::units`]).
+
+mod climb;
+mod estimate;
+mod front;
+mod kinds;
+mod knob;
+mod memory;
+mod refused;
+mod runner;
+mod wave;
+
+use hpu_cosim::scene::{OutcomeKind, Output};
+
+pub use estimate::{ESTIMATE_ERROR, estimate};
+pub use front::{Merit, front};
+pub use knob::{Design, Knob, Width};
+pub use refused::SearchError;
+pub use wave::{Ended, Plan, Progress, search};
+
+/// A design whose three figures are known.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Point {
+    /// Its widths.
+    pub design: Design,
+    /// Estimated LUT4s, error against the reference, and stable stiffness in the scene's unit.
+    pub merit: Merit,
+    /// Whether its stiffness format holds no stiffer wall.
+    pub capped: bool,
+}
+
+/// The errors of designs that differ in one width: its values with the errors there.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Line {
+    /// Which width.
+    pub width: Width,
+    /// Bits and error; an infinite one where the verdict is another, none where no scene has the design.
+    pub errors: Vec<(i32, Option<f64>)>,
+}
+
+/// What a search found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Found {
+    /// What errors are measured against.
+    pub reference: Point,
+    /// Its verdict on the scene.
+    pub outcome: OutcomeKind,
+    /// The outputs whose worst error counts.
+    pub outputs: Vec<Output>,
+    /// Unit of stiffness.
+    pub unit: &'static str,
+    /// All designs of the knobs.
+    pub designs: usize,
+    /// Designs that no scene has: the reason and how many, the most frequent first.
+    pub refused: Vec<(String, usize)>,
+    /// Designs that are left, those alike in every run counted once.
+    pub kinds: usize,
+    /// The cheapest design of every kind whose stiffness was found, cheapest first.
+    pub points: Vec<Point>,
+    /// Indices of those that no other beats.
+    pub front: Vec<usize>,
+    /// Errors around the reference, width by width.
+    pub lines: Vec<Line>,
+    /// Runs that were done.
+    pub runs: usize,
+    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was followed.
+    pub grid_runs: usize,
+    /// Runs that failed, with their reasons; their designs are left out.
+    pub failed: Vec<String>,
+}
+
+impl Found {
+    /// The points of the front, cheapest first.
+    pub fn best(&self) -> impl Iterator<Item = &Point> {
+        self.front.iter().map(|&index| &self.points[index])
+    }
+
+    /// The cheapest design that keeps the reference's stable stiffness but for this share of it.
+    #[must_use]
+    pub fn smallest(&self, share: f64) -> Option<&Point> {
+        let enough = (1.0 - share) * self.reference.merit.stiffness;
+        self.best().find(|point| point.merit.stiffness >= enough)
+    }
+}

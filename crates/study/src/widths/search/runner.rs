@@ -1,0 +1,69 @@
+//! One run of a search.
+
+use std::time::Duration;
+
+use hpu_cosim::scene::{Experiment, OutcomeKind, Output, Scene};
+use hpu_cosim::{Control, Driver, Rig, Summary};
+use hpu_signal::SignalUse;
+
+use super::memory::{Depth, Gains, Ran};
+use crate::accuracy::{Outputs, ready, worst};
+use crate::watch::watched;
+
+/// Wall time that one run may take.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// What all runs of a search have in common.
+pub(super) struct Runner<'a> {
+    pub scene: &'a Scene,
+    /// The reference's outputs, and which of them count.
+    pub reference: &'a Outputs,
+    pub outputs: &'a [Output],
+    /// Stiffness of a full command a count.
+    pub full_scale: f64,
+}
+
+/// Runs a scene; `None` when stopped.
+pub(super) fn run(scene: Scene, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
+    let experiment = Experiment::Axis(scene);
+    let ready = ready(&experiment)?;
+    let mut trace = ready.trace(&[]);
+    let (summary, late) = watched(TIMEOUT, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
+    if !summary.complete {
+        return if late { Err(format!("timed out after {} s", TIMEOUT.as_secs())) } else { Ok(None) };
+    }
+    // Nets are told apart by what they are used for here, not by a print of all edges.
+    Ok(Some((Outputs::new(&experiment, &summary, &trace, 0)?, summary)))
+}
+
+impl Runner<'_> {
+    /// The scene of a run.
+    pub fn scene(&self, gains: &Gains, (position, velocity): Depth) -> Scene {
+        let mut scene = self.scene.clone();
+        let Gains { pwm, stiffness, damping } = *gains;
+        scene.wall.stiffness_nm_per_rad =
+            stiffness.format().to_f64(stiffness.word as i64) * self.full_scale / f64::from(1u32 << pwm);
+        let method = &mut scene.method;
+        (method.position_bits, method.velocity_bits, method.pwm.bits) = (position, velocity, pwm);
+        // Of the same word with fewer fraction bits the scene's damping rounds to the same value.
+        (method.stiffness_format, method.damping_format) = (stiffness.format(), damping.format());
+        scene
+    }
+
+    /// Runs; `None` when stopped.
+    pub fn run(&self, gains: &Gains, depth: Depth, control: &Control) -> Result<Option<Ran>, String> {
+        let Some((outputs, summary)) = run(self.scene(gains, depth), control)? else { return Ok(None) };
+        let used = |name: &str| -> Result<SignalUse, String> {
+            let net = summary.nets.iter().find(|net| net.signal.name == name);
+            Ok(net.ok_or_else(|| format!("the loop has no net {name}"))?.usage)
+        };
+        let (delta, velocity) = (used("delta")?, used("velocity")?);
+        Ok(Some(Ran {
+            settled: outputs.outcome == OutcomeKind::Settled,
+            error: worst(&outputs.errors(self.reference), self.outputs),
+            delta: (delta.min, delta.max),
+            velocity: (velocity.overflowed == 0).then_some((velocity.min, velocity.max)),
+            rescaled: self.scene.method.reference_rate_hz.is_some(),
+        }))
+    }
+}

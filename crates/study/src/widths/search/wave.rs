@@ -1,0 +1,272 @@
+//! The search, wave by wave of runs.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::Scene;
+
+use super::front::{Merit, front};
+use super::kinds::{Kind, kinds};
+use super::knob::{Design, Knob, Width};
+use super::memory::{Depth, Gains, Memory, Ran};
+use super::refused::{SearchError, grid, searchable};
+use super::runner::{Runner, run};
+use super::{Found, Line, Point};
+use crate::accuracy::usual;
+use crate::map::SceneText;
+use crate::units::{Row, run_some};
+
+/// How a search is done.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Plan {
+    /// Bits of position, gains and velocity of the reference; without, those of the widest design.
+    pub against: Option<i32>,
+    /// Threads.
+    pub jobs: NonZeroUsize,
+}
+
+/// How far a search is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Progress {
+    /// Runs done.
+    pub runs: usize,
+    /// Designs, those alike counted once, that may still be on the front.
+    pub open: usize,
+}
+
+/// The search in progress.
+struct Search<'a, E> {
+    runner: Runner<'a>,
+    memory: Memory,
+    jobs: NonZeroUsize,
+    control: &'a Control,
+    done: BTreeMap<usize, Row>,
+    keep: &'a mut dyn FnMut(usize, &Row) -> Result<(), E>,
+    runs: usize,
+    failed: BTreeMap<(Gains, Depth), String>,
+}
+
+/// What ends a search before its end.
+#[derive(Debug)]
+pub enum Ended<E> {
+    /// There is no such search.
+    Refused(SearchError),
+    /// It was stopped.
+    Stopped,
+    /// A row could not be kept.
+    Kept(E),
+}
+
+impl<E> From<SearchError> for Ended<E> {
+    fn from(error: SearchError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+impl<E> Search<'_, E> {
+    /// Does the runs that are wanted, of each choice of gains the widest alone: it may answer for the others.
+    fn wave(&mut self, wanted: Vec<(Gains, Depth)>) -> Result<(), Ended<E>> {
+        let mut widest: BTreeMap<Gains, Depth> = BTreeMap::new();
+        for (gains, depth) in wanted {
+            let known = widest.entry(gains).or_insert(depth);
+            *known = depth.max(*known);
+        }
+        let units: Vec<(Gains, Depth)> = widest.into_iter().collect();
+        let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
+        let mut left = Vec::new();
+        for index in self.runs..self.runs + units.len() {
+            match self.done.remove(&index) {
+                Some(row) => drop(rows.insert(index, row)),
+                None => left.push(index),
+            }
+        }
+        let (first, runner, keep) = (self.runs, &self.runner, &mut self.keep);
+        let unit = |index: usize, control: &Control| {
+            let (gains, depth) = units[index - first];
+            let ran = runner.run(&gains, depth, control).transpose()?;
+            Some(ran.map(|ran| ran.line()))
+        };
+        run_some(&left, self.jobs, self.control, unit, |index, row| {
+            keep(index, &row)?;
+            rows.insert(index, row);
+            Ok(())
+        })
+        .map_err(Ended::Kept)?;
+        if rows.len() < units.len() {
+            return Err(Ended::Stopped);
+        }
+        self.runs += units.len();
+        for ((gains, depth), row) in units.into_iter().zip(rows.into_values()) {
+            match row.and_then(|line| Ran::read(&line).ok_or_else(|| format!("`{line}` is no row of a search"))) {
+                Ok(ran) => self.memory.keep(gains, depth, ran),
+                Err(why) => drop(self.failed.insert((gains, depth), why)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks every kind that is picked until none wants a run. `ask` is what a kind wants, after all that is known.
+    fn settle(
+        &mut self,
+        kinds: &mut [Kind],
+        pick: impl Fn(&[Kind]) -> Vec<usize>,
+        ask: impl Fn(&mut Kind, &Memory) -> Option<(Gains, Depth)>,
+        told: &mut dyn FnMut(Progress),
+    ) -> Result<(), Ended<E>> {
+        loop {
+            let mut wanted = Vec::new();
+            let mut asked = false;
+            let open = pick(kinds);
+            for &index in &open {
+                let kind = &mut kinds[index];
+                let before = (kind.tries, kind.error.is_some());
+                match ask(kind, &self.memory) {
+                    Some((gains, depth)) if self.failed.contains_key(&(gains, depth)) => {
+                        (kind.failed, asked) = (true, true);
+                    }
+                    Some(run) => wanted.push(run),
+                    None => {}
+                }
+                asked |= before != (kind.tries, kind.error.is_some());
+            }
+            told(Progress { runs: self.runs, open: open.len() });
+            // What all may be at best may have changed: who is picked is asked before who is run.
+            if asked {
+                continue;
+            }
+            if wanted.is_empty() {
+                return Ok(());
+            }
+            self.wave(wanted)?;
+        }
+    }
+}
+
+/// Searches the designs of a scene (its text under `set`) over some knobs, until `control` stops it.
+///
+/// `done` are the rows of a search of the same scene, knobs and plan that was interrupted; every new row goes through `keep`,
+/// and `told` hears how far the search is.
+///
+/// # Errors
+///
+/// [`Ended`].
+pub fn search<E>(
+    text: &SceneText,
+    set: &[(String, String)],
+    knobs: &[Knob],
+    plan: Plan,
+    done: BTreeMap<usize, Row>,
+    control: &Control,
+    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    mut told: impl FnMut(Progress),
+) -> Result<Found, Ended<E>> {
+    let experiment = text.parse(set).map_err(|error| SearchError::Scene(error.to_string()))?;
+    let outputs = experiment.accuracy().outputs.clone();
+    let scene = searchable(experiment)?;
+    let designs = grid(knobs)?;
+    let own = Design::of(&scene);
+    let (mut kinds, refused) = kinds(&scene, own, knobs, designs);
+    if kinds.is_empty() {
+        return Err(SearchError::AllRefused(designs, refused).into());
+    }
+
+    let wide = reference(own, knobs, plan.against).map_err(SearchError::Reference)?;
+    let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
+    let mut first = Kind::new(&scene, wide).map_err(no_reference)?;
+    let reference_scene = wide.scene(&scene).map_err(no_reference)?;
+    let Some((reference, _)) = run(reference_scene, control).map_err(no_reference)? else { return Err(Ended::Stopped) };
+    let outputs = outputs.unwrap_or_else(|| usual(reference.outcome));
+    let mut search = Search {
+        runner: Runner { scene: &scene, reference: &reference, outputs: &outputs, full_scale: first.full_scale() },
+        memory: Memory::default(),
+        jobs: plan.jobs,
+        control,
+        done,
+        keep: &mut keep,
+        runs: 1,
+        failed: BTreeMap::new(),
+    };
+
+    // The reference alone, then the errors of all and around it, then the stiffness of those that can be on the front.
+    let one = std::slice::from_mut(&mut first);
+    let (lines, mut around) = around(&scene, wide, knobs);
+    let unfinished = |kinds: &[Kind]| (0..kinds.len()).filter(|&i| !kinds[i].failed).collect::<Vec<_>>();
+    let unknown = |kinds: &[Kind]| -> Vec<usize> {
+        let open = |kind: &Kind| kind.error.is_none() && !kind.failed;
+        (0..kinds.len()).filter(|&index| open(&kinds[index])).collect()
+    };
+    let hopeful = |kinds: &[Kind]| front(&kinds.iter().map(Kind::at_best).collect::<Vec<Merit>>());
+    search.settle(one, unfinished, Kind::follow, &mut told)?;
+    search.settle(one, unknown, Kind::look, &mut told)?;
+    search.settle(&mut around, unknown, Kind::look, &mut told)?;
+    search.settle(&mut kinds, unknown, Kind::look, &mut told)?;
+    search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
+    let first = point(&first, wide);
+    if first.merit.stiffness == 0.0 || first.capped {
+        let words = wide.stiffness();
+        let why = if first.capped { "settles up to the stiffest" } else { "does not settle down to the softest" };
+        return Err(no_reference(format!("{why} that {words} holds: no stable stiffness")).into());
+    }
+    let known: Vec<&Kind> = kinds.iter().filter(|kind| kind.climb.next().is_none() && !kind.failed).collect();
+    let mut points: Vec<Point> =
+        known.iter().flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
+    points.sort_by_key(|point| point.merit.lut4);
+    let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
+    Ok(Found {
+        reference: first,
+        outcome: reference.outcome,
+        outputs: outputs.clone(),
+        unit: scene.device.units().stiffness,
+        designs,
+        refused,
+        kinds: kinds.len(),
+        front: front(&merits),
+        points,
+        lines: lines_of(lines, &around),
+        runs: search.runs,
+        grid_runs: kinds.iter().map(|kind| kind.count * (1 + kind.tries)).sum(),
+        failed: search.failed.into_values().collect(),
+    })
+}
+
+/// What errors are measured against: the widest design, or one of so many bits. The modulator's width is the scene's, as it sets
+/// the period of the modulation.
+fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design, String> {
+    match against {
+        Some(bits) => own.wide(bits),
+        None => Ok(knobs
+            .iter()
+            .filter(|knob| knob.width != Width::Pwm)
+            .fold(own, |wide, knob| wide.with(knob.width, knob.to))),
+    }
+}
+
+/// The reference with another value of each width.
+fn around(scene: &Scene, wide: Design, knobs: &[Knob]) -> (Vec<(Width, i32, Option<usize>)>, Vec<Kind>) {
+    let (mut lines, mut kinds) = (Vec::new(), Vec::new());
+    for knob in knobs {
+        for bits in knob.from..=knob.to {
+            let kind = Kind::new(scene, wide.with(knob.width, bits)).ok();
+            lines.push((knob.width, bits, kind.is_some().then_some(kinds.len())));
+            kinds.extend(kind);
+        }
+    }
+    (lines, kinds)
+}
+
+fn lines_of(values: Vec<(Width, i32, Option<usize>)>, around: &[Kind]) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    for (width, bits, kind) in values {
+        if lines.last().is_none_or(|line| line.width != width) {
+            lines.push(Line { width, errors: Vec::new() });
+        }
+        let error = kind.and_then(|index| around[index].error);
+        lines.last_mut().expect("one was pushed").errors.push((bits, error));
+    }
+    lines
+}
+
+fn point(kind: &Kind, design: Design) -> Point {
+    Point { design, merit: kind.at_best(), capped: kind.climb.is_capped() }
+}
