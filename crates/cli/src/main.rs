@@ -36,6 +36,8 @@ mod widths;
 mod widths_cost;
 mod widths_json;
 mod widths_price;
+mod widths_search;
+mod widths_search_text;
 mod widths_text;
 
 use std::process::ExitCode;

@@ -19,7 +19,7 @@ use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
-use crate::{fit, interrupt, pictures, widths_json, widths_text};
+use crate::{fit, interrupt, pictures, widths_json, widths_search, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -33,6 +33,8 @@ pub struct Args {
     scenes: Vec<String>,
     #[command(flatten)]
     set: scene::Set,
+    #[command(flatten)]
+    search: widths_search::Search,
     /// Turn the encoders at random for so many seconds instead of running the scene; the loop is open
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     random: Option<f64>,
@@ -122,8 +124,13 @@ pub struct Page {
 
 /// `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let cache = if args.price { Some(args.remember.open()?) } else { None };
+    if args.search.search {
+        let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
+        let prices = cache.as_ref().map(|cache| (cache, args.hdl.as_path()));
+        return widths_search::run(scene, &args.set.set, &args.search, prices, args.out.as_deref(), args.json);
+    }
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
     let mut experiments = Vec::new();
     for name in &args.scenes {

@@ -5,6 +5,7 @@
 mod bits;
 mod canvas;
 mod drop;
+mod error_by_width;
 mod formats;
 mod ladder;
 mod log_panel;
@@ -16,6 +17,7 @@ mod ranges;
 mod side_by_side;
 mod sines;
 mod speed;
+mod stiffness_by_cost;
 mod table_2;
 mod words;
 
@@ -25,6 +27,7 @@ use hpu_cosim::{Summary, Trace, Verdict};
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 
 pub use drop::drop_pictures;
+pub use error_by_width::error_by_width;
 pub use formats::formats;
 pub use ladder::ladder;
 pub use map::map_pictures;
@@ -32,6 +35,7 @@ pub use ranges::ranges;
 pub use side_by_side::side_by_side;
 pub use sines::sines;
 pub use speed::{shares, speed};
+pub use stiffness_by_cost::stiffness_by_cost;
 pub use table_2::{rms, table_2};
 
 /// The nets that a run's trace must hold for its pictures, in this order.

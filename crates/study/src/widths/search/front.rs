@@ -51,7 +51,7 @@ pub fn front(merits: &[Merit]) -> Vec<usize> {
         }
         let passed: Vec<u64> =
             steps.range(error..).take_while(|(_, of)| **of <= stiffness).map(|(error, _)| *error).collect();
-        passed.iter().for_each(|error| drop(steps.remove(error)));
+        steps.retain(|error, _| !passed.contains(error));
         steps.insert(error, stiffness);
         kept.push(index);
     }

@@ -168,6 +168,12 @@ impl Design {
         self.bits[width as usize]
     }
 
+    /// All bits of it together.
+    #[must_use]
+    pub fn bits(&self) -> i32 {
+        self.bits.iter().sum()
+    }
+
     /// This design with another width.
     #[must_use]
     pub fn with(mut self, width: Width, bits: i32) -> Self {

@@ -3,7 +3,7 @@
 //! A design is a choice of widths ([`Width`]) for the loop of a scene. Of each is asked: the *stable stiffness*, the stiffest
 //! wall that settles (`climb`'s rule); the *error* of the scene's outputs, wall as written, against those of a reference of wide
 //! words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is what no other design beats
-//! in all three; a design whose verdict on the scene is another than the reference's, or that settles at no stiffness, is none.
+//! in all three; a design whose error is above [`Plan::within`], or that settles at no stiffness, is none.
 //!
 //! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are monotone.
 //! Runs are saved by three theorems.
@@ -27,6 +27,7 @@ mod knob;
 mod memory;
 mod refused;
 mod runner;
+mod table;
 mod wave;
 
 use hpu_cosim::scene::{OutcomeKind, Output};
@@ -35,6 +36,7 @@ pub use estimate::{ESTIMATE_ERROR, estimate};
 pub use front::{Merit, front};
 pub use knob::{Design, Knob, Width};
 pub use refused::SearchError;
+pub use table::{csv, errors_csv};
 pub use wave::{Ended, Plan, Progress, search};
 
 /// A design whose three figures are known.
@@ -76,7 +78,7 @@ pub struct Found {
     pub kinds: usize,
     /// The cheapest design of every kind whose stiffness was found, cheapest first.
     pub points: Vec<Point>,
-    /// Indices of those that no other beats.
+    /// Indices of those that no other beats, equals among them.
     pub front: Vec<usize>,
     /// Errors around the reference, width by width.
     pub lines: Vec<Line>,
@@ -89,9 +91,13 @@ pub struct Found {
 }
 
 impl Found {
-    /// The points of the front, cheapest first.
+    /// The points of the front, cheapest first; of equals the one of fewest bits.
     pub fn best(&self) -> impl Iterator<Item = &Point> {
-        self.front.iter().map(|&index| &self.points[index])
+        let front = self.front.iter().enumerate();
+        let first = front.filter(|&(place, &index)| {
+            self.front[..place].last().is_none_or(|&before| self.points[before].merit != self.points[index].merit)
+        });
+        first.map(|(_, &index)| &self.points[index])
     }
 
     /// The cheapest design that keeps the reference's stable stiffness but for this share of it.

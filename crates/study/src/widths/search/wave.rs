@@ -22,6 +22,8 @@ use crate::units::{Row, run_some};
 pub struct Plan {
     /// Bits of position, gains and velocity of the reference; without, those of the widest design.
     pub against: Option<i32>,
+    /// The most that a design's outputs may be off by; beyond, it is another scene.
+    pub within: f64,
     /// Threads.
     pub jobs: NonZeroUsize,
 }
@@ -201,6 +203,8 @@ pub fn search<E>(
     search.settle(one, unknown, Kind::look, &mut told)?;
     search.settle(&mut around, unknown, Kind::look, &mut told)?;
     search.settle(&mut kinds, unknown, Kind::look, &mut told)?;
+    let off = |kind: &&mut Kind| kind.error.is_some_and(|error| error > plan.within);
+    kinds.iter_mut().filter(off).for_each(|kind| kind.error = Some(f64::INFINITY));
     search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
     let first = point(&first, wide);
     if first.merit.stiffness == 0.0 || first.capped {
@@ -208,10 +212,10 @@ pub fn search<E>(
         let why = if first.capped { "settles up to the stiffest" } else { "does not settle down to the softest" };
         return Err(no_reference(format!("{why} that {words} holds: no stable stiffness")).into());
     }
-    let known: Vec<&Kind> = kinds.iter().filter(|kind| kind.climb.next().is_none() && !kind.failed).collect();
+    let known = kinds.iter().filter(|kind| kind.climb.next().is_none() && kind.at_best().is_some());
     let mut points: Vec<Point> =
-        known.iter().flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
-    points.sort_by_key(|point| point.merit.lut4);
+        known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
+    points.sort_by_key(|point| (point.merit.lut4, point.design.bits()));
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
     Ok(Found {
         reference: first,

@@ -1,0 +1,194 @@
+//! `hpu widths SCENE --search`: which widths buy what.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::{io, io::IsTerminal, io::Write};
+
+use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
+use hpu_rtl::{Cache, Counts};
+use hpu_study::chart::{error_by_width, stiffness_by_cost};
+use hpu_study::map::SceneText;
+use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progress, csv, errors_csv, search};
+
+use crate::cost::refused;
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::journal::{self, Journal};
+use crate::scene::{self, quoted, set_options};
+use crate::terminal::{print, print_json};
+use crate::{interrupt, pictures, widths_search_text};
+
+/// What a search takes beside the scene.
+#[derive(clap::Args)]
+pub struct Search {
+    /// Search the widths of the loop for the front of stable stiffness, error of the outputs, and lookup tables
+    #[arg(long)]
+    pub search: bool,
+    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4 [default: all but pwm.bits, from some
+    /// bits below the scene's own]
+    #[arg(long, value_name = "KEY=FROM..TO", requires = "search")]
+    vary: Vec<Knob>,
+    /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
+    #[arg(long, value_name = "BITS", requires = "search")]
+    against: Option<i32>,
+    /// How much the outputs of a design may be off
+    #[arg(long, value_name = "SHARE", requires = "search", default_value = "5%", value_parser = share)]
+    off: f64,
+    /// How much stable stiffness the smallest design may lose against the reference's
+    #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
+    lose: f64,
+    /// Threads of the search [default: one for each core]
+    #[arg(long, value_name = "N", requires = "search")]
+    jobs: Option<NonZeroUsize>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.trim().strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
+    share.filter(|share| (0.0..1.0).contains(share)).ok_or_else(|| "write a share below 1, as in 1% or 0.01".into())
+}
+
+/// A search that is through.
+pub struct Searched {
+    /// What was found.
+    pub found: Found,
+    /// The widths that were varied.
+    pub knobs: Vec<Knob>,
+    /// How much the outputs of a design may be off.
+    pub off: f64,
+    /// How much stiffness the smallest design may lose.
+    pub lose: f64,
+    /// The command that made it.
+    pub command: String,
+    /// The scene, as it was named, and its overrides.
+    pub scene: String,
+    set: Vec<(String, String)>,
+    /// By Yosys: the reference, and the designs of the front in its order.
+    pub prices: Option<(Counts, Vec<Counts>)>,
+}
+
+impl Searched {
+    /// The command that runs the scene with a design.
+    pub fn replay(&self, point: &Point) -> String {
+        let set: Vec<_> = self.set.iter().cloned().chain(point.design.set()).collect();
+        format!("hpu run {}{}", quoted(&self.scene), set_options(&set))
+    }
+
+    /// What Yosys makes of the smallest design.
+    pub fn price_of(&self, point: &Point) -> Option<Counts> {
+        let place = self.found.best().position(|best| best == point)?;
+        self.prices.as_ref().map(|(_, front)| front[place])
+    }
+}
+
+/// Searches. `prices` is a cache to price the front with, and the folder of the VHDL.
+pub fn run(
+    name: &str,
+    set: &[(String, String)],
+    args: &Search,
+    prices: Option<(&Cache, &Path)>,
+    out: Option<&Path>,
+    json: bool,
+) -> Result<Exit, Failure> {
+    let source = scene::source(name)?;
+    let mut load = |file: &str| source.load(file);
+    let (text, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
+    let mut knobs = args.vary.clone();
+    if let (true, Some(axis)) = (knobs.is_empty(), experiment.axis()) {
+        knobs = Knob::usual(&axis);
+    }
+    let mut command = format!("hpu widths {}{} --search", quoted(name), set_options(set));
+    command.extend(args.vary.iter().map(|knob| format!(" --vary {knob}")));
+    command += &args.against.map_or(String::new(), |bits| format!(" --against {bits}"));
+    if args.off != 0.05 {
+        command += &format!(" --off {}", args.off);
+    }
+    let header = {
+        let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
+        journal::header("widths", [text.text.as_bytes()].into_iter().chain(files), &command)?
+    };
+    if args.lose != 0.01 {
+        command += &format!(" --lose {}", args.lose);
+    }
+    let folder = out.map(Folder::open).transpose()?;
+    let journal = out.map(|dir| Journal::open(dir, &header, usize::MAX)).transpose()?;
+    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+
+    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let plan = Plan { against: args.against, within: args.off, jobs };
+    let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
+    let ended = search(&text, set, &knobs, plan, done, interrupt::heed(), keep, tell);
+    tell_no_more();
+    let found = match ended {
+        Ok(found) => found,
+        Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", source.name))),
+        Err(Ended::Kept(failure)) => return Err(failure),
+        Err(Ended::Stopped) => {
+            let again = out.map_or("begins anew", |_| "goes on from here");
+            print(&format!("interrupted; the same command {again}\n"))?;
+            return Ok(Exit::Interrupted);
+        }
+    };
+    let mut searched = Searched {
+        found,
+        knobs,
+        off: args.off,
+        lose: args.lose,
+        command,
+        scene: name.into(),
+        set: set.to_vec(),
+        prices: None,
+    };
+    if let Some((cache, hdl)) = prices {
+        searched.prices = Some(price(&text, &searched, cache, hdl)?);
+    }
+    let files = folder.map(|folder| write(&searched, folder)).transpose()?.unwrap_or_default();
+    if json {
+        print_json(&widths_search_text::object(&searched, &files))?
+    } else {
+        print(&widths_search_text::text(&searched))?
+    }
+    Ok(Exit::Fine)
+}
+
+fn tell(Progress { runs, open }: Progress) {
+    if io::stderr().is_terminal() {
+        let _ = write!(io::stderr(), "\r{runs} runs; {open} kinds of designs are open\x1b[K");
+    }
+}
+
+fn tell_no_more() {
+    if io::stderr().is_terminal() {
+        let _ = write!(io::stderr(), "\r\x1b[K");
+    }
+}
+
+/// What Yosys makes of the reference and of the front.
+fn price(text: &SceneText, searched: &Searched, cache: &Cache, hdl: &Path) -> Result<(Counts, Vec<Counts>), Failure> {
+    let counts = |design: &Design| -> Result<Counts, Failure> {
+        let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();
+        let scene = text.parse(&set).map_err(Failure::file)?.axis().ok_or_else(|| Failure::file("no axis"))?;
+        let words = scene.words().map_err(Failure::file)?;
+        let block: Box<dyn AnyBlock> = if scene.method.kind == hpu_cosim::scene::Loop::Conventional {
+            Box::new(ConventionalLoop::new(words.config).map_err(Failure::file)?)
+        } else {
+            Box::new(HybridLoop::new(words.config).map_err(Failure::file)?)
+        };
+        cache.counts(&*block, hdl).map_err(refused)
+    };
+    let front = searched.found.best().map(|point| counts(&point.design)).collect::<Result<_, _>>()?;
+    Ok((counts(&searched.found.reference.design)?, front))
+}
+
+fn write(searched: &Searched, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {
+    let Searched { found, command, scene, .. } = searched;
+    folder.write("designs.csv", csv(found, command, |point| searched.replay(point)))?;
+    folder.write("error-by-width.csv", errors_csv(found, command))?;
+    folder.write("search.txt", widths_search_text::text(searched))?;
+    let drawn = [error_by_width(scene, found, command), stiffness_by_cost(scene, found, searched.lose, command)];
+    drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+    let files = folder.places().map(PathBuf::from).collect();
+    folder.commit()?;
+    Ok(files)
+}
