@@ -3,14 +3,19 @@
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::num::NonZeroUsize;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
+use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, shipped};
 use hpu_cosim::{Control, Driver};
+use hpu_datapath::{LoopConfig, PwmConfig};
+use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::{Cell, SceneText};
 use hpu_study::units::Row;
-use hpu_study::widths::search::{Design, Ended, Found, Knob, Merit, Plan, SearchError, search};
+use hpu_study::widths::search::{
+    Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, Width, estimate, search,
+};
 
 type Set = Vec<(String, String)>;
 
@@ -27,7 +32,7 @@ fn knobs(texts: &[&str]) -> Vec<Knob> {
     texts.iter().map(|text| text.parse().unwrap_or_else(|error| panic!("{error}"))).collect()
 }
 
-const PLAN: Plan = Plan { against: None, jobs: NonZeroUsize::new(2).expect("two") };
+const PLAN: Plan = Plan { against: None, within: 0.05, jobs: NonZeroUsize::new(2).expect("two") };
 
 fn found(scene: &SceneText, set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
     let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
@@ -46,12 +51,14 @@ fn designs(own: Design, knobs: &[Knob]) -> Vec<Design> {
     })
 }
 
-/// The stable word of a scene by its rule, each wall a scene of its own, and nothing remembered.
-fn stable_word(experiment: &Experiment) -> i128 {
+/// The stable word of a scene by its rule, each wall a scene of its own, and nothing remembered; and how many runs it took.
+fn stable_word(experiment: &Experiment) -> (i128, usize) {
     let scene = experiment.clone().axis().expect("an axis");
     let words = scene.words().expect("words");
     let unit = words.realised.torque_quantum_nm / words.realised.count_rad * scene.method.stiffness_format.lsb();
-    let settles = |word: i128| {
+    let mut runs = 0;
+    let mut settles = |word: i128| {
+        runs += 1;
         let mut scene = scene.clone();
         scene.wall.stiffness_nm_per_rad = word as f64 * unit;
         let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(60), &Control::default());
@@ -64,10 +71,13 @@ fn stable_word(experiment: &Experiment) -> i128 {
             word *= 2;
         }
     } else {
-        while !settles(word) {
+        loop {
             word /= 2;
             if word == 0 {
-                return 0;
+                return (0, runs);
+            }
+            if settles(word) {
+                break;
             }
         }
     }
@@ -78,7 +88,7 @@ fn stable_word(experiment: &Experiment) -> i128 {
         }
         digit /= 2;
     }
-    word
+    (word, runs)
 }
 
 fn error_of(experiment: &Experiment, reference: &Outputs, found: &Found) -> f64 {
@@ -86,20 +96,18 @@ fn error_of(experiment: &Experiment, reference: &Outputs, found: &Found) -> f64 
     worst(&outputs.expect("nobody stops it").errors(reference), &found.outputs)
 }
 
-#[test]
-fn the_front_of_a_small_case_is_that_of_the_grid_run_design_by_design() {
-    let scene = text("thrown-hybrid");
-    let set = set(&[("run.duration", "60 ms")]);
-    let knobs =
-        knobs(&["position_bits=4..7", "stiffness_format.frac=0..2", "damping_format.frac=1..3", "velocity_bits=2..5"]);
-    let found = found(&scene, &set, &knobs, PLAN).expect("a search");
-    let own = Design::of(&scene.parse(&set).expect("the scene").axis().expect("an axis"));
+/// Holds the front that a search finds to that of the grid, every design a scene of its own.
+fn holds_to_the_grid(name: &str, set: &Set, texts: &[&str], plan: Plan) -> Found {
+    let scene = text(name);
+    let knobs = knobs(texts);
+    let found = found(&scene, set, &knobs, plan).expect("a search");
+    let own = Design::of(&scene.parse(set).expect("the scene").axis().expect("an axis"));
     let parse = |design: Design| scene.parse(&set.iter().cloned().chain(design.set()).collect::<Set>());
     let reference = parse(found.reference.design).expect("the reference");
     let reference = Outputs::of(&reference, Driver::Events, &Control::default()).expect("it runs").0.expect("it ends");
 
-    let mut grid: Vec<(Design, Merit)> = Vec::new();
-    let mut refused = 0;
+    let mut grid: Vec<(String, Merit)> = Vec::new();
+    let (mut refused, mut runs) = (0, 0);
     for design in designs(own, &knobs) {
         let Ok(experiment) = parse(design) else {
             refused += 1;
@@ -108,26 +116,250 @@ fn the_front_of_a_small_case_is_that_of_the_grid_run_design_by_design() {
         let axis = experiment.clone().axis().expect("an axis");
         let words = axis.words().expect("words");
         let unit = words.realised.torque_quantum_nm / words.realised.count_rad * axis.method.stiffness_format.lsb();
+        let error = error_of(&experiment, &reference, &found);
+        let (word, tries) = stable_word(&experiment);
+        runs += 1 + tries;
         let merit = Merit {
-            lut4: hpu_study::widths::search::estimate(&words.config, false),
-            error: error_of(&experiment, &reference, &found),
-            stiffness: stable_word(&experiment) as f64 * unit,
+            lut4: estimate(&words.config, axis.method.kind == Loop::Conventional),
+            error: if error > plan.within { f64::INFINITY } else { error },
+            stiffness: word as f64 * unit,
         };
-        grid.push((design, merit));
+        grid.push((design.to_string(), merit));
     }
     assert_eq!(found.designs, grid.len() + refused);
     assert_eq!(found.refused.iter().map(|(_, count)| count).sum::<usize>(), refused);
     let good = |merit: &Merit| merit.is_some() && !grid.iter().any(|(_, other)| other.is_some() && other.beats(merit));
-    let mut wanted: Vec<(String, Merit)> =
-        grid.iter().filter(|(_, merit)| good(merit)).map(|(design, merit)| (design.to_string(), *merit)).collect();
-    let mut front: Vec<(String, Merit)> = found.best().map(|point| (point.design.to_string(), point.merit)).collect();
+    let mut wanted: Vec<(String, Merit)> = grid.iter().filter(|(_, merit)| good(merit)).cloned().collect();
+    let front = found.front.iter().map(|&index| &found.points[index]);
+    let mut front: Vec<(String, Merit)> = front.map(|point| (point.design.to_string(), point.merit)).collect();
     wanted.sort_by(|a, b| a.0.cmp(&b.0));
     front.sort_by(|a, b| a.0.cmp(&b.0));
-    println!(
-        "{} designs, {} kinds, {} runs of {}: {front:#?}",
-        found.designs, found.kinds, found.runs, found.grid_runs
-    );
     assert!(wanted.len() > 1, "a front of one says little");
     assert_eq!(front, wanted);
-    assert!(5 * found.runs < found.grid_runs, "{} runs of {}", found.runs, found.grid_runs);
+    assert!(found.grid_runs <= runs, "{} runs of the grid, which took {runs}", found.grid_runs);
+    assert!(3 * found.runs < runs, "{} runs instead of {runs}", found.runs);
+    found
+}
+
+const ANY_ERROR: Plan = Plan { within: f64::MAX, ..PLAN };
+
+#[test]
+fn the_front_of_a_small_case_is_that_of_the_grid_run_design_by_design() {
+    let set = set(&[("run.duration", "60 ms")]);
+    let knobs = ["position_bits=4..7", "stiffness_format.frac=0..2", "damping_format.frac=1..3", "velocity_bits=2..5"];
+    holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
+}
+
+#[test]
+fn so_it_is_where_products_wrap_and_velocities_are_rescaled() {
+    let set = set(&[
+        ("run.duration", "60 ms"),
+        ("method.product", "drop_upper"),
+        ("method.rescaled", "true"),
+        ("method.reference_rate", "5 kHz"),
+    ]);
+    let knobs = ["position_bits=5..7", "stiffness_format.int=5..7", "velocity_bits=3..5", "pwm.bits=10..12"];
+    holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
+}
+
+#[test]
+fn so_it_is_of_a_held_position_and_where_designs_that_are_far_off_are_none() {
+    let set = set(&[("run.duration", "40 ms")]);
+    let knobs = ["position_bits=4..7", "stiffness_format.frac=0..1", "damping_format.frac=1..4", "velocity_bits=2..5"];
+    let found = holds_to_the_grid("thrown-conventional", &set, &knobs, Plan { within: 0.1, ..PLAN });
+    assert!(found.points.iter().all(|point| point.merit.error <= 0.1));
+}
+
+#[test]
+fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() {
+    let scene = text("thrown-hybrid");
+    let set = set(&[("run.duration", "40 ms")]);
+    let knobs = knobs(&["position_bits=5..7", "velocity_bits=3..5"]);
+    let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
+    let keep = |index: usize, row: &Row| {
+        rows.insert(index, row.clone());
+        if rows.len() < 7 { Ok(()) } else { Err("the disk is full") }
+    };
+    let ended = search(&scene, &set, &knobs, PLAN, BTreeMap::new(), &Control::default(), keep, |_| ());
+    assert!(matches!(ended, Err(Ended::Kept("the disk is full"))));
+    let kept = rows.len();
+    let mut more = 0;
+    let keep = |_: usize, _: &Row| {
+        more += 1;
+        Ok::<(), Infallible>(())
+    };
+    let ended = search(&scene, &set, &knobs, PLAN, rows, &Control::default(), keep, |_| ());
+    let Ok(resumed) = ended else { panic!("it goes on") };
+    assert_eq!(resumed.runs, 1 + kept + more, "no run is done twice");
+    let one = Plan { jobs: NonZeroUsize::MIN, ..PLAN };
+    assert_eq!(resumed, found(&scene, &set, &knobs, one).expect("a search"));
+}
+
+#[test]
+fn a_search_that_is_stopped_says_so() {
+    let control = Control::default();
+    control.stop.store(true, Ordering::Relaxed);
+    let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
+    let knobs = knobs(&["velocity_bits=3..5"]);
+    let ended = search(&text("thrown-hybrid"), &Set::new(), &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
+    assert!(matches!(ended, Err(Ended::Stopped)));
+}
+
+#[test]
+fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() {
+    let set = set(&[("run.duration", "60 ms")]);
+    let knobs = knobs(&["position_bits=7..8", "stiffness_format.frac=0..4", "velocity_bits=4..5"]);
+    let found = found(&text("thrown-hybrid"), &set, &knobs, Plan { against: Some(24), ..PLAN }).expect("a search");
+    assert_eq!(found.reference.design.to_string(), "24 (0,12,12) (0,8,16) 24 12");
+    let least = 0.99 * found.reference.merit.stiffness;
+    let enough = found.points.iter().filter(|point| point.merit.stiffness >= least);
+    let cheapest = enough.map(|point| point.merit.lut4).min();
+    assert_eq!(found.smallest(0.01).map(|point| point.merit.lut4), cheapest);
+    assert!(cheapest.is_some(), "{:#?}", found.points);
+}
+
+/// What a search says when it refuses.
+fn refusal(name: &str, pairs: &[(&str, &str)], texts: &[&str]) -> String {
+    found(&text(name), &set(pairs), &knobs(texts), PLAN).expect_err("it is refused").to_string()
+}
+
+#[test]
+fn a_search_that_makes_no_sense_is_refused_with_its_reason() {
+    let one = ["velocity_bits=3..5"];
+    for (name, set, knobs, said) in [
+        ("hybrid-wall", &[][..], &[][..], "nothing to vary"),
+        ("hybrid-wall", &[], &["velocity_bits=3..5", "velocity_bits=6..7"], "velocity_bits is varied twice"),
+        ("hybrid-wall", &[("model.datapath", "linear")], &one, "\"linear\" has no words; write \"words\""),
+        ("phantom-drop", &[], &one, "this is a scene of a PHANToM"),
+        ("prescribed-sweep", &[], &one, "the hand imposes the motion"),
+        ("observed-wall", &[], &one, "method.kind = \"passivity_controller\": the search is for the kinds \"hybrid\""),
+        ("stiffening-wall", &[], &one, "wall.ramp: the words change while the scene runs"),
+        ("free-motion", &[("wall.stiffness", "0")], &one, "without a wall there is no stable stiffness"),
+        (
+            "hybrid-wall",
+            &[],
+            &[
+                "position_bits=2..32",
+                "velocity_bits=2..32",
+                "pwm.bits=2..24",
+                "stiffness_format.frac=0..20",
+                "damping_format.frac=0..24",
+            ],
+            "designs; at most 2097152 are searched: narrow a range",
+        ),
+    ] {
+        let refused = refusal(name, set, knobs);
+        assert!(refused.contains(said), "{name}: {refused}");
+    }
+}
+
+#[test]
+fn widths_of_which_no_scene_has_any_say_which_and_why() {
+    let refused = refusal("hybrid-wall", &[], &["stiffness_format.int=2..4", "velocity_bits=3..5"]);
+    assert!(refused.starts_with("no scene has any of the 9 designs\n3 of them: "), "{refused}");
+    assert!(refused.contains("wall.stiffness") && refused.contains("does not fit (0,2,0)"), "{refused}");
+    let refused = refusal("hybrid-wall", &[], &["damping_format.int=30..32", "velocity_bits=3..5"]);
+    assert!(refused.contains("method.damping_format: (0,30,4): a gain has 2 to 32 bits"), "{refused}");
+}
+
+#[test]
+fn some_widths_that_no_scene_has_are_skipped_and_counted() {
+    let set = set(&[("run.duration", "40 ms")]);
+    let found = found(&text("thrown-hybrid"), &set, &knobs(&["stiffness_format.int=5..7", "velocity_bits=4..5"]), PLAN);
+    let found = found.expect("a search");
+    assert_eq!(found.refused.len(), 1);
+    assert!(found.refused[0].0.contains("does not fit (0,5,0)") && found.refused[0].1 == 2, "{:?}", found.refused);
+}
+
+#[test]
+fn a_knob_that_is_none_says_what_is_accepted() {
+    for (text, said) in [
+        ("position_bits", "write KEY=FROM..TO, as in position_bits=8..16"),
+        ("position_bits=12", "takes one value only, 12; write KEY=FROM..TO, or set it by --set"),
+        ("position_bits=12..12", "position_bits=12..12 takes one value only"),
+        ("position_bits=16..8", "is reversed; write the smaller value first"),
+        ("position_bits=8..40", "cannot be 40: a scene takes 2 to 32"),
+        ("position_bits=a..b", "`a..b` is no range of bits"),
+        ("period_bits=8..12", "period_bits is no width that a search varies; write one of position_bits, "),
+        ("stiffness_format=8..12", "stiffness_format.int, stiffness_format.frac, "),
+    ] {
+        let error = text.parse::<Knob>().expect_err(text);
+        assert!(error.contains(said), "{text}: {error}");
+    }
+    let knob: Knob = "method.pwm.bits=8..12".parse().expect("with the section in front too");
+    assert_eq!((knob.to_string(), knob.values()), ("pwm.bits=8..12".into(), 5));
+}
+
+#[test]
+fn a_design_is_refused_where_its_scene_is() {
+    let scene = text("thrown-hybrid");
+    let base = scene.parse(&Set::new()).expect("the scene").axis().expect("an axis");
+    let own = Design::of(&base);
+    let mut accepted = 0;
+    for one in Width::ALL {
+        for other in Width::ALL {
+            for (bits, more) in (0..=34).flat_map(|bits| [0, 2, 9, 32].map(|more| (bits, more))) {
+                let design = own.with(one, bits).with(other, more);
+                let parsed = scene.parse(&design.set());
+                assert_eq!(design.scene(&base).is_ok(), parsed.is_ok(), "{design}: {parsed:?}");
+                accepted += u32::from(parsed.is_ok());
+            }
+        }
+    }
+    assert!(accepted > 500, "{accepted}");
+}
+
+/// Position, integer and fraction bits of stiffness and damping, velocity, modulator, whether products saturate, whether the
+/// position is held; and the LUT4s that Yosys 0.23 maps the loop to, by the flow of `hpu cost`. None is among those that the
+/// estimate's weights were fitted to.
+const MAPPED: [([i32; 7], bool, bool, u32); 12] = [
+    ([10, 9, 1, 5, 4, 7, 12], true, false, 673),
+    ([11, 7, 2, 3, 3, 6, 12], true, false, 573),
+    ([15, 11, 0, 6, 3, 11, 10], true, false, 930),
+    ([12, 8, 1, 4, 2, 9, 11], true, false, 636),
+    ([14, 12, 4, 8, 0, 5, 12], true, false, 936),
+    ([9, 10, 3, 3, 1, 8, 9], true, false, 535),
+    ([11, 8, 2, 2, 4, 12, 12], true, true, 714),
+    ([13, 6, 2, 5, 5, 13, 12], true, false, 886),
+    ([16, 12, 2, 2, 2, 10, 14], true, false, 938),
+    ([12, 9, 4, 10, 2, 12, 13], true, true, 1132),
+    ([10, 12, 0, 8, 4, 10, 12], false, false, 690),
+    ([22, 9, 3, 7, 6, 14, 12], true, false, 1542),
+];
+
+fn config([position, k_int, k_frac, b_int, b_frac, velocity, pwm]: [i32; 7], saturate: bool) -> LoopConfig {
+    let gain = |int, frac| Format::new(false, int, frac).expect("a format");
+    LoopConfig {
+        position_width: position as u32,
+        stiffness: gain(k_int, k_frac),
+        damping: gain(b_int, b_frac),
+        velocity_width: velocity as u32,
+        pwm: PwmConfig { width: pwm as u32, ..PwmConfig::default() },
+        saturate,
+        ..LoopConfig::default()
+    }
+}
+
+#[test]
+fn the_estimate_is_as_near_to_what_yosys_maps_as_it_says() {
+    for (widths, saturate, held, mapped) in MAPPED {
+        let error = f64::from(estimate(&config(widths, saturate), held)) / f64::from(mapped) - 1.0;
+        assert!(error.abs() <= ESTIMATE_ERROR, "{widths:?}: {error:+.3}");
+    }
+}
+
+#[test]
+fn no_bit_of_position_gains_and_modulator_makes_the_estimate_smaller() {
+    let widths = |seed: u32| {
+        [0, 1, 2, 3, 4, 5, 6].map(|place| (2 + seed.wrapping_mul(0x9e37_79b9).rotate_left(5 * place) % 15) as i32)
+    };
+    for seed in 0..20_000 {
+        let widths = widths(seed);
+        for place in [0, 1, 2, 3, 4, 6] {
+            let mut more = widths;
+            more[place] += 1;
+            let [less, more] = [widths, more].map(|widths| estimate(&config(widths, true), false));
+            assert!(less <= more, "{widths:?} at {place}: {less} and {more}");
+        }
+    }
 }

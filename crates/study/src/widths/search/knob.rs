@@ -95,7 +95,7 @@ impl Knob {
             frac(Width::StiffnessFrac),
             below(Width::DampingInt, 6, 2),
             Self { width: Width::DampingFrac, from: 0, to: own.get(Width::DampingFrac).max(1) },
-            below(Width::Velocity, 8, 2),
+            below(Width::Velocity, 10, 2),
         ]
     }
 }
@@ -242,8 +242,14 @@ impl Design {
     ///
     /// # Errors
     ///
-    /// Why no scene has it: a gain's format, or words that do not hold what the scene asks for.
-    pub(super) fn scene(&self, base: &Scene) -> Result<Scene, String> {
+    /// Why no scene has it: a width beyond what scenes take, or words that do not hold what the scene asks for.
+    pub fn scene(&self, base: &Scene) -> Result<Scene, String> {
+        for width in Width::ALL {
+            let ((least, most), bits) = (width.accepted(), self.get(width));
+            if !(least..=most).contains(&bits) {
+                return Err(format!("method.{}: {bits}: a scene takes {least} to {most}", width.key()));
+            }
+        }
         let gain = |int: Width, frac: Width| {
             let format = self.gain(int, frac).filter(|format| (2..=32).contains(&format.width()));
             let key = int.key().trim_end_matches(".int");
@@ -258,6 +264,7 @@ impl Design {
         (method.position_bits, method.velocity_bits, method.pwm.bits) = (position, velocity, pwm);
         method.stiffness_format = gain(Width::StiffnessInt, Width::StiffnessFrac)?;
         method.damping_format = gain(Width::DampingInt, Width::DampingFrac)?;
+        scene.words().map_err(|error| error.to_string())?;
         Ok(scene)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
@@ -140,6 +141,9 @@ impl<E> Search<'_, E> {
             if wanted.is_empty() {
                 return Ok(());
             }
+            if self.control.stop.load(Ordering::Relaxed) {
+                return Err(Ended::Stopped);
+            }
             self.wave(wanted)?;
         }
     }
@@ -207,10 +211,9 @@ pub fn search<E>(
     kinds.iter_mut().filter(off).for_each(|kind| kind.error = Some(f64::INFINITY));
     search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
     let first = point(&first, wide);
-    if first.merit.stiffness == 0.0 || first.capped {
-        let words = wide.stiffness();
-        let why = if first.capped { "settles up to the stiffest" } else { "does not settle down to the softest" };
-        return Err(no_reference(format!("{why} that {words} holds: no stable stiffness")).into());
+    if first.merit.stiffness == 0.0 {
+        let why = format!("settles at no stiffness down to the softest that {} holds", wide.stiffness());
+        return Err(no_reference(why).into());
     }
     let known = kinds.iter().filter(|kind| kind.climb.next().is_none() && kind.at_best().is_some());
     let mut points: Vec<Point> =
