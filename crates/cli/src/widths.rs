@@ -128,7 +128,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.search.search {
         let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
         let prices = cache.as_ref().map(|cache| (cache, args.hdl.as_path()));
-        return widths_search::run(scene, &args.set.set, &args.search, prices, args.out.as_deref(), args.json);
+        return widths_search::run(scene, &args.set.set, &args.search, jobs(args), prices, args.out.as_deref(), args.json);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
@@ -163,6 +163,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print(&widths_text::page(&page))?
     }
     Ok(Exit::Fine)
+}
+
+fn jobs(args: &Args) -> NonZeroUsize {
+    args.jobs.or_else(|| thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
 }
 
 /// The page; `None` when interrupted.
@@ -232,7 +236,7 @@ fn recommended(
         return Ok(Some(Err("random motion has no outputs that a width could break".into())));
     }
     let control = interrupt::heed();
-    let jobs = args.jobs.or_else(|| thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let jobs = jobs(args);
     let mut all: Option<Recommended> = None;
     for (experiment, run) in experiments.iter().zip(runs) {
         let within = args.within.unwrap_or(experiment.accuracy().within);

@@ -2,7 +2,6 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::thread;
 use std::{io, io::IsTerminal, io::Write};
 
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
@@ -38,9 +37,6 @@ pub struct Search {
     /// How much stable stiffness the smallest design may lose against the reference's
     #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
     lose: f64,
-    /// Threads of the search [default: one for each core]
-    #[arg(long, value_name = "N", requires = "search")]
-    jobs: Option<NonZeroUsize>,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -87,6 +83,7 @@ pub fn run(
     name: &str,
     set: &[(String, String)],
     args: &Search,
+    jobs: NonZeroUsize,
     prices: Option<(&Cache, &Path)>,
     out: Option<&Path>,
     json: bool,
@@ -115,7 +112,6 @@ pub fn run(
     let journal = out.map(|dir| Journal::open(dir, &header, usize::MAX)).transpose()?;
     let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
 
-    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let plan = Plan { against: args.against, within: args.off, jobs };
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
     let ended = search(&text, set, &knobs, plan, done, interrupt::heed(), keep, tell);

@@ -3,8 +3,8 @@
 //!
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
-use hpu_datapath::{LoopIn, LoopOut};
-use hpu_plant::{Band, Device, Drive, Gates, REALS};
+use hpu_datapath::{LoopIn, LoopOut, Repeat};
+use hpu_plant::{Band, Device, Drive, Gates, Pulses, REALS};
 use hpu_signal::Real;
 
 use crate::actuator::{Actuator, Latch, Shaping};
@@ -26,6 +26,9 @@ pub struct AxisWorld<'p> {
     shaping: Option<Shaping>,
     latch: Option<Latch>,
     device: Option<Body<'p>>,
+    /// The outputs that the device was last told, unless it has gone on by itself since, and the edge up to which it does.
+    told: Option<LoopOut<i64>>,
+    cruise_end: u64,
     encoder: Encoder,
     edge: u64,
     pins: Pins,
@@ -51,6 +54,8 @@ impl<'p> AxisWorld<'p> {
             shaping: None,
             latch: None,
             device: None,
+            told: None,
+            cruise_end: 0,
             encoder: Encoder::new(plant.count_rad, 0.0),
             edge: 0,
             pins: Pins::default(),
@@ -160,6 +165,13 @@ fn recount(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64,
     }
 }
 
+/// The gates of a wiring's outputs.
+#[inline(always)]
+fn gates(out: LoopOut<i64>) -> Gates {
+    let [a_high, a_low, b_high, b_low] = [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
+    Gates { a_high, a_low, b_high, b_low }
+}
+
 impl World for AxisWorld<'_> {
     type In = LoopIn<i64>;
     type Out = LoopOut<i64>;
@@ -220,10 +232,10 @@ impl World for AxisWorld<'_> {
             return;
         };
         match self.plant.actuator {
+            Actuator::Switching if self.told == Some(out) && edge != self.cruise_end => {}
             Actuator::Switching => {
-                let [a_high, a_low, b_high, b_low] =
-                    [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
-                device.driven(edge, Drive::Gates(Gates { a_high, a_low, b_high, b_low }));
+                self.told = Some(out);
+                device.driven(edge, Drive::Gates(gates(out)));
             }
             Actuator::Averaged { full_scale, .. } => {
                 let duty = words[self.command] as f64 / full_scale;
@@ -253,6 +265,19 @@ impl World for AxisWorld<'_> {
                 }
             }
         }
+    }
+
+    fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
+        if self.plant.actuator != Actuator::Switching {
+            return None;
+        }
+        let last = self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due);
+        let Band { low, high, .. } = self.encoder.band();
+        let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(repeat.others) };
+        let end = self.device.as_mut()?.cruise(self.edge, last, (low, high), &pulses)?;
+        // Until then it may not be told every change.
+        (self.told, self.cruise_end) = (None, end);
+        Some(end)
     }
 
     fn reals(&self, edge: u64) -> Self::Row {

@@ -1,6 +1,6 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
-use hpu_plant::{Device, Drive, Energy, Event, REALS};
+use hpu_plant::{Device, Drive, Energy, Event, Pulses, REALS};
 
 use crate::encoder::side_of;
 use crate::stepped::Stepped;
@@ -48,6 +48,14 @@ impl Body<'_> {
     #[inline(always)]
     pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
         forward!(self, body => body.driven(edge, drive));
+    }
+
+    /// See [`Device::cruise`]; a body in steps keeps to those.
+    pub(crate) fn cruise(&mut self, edge: u64, last: u64, band: (f64, f64), pulses: &Pulses) -> Option<u64> {
+        match self {
+            Self::Exact(body) => body.cruise(edge, last, band, pulses),
+            Self::Stepped(_) => None,
+        }
     }
 
     /// The first edge in (`from`, `to`] at which the motion changes by itself or the angle leaves a band.

@@ -7,8 +7,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use hpu_datapath::Wiring;
-use hpu_signal::{Cycle, Observe};
+use hpu_datapath::{Repeat, Wiring};
+use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::scene::Solver;
 use crate::world::World;
@@ -51,6 +51,8 @@ pub struct ClosedLoop<W, E: World> {
     output_changes: u64,
     stride: u64,
     next_log: u64,
+    /// What the outputs do up to an edge until which the world goes on by itself.
+    repeated: Option<(Repeat<E::Out>, u64)>,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
@@ -59,7 +61,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     pub fn new(mut wiring: W, world: E, mut input: E::In, stride: u64) -> Self {
         let out = wiring.reset();
         world.place(&mut input);
-        Self { wiring, world, input, out, edge: 0, ticks: 0, output_changes: 0, stride: stride.max(1), next_log: 0 }
+        Self { wiring, world, input, out, edge: 0, ticks: 0, output_changes: 0, stride: stride.max(1), next_log: 0, repeated: None }
     }
 
     /// Edges done.
@@ -67,7 +69,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.edge
     }
 
-    /// Edges that were ticked, one by one.
+    /// Edges at which the datapath was ticked, or would have been if anybody had looked at its outputs.
     pub fn ticks(&self) -> u64 {
         self.ticks
     }
@@ -106,6 +108,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     #[inline]
     pub fn step<O: Observe>(&mut self, observer: &mut O) {
         let edge = self.edge + 1;
+        self.repeated = None;
         // Until this edge the plant flows as it was driven after the last one.
         log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
         self.world.sense();
@@ -118,6 +121,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
+        if let Some((repeat, edge)) = self.repeated.take()
+            && edge <= end
+            && !observer.follows(outputs(&self.input, &self.out))
+        {
+            return self.pass(&repeat, edge, observer);
+        }
         // Until a pin changes, the first edge that must be ticked is the one after the quiet ones.
         let quiet = self.wiring.quiet(&self.input);
         let due = self.edge.saturating_add(quiet).saturating_add(1);
@@ -138,21 +147,71 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    #[inline]
+    /// Over whole periods of repeated outputs to the edge that begins the next one.
+    fn pass<O: Observe>(&mut self, repeat: &Repeat<E::Out>, edge: u64, observer: &mut O) {
+        let (next_log, stride) = (&mut self.next_log, self.stride);
+        self.world.advance(edge, |world, edge| log(next_log, stride, world, edge - 1, observer));
+        debug_assert_eq!(self.world.edge(), edge);
+        let periods = (edge - self.edge) / repeat.period;
+        self.wiring.skip_periods(periods, &self.input);
+        // Each period ends one pulse, and all but the last begin another.
+        let changes = 2 * periods - 1;
+        (self.ticks, self.output_changes) = (self.ticks + changes, self.output_changes + changes);
+        (self.edge, self.out) = (edge, repeat.others);
+        self.world.place(&mut self.input);
+        self.tick(observer);
+    }
+
+    #[inline(always)]
     fn tick<O: Observe>(&mut self, observer: &mut O) {
         let out = self.wiring.tick(self.input);
         let words = self.wiring.words();
         self.ticks += 1;
-        self.output_changes += u64::from(out != self.out);
+        let changed = out != self.out;
+        self.output_changes += u64::from(changed);
         self.out = out;
         self.world.drive(out, words);
         observer.nets(Cycle(self.edge), words);
+        if changed {
+            self.look_ahead();
+        }
+    }
+
+    /// Asks the wiring whether its outputs repeat, and the world what it makes of that.
+    #[inline(never)]
+    fn look_ahead(&mut self) {
+        if let Some(repeat) = self.wiring.repeats(&self.input) {
+            self.repeated = self.world.foresee(&repeat).map(|edge| (repeat, edge));
+        }
     }
 }
 
+/// The nets that are outputs: they come after the inputs.
+fn outputs(input: &impl Ports<i64>, out: &impl Ports<i64>) -> std::ops::Range<usize> {
+    let (mut inputs, mut outputs) = (0, 0);
+    input.each(|_| inputs += 1);
+    out.each(|_| outputs += 1);
+    inputs..inputs + outputs
+}
+
+/// Looks at everything, and at nothing.
+struct Everything;
+
+impl Observe for Everything {
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
 /// Shows the plant's outputs up to `edge`, which the world must not have left yet.
-#[inline]
+#[inline(always)]
 fn log<O: Observe>(next: &mut u64, stride: u64, world: &impl World, edge: u64, observer: &mut O) {
+    if *next <= edge {
+        show(next, stride, world, edge, observer);
+    }
+}
+
+#[inline(never)]
+fn show<O: Observe>(next: &mut u64, stride: u64, world: &impl World, edge: u64, observer: &mut O) {
     while *next <= edge {
         observer.reals(Cycle(*next), world.reals(*next).as_ref());
         *next += stride;
@@ -207,7 +266,7 @@ where
         while events.world.edge() < edge {
             before.0.clone_from(&events.world);
             before.1.copy_from_slice(events.wiring.words());
-            events.leap(edges, &mut ());
+            events.leap(edges, &mut Everything);
         }
         // Between its events the leaping loop is where it was before the leap, flowed on.
         let words = if events.edge() <= edge { events.wiring.words() } else { &before.1 };

@@ -1,5 +1,6 @@
 //! A scene made ready: a wiring, a world, constant inputs; and what can be done with any such.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
@@ -210,6 +211,9 @@ pub trait Rig {
 struct Both<'a, O>(&'a mut Trace, &'a mut O);
 
 impl<O: Observe> Observe for Both<'_, O> {
+    fn follows(&self, nets: Range<usize>) -> bool {
+        self.0.follows(nets.clone()) || self.1.follows(nets)
+    }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);

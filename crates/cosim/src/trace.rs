@@ -1,6 +1,8 @@
 //! What a run leaves behind for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at the
 //! same instants.
 
+use std::ops::Range;
+
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Recorded rows at a fixed interval, each of the plant's outputs and of selected nets.
@@ -113,6 +115,10 @@ impl<const N: usize> Lines<N> {
 }
 
 impl Observe for Trace {
+    fn follows(&self, nets: Range<usize>) -> bool {
+        self.picks.iter().any(|pick| nets.contains(pick))
+    }
+
     #[inline]
     fn nets(&mut self, _: Cycle, words: &[i64]) {
         for (now, &pick) in self.now.iter_mut().zip(&self.picks) {

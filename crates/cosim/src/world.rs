@@ -3,6 +3,7 @@
 //! Datapath and plant meet here through two small things: the words that an edge samples (an encoder's pins, a host's
 //! commands), and the outputs that hold from that edge to the next.
 
+use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
 
 use crate::summary::EnergyAudit;
@@ -32,6 +33,11 @@ pub trait World: Clone {
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
     /// The outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
+    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on over whole
+    /// periods by itself, and changes no input in them, says up to which edge; it does so for whoever drives it.
+    fn foresee(&mut self, _: &Repeat<Self::Out>) -> Option<u64> {
+        None
+    }
     /// The continuous outputs at an edge which the world has not left yet; zeros for a recording.
     fn reals(&self, edge: u64) -> Self::Row;
     /// Where the energy has gone until the present edge.

@@ -6,7 +6,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Wiring, command_limiter, displacement, flatten,
+    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter, displacement, flatten,
     position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
@@ -82,6 +82,32 @@ impl<const HELD: bool> HapticLoop<HELD> {
             limiter: command_limiter::In { value: now[net.torque] },
             modulator: pwm::In { command: now[net.command] },
         }
+    }
+
+    /// For how many edges all blocks but the modulator are quiet.
+    #[inline]
+    fn still(&self, seen: &Seen) -> u64 {
+        let blocks = &self.blocks;
+        let hold = if HELD { blocks.hold.quiet(&seen.hold) } else { u64::MAX };
+        hold.min(blocks.sync.quiet(&seen.sync))
+            .min(blocks.decoder.quiet(&seen.decoder))
+            .min(blocks.counter.quiet(&seen.counter))
+            .min(blocks.velocity_reg.quiet(&seen.velocity_reg))
+            .min(blocks.limiter.quiet(&seen.limiter))
+    }
+
+    /// That many edges of all but the modulator.
+    #[inline]
+    fn skip_still(&mut self, edges: u64, seen: &Seen) {
+        let blocks = &mut self.blocks;
+        blocks.sync.skip(edges, &seen.sync);
+        blocks.decoder.skip(edges, &seen.decoder);
+        blocks.counter.skip(edges, &seen.counter);
+        if HELD {
+            blocks.hold.skip(edges, &seen.hold);
+        }
+        blocks.velocity_reg.skip(edges, &seen.velocity_reg);
+        blocks.limiter.skip(edges, &seen.limiter);
     }
 
     /// Lets the combinational nets settle with these inputs and the registers as they stand.
@@ -213,30 +239,16 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         if self.settled != Some(*input) {
             return 0;
         }
-        let (blocks, seen) = (&self.blocks, self.seen(input));
-        let hold = if HELD { blocks.hold.quiet(&seen.hold) } else { u64::MAX };
-        hold.min(blocks.sync.quiet(&seen.sync))
-            .min(blocks.decoder.quiet(&seen.decoder))
-            .min(blocks.counter.quiet(&seen.counter))
-            .min(blocks.velocity_reg.quiet(&seen.velocity_reg))
-            .min(blocks.limiter.quiet(&seen.limiter))
-            .min(blocks.modulator.quiet(&seen.modulator))
+        let seen = self.seen(input);
+        self.still(&seen).min(self.blocks.modulator.quiet(&seen.modulator))
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &LoopIn<i64>) {
         debug_assert!(edges <= self.quiet(input));
         let seen = self.seen(input);
-        let blocks = &mut self.blocks;
-        blocks.sync.skip(edges, &seen.sync);
-        blocks.decoder.skip(edges, &seen.decoder);
-        blocks.counter.skip(edges, &seen.counter);
-        if HELD {
-            blocks.hold.skip(edges, &seen.hold);
-        }
-        blocks.velocity_reg.skip(edges, &seen.velocity_reg);
-        blocks.limiter.skip(edges, &seen.limiter);
-        blocks.modulator.skip(edges, &seen.modulator);
+        self.skip_still(edges, &seen);
+        self.blocks.modulator.skip(edges, &seen.modulator);
         self.standing = self.standing.saturating_add(edges);
     }
 }
@@ -263,6 +275,28 @@ impl<const HELD: bool> Wiring for HapticLoop<HELD> {
 
     fn rest_modulator(&mut self) {
         self.blocks.modulator.rest();
+    }
+
+    #[inline]
+    fn repeats(&self, input: &LoopIn<i64>) -> Option<Repeat<LoopOut<i64>>> {
+        let seen = self.seen(input);
+        let Repeat { period, first, others, .. } = self.blocks.modulator.repeats(&seen.modulator)?;
+        let pwm::Out { a_high, a_low, b_high, b_low } = others;
+        let edges = if self.settled == Some(*input) { self.still(&seen) } else { 0 };
+        Some(Repeat { period, first, others: LoopOut { a_high, a_low, b_high, b_low }, edges })
+    }
+
+    #[inline]
+    fn skip_periods(&mut self, periods: u64, input: &LoopIn<i64>) {
+        let seen = self.seen(input);
+        let edges = periods * self.blocks.modulator.period() - 1;
+        self.skip_still(edges, &seen);
+        let pwm::Out { a_high, a_low, b_high, b_low } = self.blocks.modulator.skip_periods();
+        let gates = [a_high, a_low, b_high, b_low];
+        let first = Self::NETS.gates;
+        self.words[first..first + GATES].copy_from_slice(&gates);
+        self.meter.range_from(first, &gates);
+        self.standing = self.standing.saturating_add(edges);
     }
 
     fn uses(&self) -> Vec<SignalUse> {

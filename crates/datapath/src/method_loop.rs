@@ -15,7 +15,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_nets::instance;
 use crate::{
     AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, LoopIn,
-    LoopOut, Pwm, PwmConfig, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm, saturator,
+    LoopOut, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm, saturator,
 };
 
 /// What a method loop has beside its law.
@@ -118,6 +118,22 @@ impl<L: Law> MethodLoop<L> {
     #[inline]
     fn at_modulator(&self) -> pwm::In<i64> {
         pwm::In { command: self.words[COMMAND] }
+    }
+
+    /// For how many edges all blocks but the modulator are quiet.
+    #[inline]
+    fn still(&self, input: &LoopIn<i64>) -> u64 {
+        let (front, law, shaper) = (Self::at_front(input), self.at_law(input), self.at_shaper(input));
+        self.front.quiet(&front).min(self.law.quiet(&law)).min(self.shaper.quiet(&shaper))
+    }
+
+    /// That many edges of all but the modulator.
+    #[inline]
+    fn skip_still(&mut self, edges: u64, input: &LoopIn<i64>) {
+        let (law, shaper) = (self.at_law(input), self.at_shaper(input));
+        self.front.skip(edges, &Self::at_front(input));
+        self.law.skip(edges, &law);
+        self.shaper.skip(edges, &shaper);
     }
 
     /// Lets the combinational nets settle with these inputs and the registers as they stand.
@@ -236,20 +252,14 @@ impl<L: Law> Block for MethodLoop<L> {
         if self.settled != Some(*input) {
             return 0;
         }
-        self.modulator
-            .quiet(&self.at_modulator())
-            .min(self.front.quiet(&Self::at_front(input)))
-            .min(self.law.quiet(&self.at_law(input)))
-            .min(self.shaper.quiet(&self.at_shaper(input)))
+        self.modulator.quiet(&self.at_modulator()).min(self.still(input))
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &LoopIn<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        let (law, shaper, modulator) = (self.at_law(input), self.at_shaper(input), self.at_modulator());
-        self.front.skip(edges, &Self::at_front(input));
-        self.law.skip(edges, &law);
-        self.shaper.skip(edges, &shaper);
+        self.skip_still(edges, input);
+        let modulator = self.at_modulator();
         self.modulator.skip(edges, &modulator);
         self.standing = self.standing.saturating_add(edges);
     }
@@ -294,6 +304,24 @@ impl<L: Law> Wiring for MethodLoop<L> {
 
     fn rest_modulator(&mut self) {
         self.modulator.rest();
+    }
+
+    #[inline]
+    fn repeats(&self, input: &LoopIn<i64>) -> Option<Repeat<LoopOut<i64>>> {
+        let Repeat { period, first, others, .. } = self.modulator.repeats(&self.at_modulator())?;
+        let pwm::Out { a_high, a_low, b_high, b_low } = others;
+        let edges = if self.settled == Some(*input) { self.still(input) } else { 0 };
+        Some(Repeat { period, first, others: LoopOut { a_high, a_low, b_high, b_low }, edges })
+    }
+
+    #[inline]
+    fn skip_periods(&mut self, periods: u64, input: &LoopIn<i64>) {
+        let edges = periods * self.modulator.period() - 1;
+        self.skip_still(edges, input);
+        let pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.skip_periods();
+        self.words[GATES..POSITION].copy_from_slice(&[a_high, a_low, b_high, b_low]);
+        self.meter.range(&self.words);
+        self.standing = self.standing.saturating_add(edges);
     }
 
     fn uses(&self) -> Vec<SignalUse> {

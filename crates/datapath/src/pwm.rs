@@ -18,7 +18,7 @@
 use hpu_signal::{Format, Signal};
 
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::{Block, ConfigError, Generic, Repeat};
 
 hpu_signal::ports! {
     /// Inputs of the modulator.
@@ -175,9 +175,38 @@ impl Pwm {
         }
     }
 
+    /// Edges of a period.
+    #[inline]
+    pub(crate) fn period(&self) -> u64 {
+        self.period
+    }
+
+    /// How the gates repeat from the edge just ticked on while this command stays: a period has just begun with its pulse.
+    /// Other nets are somebody else's.
+    #[inline]
+    pub(crate) fn repeats(&self, input: &In<i64>) -> Option<Repeat<Out<i64>>> {
+        let Self { period, pulse: Pulse { duty, .. }, .. } = *self;
+        let is_plain = self.config.latched && self.dead_time == 0 && !self.resting;
+        let repeats = is_plain && self.phase == 1 && (1..period).contains(&duty) && input.command == self.held;
+        let others = || Self::shown(&self.off.map(|state| Leg { state, wait: 0 }));
+        repeats.then(|| Repeat { period, first: duty, others: others(), edges: u64::MAX })
+    }
+
+    /// From the beginning of a pulse that repeats to the last edge of a period; the gates then.
+    #[inline]
+    pub(crate) fn skip_periods(&mut self) -> Out<i64> {
+        self.phase = 0;
+        self.legs = self.off.map(|state| Leg { state, wait: 0 });
+        self.gates()
+    }
+
     #[inline]
     fn gates(&self) -> Out<i64> {
-        let [a, b] = &self.legs;
+        Self::shown(&self.legs)
+    }
+
+    #[inline]
+    fn shown([a, b]: &[Leg; 2]) -> Out<i64> {
         Out {
             a_high: a.gate(State::High),
             a_low: a.gate(State::Low),

@@ -34,6 +34,22 @@ pub struct Instance {
     pub tied: Vec<(&'static str, i64)>,
 }
 
+/// Outputs that repeat while all else stands still: a modulator's.
+///
+/// Those of the edge just ticked, which begin a period, stay for `first` edges; then come `others` to the end of it; and so on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Repeat<O> {
+    /// Edges of a period.
+    pub period: u64,
+    /// Edges of its first outputs, from 1 to one less than the period's.
+    pub first: u64,
+    /// Its other outputs.
+    pub others: O,
+    /// For how many further edges all other nets certainly stay as they are. The outputs repeat for one more: what they make
+    /// of another net comes an edge later.
+    pub edges: u64,
+}
+
 /// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
 ///
 /// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs, its
@@ -59,6 +75,15 @@ pub trait Wiring: Block {
     /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. For a world that
     /// the gates do not drive (an averaged bridge, an amplifier).
     fn rest_modulator(&mut self) {}
+    /// How the outputs repeat from the edge just ticked on, while this input stays, if they do.
+    fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
+        None
+    }
+    /// The edges up to the last one of so many periods, at least one, as [`repeats`](Wiring::repeats) tells: what ticks would
+    /// leave, in constant time. The next edge begins a period. There must be no more edges than it says.
+    fn skip_periods(&mut self, _periods: u64, _input: &Self::In<i64>) {
+        unreachable!("nothing repeats")
+    }
     /// Range and lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
 }

@@ -22,6 +22,7 @@ use crate::double::Double;
 use crate::guard::Guard;
 use crate::linear::Linear;
 use crate::matrix::{CURRENT, Matrix, SPEED};
+use crate::period::Period;
 
 /// A brushed DC motor with all that turns with it.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -145,6 +146,8 @@ pub(crate) struct Mode {
     pub angle: Guard,
     /// Torque on a stuck shaft without the constant part: `K i + k_h (θ_h - θ)`.
     pub net: Guard,
+    /// Of the modulator that drives it, once it has cruised.
+    pub period: OnceLock<Option<Period>>,
 }
 
 /// The laws of an axis on a clock: immutable, its modes tabulated when first entered.
@@ -294,6 +297,6 @@ impl Axis {
         };
         let (current, speed, angle) = (pick(CURRENT), pick(SPEED), pick(2));
         let net = Guard::new(net, &system);
-        Mode { system, current, speed, angle, net }
+        Mode { system, current, speed, angle, net, period: OnceLock::new() }
     }
 }

@@ -7,6 +7,7 @@
 use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
+use crate::cruise::Cruise;
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::guard::{Band, Guard, Limits, Point, Side, Watch, dyadic};
@@ -15,6 +16,9 @@ use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::modes::Check;
 use crate::{Axis, Bridge, Circuit, Gates};
+
+/// What comes next is looked for so many edges ahead at least.
+const NEAR: u64 = 64;
 
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
@@ -52,10 +56,16 @@ pub struct Device<'a> {
     pub(crate) initial_j: f64,
     pub(crate) mode_changes: u64,
     pub(crate) prefix: (u64, (State, State)),
+    /// Whole periods of repeated gates that it goes on by; the motion is then the smooth one.
+    pub(crate) cruise: Option<Cruise<'a>>,
+    /// Up to which edge is known what comes next while the angle is in that band, and what.
+    pub(crate) ahead: (u64, (f64, f64), Option<Event>),
+    /// The edge at which the smooth motion last looked at leaves its limits.
+    pub(crate) leaves: u64,
     /// Errors of the angle and of the checked functions, good for less than so many edges after the anchor.
     pub(crate) heard: u64,
     noise: [f64; 3],
-    redecided: u64,
+    pub(crate) redecided: u64,
     /// What the check of the shaft stays within.
     pub(crate) held: Limits,
 }
@@ -94,6 +104,9 @@ impl<'a> Device<'a> {
             initial_j: stored_j(motor.inductance_h, motor.inertia_kg_m2, &x),
             mode_changes: 0,
             prefix: (u64::MAX, (x, x)),
+            cruise: None,
+            ahead: (0, (0.0, 0.0), None),
+            leaves: 0,
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
@@ -108,13 +121,21 @@ impl<'a> Device<'a> {
     #[inline]
     #[must_use]
     pub fn state(&self, edge: u64) -> State {
-        self.motion.at(edge - self.anchor)
+        let edges = edge - self.anchor;
+        match &self.cruise {
+            None => self.motion.at(edges),
+            Some(cruise) => cruise.at(&self.motion, edges),
+        }
     }
 
     /// The same for edges asked in rising order, one by one: remembers what neighbours share.
     #[inline(always)]
     pub fn state_next(&mut self, edge: u64) -> State {
-        self.motion.at_next(edge - self.anchor, &mut self.prefix)
+        let edges = edge - self.anchor;
+        match &mut self.cruise {
+            None => self.motion.at_next(edges, &mut self.prefix),
+            Some(cruise) => cruise.at_next(&self.motion, edges, &mut self.prefix),
+        }
     }
 
     /// The outputs named by [`REALS`] at an edge.
@@ -186,7 +207,11 @@ impl<'a> Device<'a> {
     /// As the function of that drive does.
     #[inline(always)]
     pub fn driven(&mut self, edge: u64, drive: Drive) {
-        if self.drive != drive {
+        let is_as_it_was = match &self.cruise {
+            None => self.drive == drive,
+            Some(cruise) => self.foresees(cruise, edge, drive),
+        };
+        if !is_as_it_was {
             self.set(edge, drive);
         }
     }
@@ -287,6 +312,10 @@ impl<'a> Device<'a> {
     /// Whether an angle is within a band by more than its `f64` value can err.
     #[inline(always)]
     pub fn is_surely_within(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> bool {
+        if self.cruise.is_some() {
+            // Its limits are narrower by far more than this.
+            return angle_rad > low_rad && angle_rad < high_rad;
+        }
         self.hear(edge - self.anchor);
         angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]
     }
@@ -294,6 +323,9 @@ impl<'a> Device<'a> {
     /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its `f64` value
     /// is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
     pub fn side_of_band(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
+        if self.cruise.is_some() {
+            return i8::from(angle_rad >= high_rad) - i8::from(angle_rad < low_rad);
+        }
         let edges = edge - self.anchor;
         self.hear(edges);
         let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
@@ -307,21 +339,35 @@ impl<'a> Device<'a> {
 
     versions! {
         /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
-        /// happened at `from`.
+        /// happened at `from`; or the one at which whole periods of repeated gates are over.
         #[must_use]
         pub fn next_event[next_event_fused, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
 
     #[inline(always)]
-    fn next_event_with<P: Product>(&mut self, from: u64, to: u64, (low_rad, high_rad): (f64, f64)) -> Option<Event> {
-        let (first, last) = (from - self.anchor, to - self.anchor);
-        self.hear(last);
-        let encoder = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
-        let a = Point::of(&self.motion, first);
-        if last == first || self.stays(&encoder, &a, last - first) {
+    fn next_event_with<P: Product>(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
+        let (known, known_rad, event) = self.ahead;
+        if to <= known && band_rad == known_rad && event.is_none_or(|event| event.0 > from) {
+            return event.filter(|event| event.0 <= to);
+        }
+        if let Some(end) = self.cruise_end() {
+            return (to >= end).then(|| (end, self.motion.at(end - self.anchor)));
+        }
+        if to == from {
             return None;
         }
-        self.search(&encoder, a, last)
+        // A short look costs as much as a longer one, and others like it follow: edges come through the datapath one by one.
+        let (first, mut last) = (from - self.anchor, to - self.anchor);
+        let further = first + NEAR;
+        if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
+            last = further;
+        }
+        self.hear(last);
+        let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
+        let a = Point::of(&self.motion, first);
+        let event = if self.stays(&encoder, &a, last - first) { None } else { self.search(&encoder, a, last) };
+        self.ahead = (self.anchor + last, band_rad, event);
+        event.filter(|event| event.0 <= to)
     }
 
     /// Whether the angle stays in a band, and the mode, for so many edges after a point, as far as a quick look can tell.
@@ -370,13 +416,19 @@ impl<'a> Device<'a> {
     /// Comes to the next edge after the last one asked: changes the mode if it has ended.
     #[inline(always)]
     pub fn step(&mut self, edge: u64) -> State {
-        let x = self.state_next(edge);
+        if self.cruise.is_some() {
+            return self.state_next(edge);
+        }
+        let x = self.motion.at_next(edge - self.anchor, &mut self.prefix);
         self.arrive((edge, x))
     }
 
     /// Comes to the edge of an event: changes the mode if it is one that has ended.
     #[inline(always)]
     pub fn arrive(&mut self, (edge, x): Event) -> State {
+        if self.cruise.is_some() {
+            return x;
+        }
         let edges = edge - self.anchor;
         self.hear(edges);
         for (check, noise) in self.checks.iter().zip(&self.noise[1..]) {
@@ -400,6 +452,9 @@ impl<'a> Device<'a> {
     fn tallied_with<P: Product>(&self, edge: u64) -> (Energy, Doubles) {
         let mut energy = self.energy;
         let edges = edge - self.anchor;
+        if let Some(cruise) = &self.cruise {
+            return cruise.tallied::<P>(self, edges);
+        }
         let (done, x) = self.motion.integrals::<P>(edges);
         let length_s = edges as f64 * self.motion.system().edge_s();
         energy.add(&self.powers, length_s, &self.motion.x, &x, &done);
@@ -409,6 +464,9 @@ impl<'a> Device<'a> {
     /// Accounts for the energy until `edge` and returns the state there.
     #[inline(always)]
     pub(crate) fn account<P: Product>(&mut self, edge: u64) -> Doubles {
+        if let Some(cruise) = self.cruise.take() {
+            return self.leave::<P>(&cruise, edge);
+        }
         let edges = edge - self.anchor;
         let (done, x) = self.motion.integrals::<P>(edges);
         let length_s = edges as f64 * self.motion.system().edge_s();

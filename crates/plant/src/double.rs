@@ -261,6 +261,12 @@ impl Doubles {
         sum
     }
 
+    /// Each with the other sign.
+    #[inline(always)]
+    pub fn negated(&self) -> Self {
+        Self { hi: self.hi.map(|x| -x), lo: self.lo.map(|x| -x) }
+    }
+
     /// The differences, rounded.
     #[inline(always)]
     pub fn since(&self, before: &Self) -> State {

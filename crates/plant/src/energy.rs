@@ -66,9 +66,25 @@ impl Energy {
         after: &State,
         done: &Integrals,
     ) {
+        let source_j = powers.source_v * done.states[CURRENT] + powers.source_nm * turned;
+        self.spent(powers, source_j, length_s, turned, before, after, done);
+    }
+
+    /// The same where the source's work is known.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
+    pub(crate) fn spent(
+        &mut self,
+        powers: &Powers,
+        source_j: f64,
+        length_s: f64,
+        turned: f64,
+        before: &State,
+        after: &State,
+        done: &Integrals,
+    ) {
         let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
         let speed_squared = done.squares[SPEED];
-        let source = powers.source_v * charge + powers.source_nm * turned;
         let copper = powers.resistance_ohm * current_squared;
         let diodes = powers.diode_v * charge.abs();
         let viscous = powers.viscous_nm_s_per_rad * speed_squared;
@@ -87,7 +103,7 @@ impl Energy {
             // Constant speed: the hand bears friction and the motor's torque.
             hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * charge;
         }
-        self.take([source, hand, copper, diodes, viscous, coulomb]);
+        self.take([source_j, hand, copper, diodes, viscous, coulomb]);
     }
 
     #[inline(always)]

@@ -97,6 +97,12 @@ impl Limits {
         }
     }
 
+    /// The same moved inward, where they are finite.
+    pub fn narrowed(&self, margin: f64) -> Self {
+        let moved = |limit: Double, by: f64| if limit.hi.is_finite() { limit + by.into() } else { limit };
+        Self { low: moved(self.low, margin), high: moved(self.high, -margin), ..*self }
+    }
+
     /// Sizes of the finite limits: what their rounding scales with.
     #[inline(always)]
     fn size(&self) -> f64 {
@@ -279,6 +285,11 @@ impl Guard {
         self.value(w)
     }
 
+    /// A bound of the second derivative over 2^`dyadic` edges from where the state's slope is `w`.
+    pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
+        dot(&self.bounds[dyadic].second, &sizes(w))
+    }
+
     /// Whether the function stays inside for so many edges after a point inside, by its slope there and the greatest second
     /// derivative; always so if nothing moves it.
     #[inline(always)]
@@ -311,7 +322,10 @@ impl Guard {
 
     #[inline(always)]
     fn exit_with<P: Product>(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point> {
-        if to.edge == from.edge || self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
+        if to.edge - from.edge > 1 && self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
+            return None;
+        }
+        if to.edge == from.edge {
             return None;
         }
         let side = self.side(watch, to.edge, self.value(&to.x));

@@ -151,6 +151,65 @@ impl Linear {
         dyadic / BITS as usize + 1
     }
 
+    /// State and slope after so many times 128 edges.
+    #[inline(always)]
+    fn prefix(&self, mut x: State, mut w: State, block: u64) -> (State, State) {
+        if block != 0 {
+            let mut level = block.ilog2() / BITS + 1;
+            loop {
+                let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
+                if digit != 0 {
+                    let Digit { p, turn } = &self.level(level).digits[digit];
+                    (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
+                }
+                level -= 1;
+                if level == 0 {
+                    break;
+                }
+            }
+        }
+        (x, w)
+    }
+
+    /// The state up to 127 edges after a [`prefix`](Self::prefix).
+    #[inline(always)]
+    fn within(&self, prefix: &(State, State), digit: u64) -> State {
+        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.level(0).high[digit as usize].times(&prefix.1)) }
+    }
+
+    /// State and slope so many edges after these, as seen through `f64`.
+    #[inline(always)]
+    pub(crate) fn after(&self, x: State, w: State, edges: u64) -> (State, State) {
+        let (x, w) = self.prefix(x, w, edges >> BITS);
+        let digit = (edges & MASK) as usize;
+        if digit == 0 {
+            return (x, w);
+        }
+        let Digit { p, turn } = &self.level(0).digits[digit];
+        (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
+    }
+
+    /// The state alone.
+    #[inline(always)]
+    pub(crate) fn state_after(&self, x: State, w: State, edges: u64) -> State {
+        self.within(&self.prefix(x, w, edges >> BITS), edges & MASK)
+    }
+
+    /// The integrals over so many edges from state `x` with slope `w`, and both after them, in `f64`.
+    #[inline(always)]
+    pub(crate) fn glide(&self, x: &State, w: &State, edges: u64) -> (Integrals, State, State) {
+        let (mut x, mut w, mut total) = (*x, *w, Integrals::default());
+        for level in (0..=edges.max(1).ilog2() / BITS).rev() {
+            let digit = (edges >> (level * BITS) & MASK) as usize;
+            if digit != 0 {
+                self.quadratures(level)[digit].add(&x, &w, &mut total);
+                let Digit { p, turn } = &self.level(level).digits[digit];
+                (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
+            }
+        }
+        (total, x, w)
+    }
+
     #[inline(always)]
     fn level(&self, level: u32) -> &Level {
         match self.levels[level as usize].get() {
@@ -314,29 +373,14 @@ impl<'a> Trajectory<'a> {
     #[inline(always)]
     #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
-        let (mut x, mut w) = (self.x.hi, self.w.hi);
-        if block != 0 {
-            let mut level = block.ilog2() / BITS + 1;
-            loop {
-                let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
-                if digit != 0 {
-                    let Digit { p, turn } = &self.system.level(level).digits[digit];
-                    (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
-                }
-                level -= 1;
-                if level == 0 {
-                    break;
-                }
-            }
-        }
-        (x, w)
+        self.system.prefix(self.x.hi, self.w.hi, block)
     }
 
     /// The state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.system.level(0).high[digit as usize].times(&prefix.1)) }
+        self.system.within(prefix, digit)
     }
 
     versions! {
@@ -358,13 +402,7 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
-        let (x, w) = self.prefix(edges >> BITS);
-        let digit = (edges & MASK) as usize;
-        if digit == 0 {
-            return (x, w);
-        }
-        let Digit { p, turn } = &self.system.level(0).digits[digit];
-        (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
+        self.system.after(self.x.hi, self.w.hi, edges)
     }
 
     /// The same for edges asked one after the other: keeps in `cache` what neighbours share.

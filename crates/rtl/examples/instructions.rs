@@ -21,7 +21,7 @@ fn counted(work: &mut dyn FnMut()) {
 /// A run: its name, what it is for, and itself.
 type Case = (&'static str, &'static str, fn());
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 12] = [
     ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
         run("hybrid-wall", &[], Driver::Events);
     }),
@@ -30,6 +30,9 @@ const CASES: [Case; 11] = [
     }),
     ("contact", "half a second with the hand in the wall, averaged bridge", || {
         run("hybrid-wall", &[CONTACT, ("model.bridge", "averaged"), ("run.duration", "500 ms")], Driver::Events);
+    }),
+    ("leaning", "hybrid-wall for ten seconds, averaged bridge: 5 * 10^8 edges", || {
+        run("hybrid-wall", &[("model.bridge", "averaged"), ("run.duration", "10 s")], Driver::Events);
     }),
     ("friction", "half a second of friction-wall in contact: stick and slip", || {
         run("friction-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);

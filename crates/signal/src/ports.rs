@@ -1,5 +1,7 @@
 //! Signals, and bundles of them.
 
+use std::ops::Range;
+
 use crate::{Cycle, Format};
 
 /// A signal as its block describes it: everything that waveforms, vector files, packages and port tables need to know.
@@ -87,10 +89,18 @@ pub trait Observe {
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
     /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
+    /// Whether it looks at any of these nets. If not, a run may pass over edges at which no others change.
+    fn follows(&self, _nets: Range<usize>) -> bool {
+        true
+    }
 }
 
 /// Nobody watches.
 impl Observe for () {
+    #[inline]
+    fn follows(&self, _: Range<usize>) -> bool {
+        false
+    }
     #[inline]
     fn nets(&mut self, _: Cycle, _: &[i64]) {}
     #[inline]

@@ -1,0 +1,304 @@
+//! Whole periods of a modulator, leapt.
+//!
+//! While gates repeat one pulse of `d` edges every `T`, through circuits of the same matrix, the motion is `x' = A x + f(t)` with
+//! a periodic `f`: `f_on` first, then `f_on - Δ e`, where `e` is the current's unit. Over a period it comes to
+//! `x(T) = e^{AT} x₀ + P(T) f_on - Δ P(T - d) e`. The *smooth* motion `y' = A y + f_on - Δ c` with `c = P(T)⁻¹ P(T - d) e`, begun
+//! in the same state, does the same: `y(kT) = x(kT)` for every whole `k`. What the two differ by in between, the *ripple*
+//! `δ = x - y`, is the same in every period and does not depend on the state: its slope begins with `Δ c`, and falls by `Δ e`
+//! when the pulse ends.
+//!
+//! So any number of periods is one leap of `y`. No count of the encoder and no end of a mode lies in them while `y` keeps to
+//! limits that are narrower by a bound of the ripple; the search is the one that finds events.
+//!
+//! # Energy
+//!
+//! Let `x̄` and `w̄` be the means of `y` and of its slope where periods begin. `w̄ = P(T)⁻¹ (y(nT) - y(0)) / n`, as
+//! `y((k+1)T) - y(kT) = P(T) w(kT)`, and `x̄` follows from `∫ y`. Integrals of states are linear: over `n` periods they are `n`
+//! times those of one period from `x̄` and `w̄`, phase by phase. Those of squares are `n` times those of that period, and what
+//! `∫ y²` has over `n` such smooth periods: `y` and ripple meet in terms that are linear in either.
+
+use std::array::from_fn;
+
+use crate::axis::Shaft;
+use crate::device::{Device, Drive};
+use crate::double::{Doubles, Product, versions};
+use crate::energy::{Energy, Powers};
+use crate::guard::{Guard, dyadic};
+use crate::leap::Integrals;
+use crate::linear::{Linear, Trajectory};
+use crate::matrix::{ANGLE, CURRENT, State, plus};
+use crate::period::Period;
+use crate::{Circuit, Gates};
+
+/// Gates that repeat: a pulse, then a pause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pulses {
+    /// Edges of a period.
+    pub period: u64,
+    /// Edges of the pulse, from 1 to one less than the period's.
+    pub duty: u64,
+    /// The gates of the pause.
+    pub pause: Gates,
+}
+
+/// Fewer periods than this are not worth a leap.
+const LEAST: u64 = 2;
+/// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth one.
+#[derive(Clone)]
+pub(crate) struct Cruise<'a> {
+    period: &'a Period,
+    duty: u64,
+    /// The edge at which the last period is over.
+    end: u64,
+    /// Input and source of pulse and pause.
+    inputs: [Doubles; 2],
+    source_v: [f64; 2],
+    pause: (Drive, Circuit),
+    /// The slope of the ripple at its beginning, and by how much the current's falls when the pulse ends.
+    rise: State,
+    fall: f64,
+    /// The phase last asked for edge by edge: its first edge, that of the next one, its motion.
+    phase: (u64, u64, Trajectory<'a>),
+}
+
+impl<'a> Cruise<'a> {
+    /// A motion of this system seen through `f64`.
+    fn seen(system: &'a Linear, x: &State, w: &State) -> Trajectory<'a> {
+        Trajectory { system, x: (*x).into(), f: Doubles::ZERO, w: (*w).into() }
+    }
+
+    /// The phase that so many edges after the anchor lie in: its first edge, that of the next one, state and slope there.
+    #[inline(always)]
+    fn phase(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, State, State) {
+        let begun = edges - edges % self.period.edges;
+        let ended = begun + self.duty;
+        let (x, w) = smooth.system.after(smooth.x.hi, smooth.w.hi, begun);
+        let w = plus(&w, &self.rise);
+        if edges < ended {
+            return (begun, ended, x, w);
+        }
+        let (x, mut w) = smooth.system.after(x, w, self.duty);
+        w[CURRENT] -= self.fall;
+        (ended, begun + self.period.edges, x, w)
+    }
+
+    versions! {
+        /// The state so many edges after the anchor.
+        pub(crate) fn at[at_fused, at_with](self: &Self, smooth: &Trajectory<'a>, edges: u64) -> State
+    }
+
+    #[inline(always)]
+    fn at_with<P: Product>(&self, smooth: &Trajectory<'a>, edges: u64) -> State {
+        let (begun, _, x, w) = self.phase(smooth, edges);
+        smooth.system.state_after(x, w, edges - begun)
+    }
+
+    versions! {
+        fn turn[turn_fused, turn_with](self: &mut Self, smooth: &Trajectory<'a>, edges: u64)
+    }
+
+    #[inline(always)]
+    fn turn_with<P: Product>(&mut self, smooth: &Trajectory<'a>, edges: u64) {
+        let (begun, ended, x, w) = self.phase(smooth, edges);
+        self.phase = (begun, ended, Self::seen(smooth.system, &x, &w));
+    }
+
+    /// The same for edges asked one after the other.
+    #[inline(always)]
+    pub(crate) fn at_next(&mut self, smooth: &Trajectory<'a>, edges: u64, cache: &mut (u64, (State, State))) -> State {
+        if !(self.phase.0..self.phase.1).contains(&edges) {
+            self.turn(smooth, edges);
+            cache.0 = u64::MAX;
+        }
+        self.phase.2.at_next(edges - self.phase.0, cache)
+    }
+
+    /// Bounds of what functions of the ripple come to: where they are in the middle and at the end of either phase, and how far
+    /// they can bulge in between.
+    fn ripple(&self, system: &'a Linear, guards: [&Guard; 3]) -> [f64; 3] {
+        let mut most = [0.0; 3];
+        let mut bulge = [0.0; 3];
+        let (mut x, mut w) = ([0.0; 4], self.rise);
+        for edges in [self.duty, self.period.edges - self.duty] {
+            let phase = Self::seen(system, &x, &w);
+            let step = edges.div_ceil(2);
+            let step_s = step as f64 * system.edge_s();
+            for (guard, bulge) in guards.iter().zip(&mut bulge) {
+                *bulge = f64::max(*bulge, 0.125 * step_s * step_s * guard.bend(dyadic(edges), &w));
+            }
+            let middle = phase.at(step);
+            (x, w) = phase.at_with_slope(edges);
+            for (guard, most) in guards.iter().zip(&mut most) {
+                *most = f64::max(*most, guard.value(&middle).abs().max(guard.value(&x).abs()));
+            }
+            w[CURRENT] -= self.fall;
+        }
+        // What rounding adds is far below a hundredth of the bulge.
+        from_fn(|k| 1.01 * (most[k] + bulge[k]))
+    }
+
+    /// What the gates do so many edges after the anchor, whose own are those of the pulse.
+    fn is_pulse(&self, edges: u64) -> bool {
+        edges % self.period.edges < self.duty
+    }
+
+    /// Accounts for so many periods of a device; the state after them.
+    #[inline(always)]
+    fn pass<P: Product>(&self, device: &Device, periods: u64, energy: &mut Energy) -> Doubles {
+        let (motion, system, duty) = (&device.motion, device.motion.system, self.duty);
+        let (n, edges) = (periods as f64, self.period.edges);
+        let period_s = edges as f64 * system.edge_s();
+        let (smooth, end) = motion.integrals::<P>(periods * edges);
+        let change = end.since(&motion.x);
+        let w = self.period.inverse.hi.times(&change).map(|sum| sum / n);
+        let (path, ..) = system.glide(&[0.0; 4], &w, edges);
+        let x: State = from_fn(|k| (smooth.states[k] / n - path.states[k]) / period_s);
+
+        let (pulse, middle, mut falling) = system.glide(&x, &plus(&w, &self.rise), duty);
+        falling[CURRENT] -= self.fall;
+        let (pause, ..) = system.glide(&middle, &falling, edges - duty);
+        let done = Integrals {
+            states: from_fn(|k| n * (pulse.states[k] + pause.states[k])),
+            squares: from_fn(|k| {
+                let even = x[k] * (x[k] * period_s + 2.0 * path.states[k]) + path.squares[k];
+                smooth.squares[k] + n * (pulse.squares[k] + pause.squares[k] - even)
+            }),
+        };
+        let source_j = n * (self.source_v[0] * pulse.states[CURRENT] + self.source_v[1] * pause.states[CURRENT]);
+        energy.spent(&device.powers, source_j, n * period_s, change[ANGLE], &motion.x.hi, &end.hi, &done);
+        end
+    }
+
+    /// The energy that a device has exchanged until so many edges after its anchor, and the state there.
+    #[inline(always)]
+    pub(crate) fn tallied<P: Product>(&self, device: &Device, edges: u64) -> (Energy, Doubles) {
+        let (periods, mut rest) = (edges / self.period.edges, edges % self.period.edges);
+        let (mut energy, mut x, system) = (device.energy, device.motion.x, device.motion.system);
+        if periods > 0 {
+            x = self.pass::<P>(device, periods, &mut energy);
+        }
+        let lengths = [self.duty, u64::MAX];
+        for ((&f, &source_v), most) in self.inputs.iter().zip(&self.source_v).zip(lengths) {
+            let edges = rest.min(most);
+            rest -= edges;
+            if edges == 0 {
+                break;
+            }
+            let (done, end) = Trajectory::exact_with::<P>(system, x, f).integrals::<P>(edges);
+            let powers = Powers { source_v, ..device.powers };
+            energy.add(&powers, edges as f64 * system.edge_s(), &x, &end, &done);
+            x = end;
+        }
+        (energy, x)
+    }
+}
+
+impl<'a> Device<'a> {
+    versions! {
+        /// Whose gates have just been set to begin a pulse, and will repeat it as `pulses` says until the edge `last`, goes on by
+        /// whole periods in which no mode ends and the angle stays in `[low_rad, high_rad)`; until which edge, if there are such.
+        /// Until then it heeds no gates but others than foreseen.
+        pub fn cruise[cruise_fused, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
+    }
+
+    #[inline(always)]
+    fn cruise_with<P: Product>(&mut self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64> {
+        let &Pulses { period, duty, pause } = pulses;
+        // The tables hold for leaps of less than a power of two.
+        let reach = (last - edge).min((1 << (self.motion.system().dyadic() - 1).min(62)) - 1);
+        if reach < LEAST * period || edge < self.leaves || edge != self.anchor {
+            return None;
+        }
+        let x = self.motion.x;
+        let circuit = self.axis.bridge.circuit(pause, x.hi[CURRENT], 0.0);
+        let (
+            Circuit::Closed { direction: 0, switches, .. },
+            Circuit::Closed { direction: 0, switches: others, supply_share, .. },
+        ) = (self.circuit, circuit)
+        else {
+            return None;
+        };
+        let system = &self.mode.system;
+        let known = self.mode.period.get_or_init(|| Period::new(system, period)).as_ref();
+        let known = known.filter(|known| known.edges == period && switches == others)?;
+
+        let pulse = self.motion.f;
+        let volts = self.axis.constants.supply.times::<P>(supply_share);
+        let fall = pulse.lane(CURRENT) - volts;
+        let mut paused = pulse;
+        paused.set(CURRENT, volts);
+        let rise = known.share::<P>(system, duty).scaled::<P>(fall);
+        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&rise.negated()));
+        let cruise = Cruise {
+            period: known,
+            duty,
+            end: edge,
+            inputs: [pulse, paused],
+            source_v: [self.powers.source_v, self.axis.bridge.supply_v * supply_share],
+            pause: (Drive::Gates(pause), circuit),
+            rise: rise.hi,
+            fall: fall.hi,
+            phase: (0, 0, smooth),
+        };
+
+        let before = (self.motion, self.checks, self.redecided);
+        let end = self.narrowed(&cruise, band_rad).and_then(|band_rad| {
+            (self.motion, self.heard, self.ahead.0) = (smooth, 0, 0);
+            let left = self.next_event(edge, edge + reach, band_rad);
+            self.leaves = left.map_or(0, |event| event.0);
+            let periods = left.map_or(reach, |event| event.0 - 1 - edge) / period;
+            (periods >= LEAST).then_some(edge + periods * period)
+        });
+        (self.checks, self.redecided) = (before.1, before.2);
+        (self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);
+        match end {
+            Some(end) => self.cruise = Some(Cruise { end, ..cruise }),
+            None => self.motion = before.0,
+        }
+        end
+    }
+
+    /// Narrows the limits of the checks, and a band of the angle, by what the ripple may come to; if the state is within.
+    fn narrowed(&mut self, cruise: &Cruise<'a>, (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
+        let x = self.motion.x.hi;
+        let angle = &self.mode.angle;
+        let [first, second] = self.checks.map(|check| check.map_or(angle, |check| check.guard));
+        let margins = cruise.ripple(self.motion.system(), [angle, first, second]);
+        for (check, margin) in self.checks.iter_mut().zip(&margins[1..]) {
+            let Some(check) = check else { continue };
+            check.limits = check.limits.narrowed(*margin);
+            let value = check.guard.value(&x);
+            if value <= check.limits.low.hi || value >= check.limits.high.hi {
+                return None;
+            }
+        }
+        let (low_rad, high_rad) = (low_rad + margins[0], high_rad - margins[0]);
+        (self.shaft == Shaft::Stuck || x[ANGLE] > low_rad && x[ANGLE] < high_rad).then_some((low_rad, high_rad))
+    }
+
+    /// Until which edge it goes on by whole periods, if it does.
+    #[inline(always)]
+    pub(crate) fn cruise_end(&self) -> Option<u64> {
+        self.cruise.as_ref().map(|cruise| cruise.end)
+    }
+
+    /// Whether a drive from `edge` on is what a cruise foresees there.
+    pub(crate) fn foresees(&self, cruise: &Cruise<'a>, edge: u64, drive: Drive) -> bool {
+        let foreseen = if cruise.is_pulse(edge - self.anchor) { self.drive } else { cruise.pause.0 };
+        edge < cruise.end && drive == foreseen
+    }
+
+    /// Ends a cruise at an edge, before the gates are set there: the state, all else but the motion as if there had been none.
+    #[inline(always)]
+    pub(crate) fn leave<P: Product>(&mut self, cruise: &Cruise<'a>, edge: u64) -> Doubles {
+        let edges = edge - self.anchor;
+        let (energy, x) = cruise.tallied::<P>(self, edges);
+        self.energy = energy;
+        self.motion.f = cruise.inputs[0];
+        // A pulse drives up to the edge at which the gates say that it is over.
+        if edges == 0 || !cruise.is_pulse(edges - 1) {
+            (self.drive, self.circuit) = cruise.pause;
+        }
+        x
+    }
+}

@@ -1,0 +1,316 @@
+//! Leaps over whole periods of a modulator, against the same gates switched one by one and against steps of an edge.
+
+use hpu_plant::{Axis, Bridge, Device, Drive, Energy, Gates, Hand, Motor, Pulses, Push};
+
+const EDGE_S: f64 = 20e-9;
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+const FORWARD: Gates = Gates { a_high: false, a_low: true, b_high: true, b_low: false };
+const BACKWARD: Gates = Gates { a_high: true, a_low: false, b_high: false, b_low: true };
+const BRAKE: Gates = Gates { a_high: false, a_low: true, b_high: false, b_low: true };
+const ANYWHERE: (f64, f64) = (-1e6, 1e6);
+const PERIOD: u64 = 4096;
+
+fn motor(coulomb_nm: f64) -> Motor {
+    Motor {
+        resistance_ohm: 2.35,
+        inductance_h: 0.226e-3,
+        torque_constant_nm_per_a: 25.9e-3,
+        inertia_kg_m2: 1.37e-6,
+        viscous_nm_s_per_rad: 1.3e-6,
+        coulomb_nm,
+    }
+}
+
+const SPRING: Hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 });
+
+/// The generator of Steele, Lea and Flood 2014 (SplitMix64), as numbers from 0 to 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ z >> 31) >> 11) as f64 * 2f64.powi(-53)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// A device on the way, and what its gates do.
+#[derive(Clone)]
+struct Case<'a> {
+    device: Device<'a>,
+    pulse: Gates,
+    pulses: Pulses,
+}
+
+impl<'a> Case<'a> {
+    /// Begun in a state, at edge 0 in a pulse.
+    fn new(axis: &'a Axis, [current_a, speed, angle_rad]: [f64; 3], duty: u64, pulse: Gates, pause: Gates) -> Self {
+        let mut device = Device::new(axis, current_a, speed, angle_rad);
+        device.intend(0, angle_rad + 0.02, 0.3);
+        device.drive(0, pulse);
+        Self { device, pulse, pulses: Pulses { period: PERIOD, duty, pause } }
+    }
+
+    /// The gates from an edge on.
+    fn gates(&self, edge: u64) -> Gates {
+        if edge % PERIOD < self.pulses.duty { self.pulse } else { self.pulses.pause }
+    }
+
+    /// Edges up to `end` at which the gates change.
+    fn changes(&self, end: u64) -> impl Iterator<Item = u64> + use<> {
+        let duty = self.pulses.duty;
+        (0..).flat_map(move |k| [k * PERIOD, k * PERIOD + duty]).skip(1).take_while(move |&edge| edge <= end)
+    }
+}
+
+#[track_caller]
+fn near(got: &[f64; 4], expected: &[f64; 4], what: &str) {
+    for (got, expected) in got.iter().zip(expected) {
+        assert!((got - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{what}: {got} is not {expected}");
+    }
+}
+
+#[track_caller]
+fn same_energy(got: &Energy, expected: &Energy, what: &str) {
+    let flows = |e: &Energy| [e.source_j(), e.hand_j(), e.copper_j(), e.viscous_j(), e.coulomb_j(), e.diodes_j()];
+    for (got, other) in flows(got).into_iter().zip(flows(expected)) {
+        let allowed = 1e-11 * expected.exchanged_j();
+        assert!((got - other).abs() <= allowed, "{what}: {got} J is not {other} J within {allowed:e} J");
+    }
+}
+
+/// Every kind of axis whose circuit stays closed, with a state to begin in; how far its modes reach is for the cruise to find.
+fn axes() -> Vec<(&'static str, Axis, [f64; 3])> {
+    let axis = |coulomb_nm, hand| Axis::new(motor(coulomb_nm), BRIDGE, hand, EDGE_S, 1 << 29).unwrap();
+    vec![
+        ("free", axis(0.0, Hand::Torque(0.01)), [0.4, 3.0, 0.1]),
+        ("held", axis(0.0, SPRING), [-1.0, 2.0, 0.7]),
+        ("sliding", axis(1e-3, SPRING), [0.5, 300.0, 0.1]),
+        ("stuck", axis(1.0, SPRING), [0.0, 0.0, 0.1]),
+        ("prescribed", axis(1e-3, Hand::Prescribed), [0.3, 5.0, 0.1]),
+        ("creeping", axis(1e-3, SPRING).with_smoothed_friction(50.0).unwrap(), [0.1, 0.5, 0.1]),
+    ]
+}
+
+#[test]
+fn states_and_energies_are_those_of_gates_switched_one_by_one() {
+    for (name, axis, start) in axes() {
+        for (pulse, pause) in [(FORWARD, BRAKE), (BACKWARD, BRAKE), (FORWARD, BACKWARD)] {
+            for duty in [1, 2, 127, 128, 900, 2048, 4095] {
+                let what = format!("{name}, {duty} edges of {pulse:?} then {pause:?}");
+                let mut case = Case::new(&axis, start, duty, pulse, pause);
+                let mut plain = case.clone();
+                let last = 40 * PERIOD + 17;
+                let Some(end) = case.device.cruise(0, last, ANYWHERE, &case.pulses) else {
+                    panic!("{what}: no cruise");
+                };
+                assert!(end % PERIOD == 0 && end <= last && (end >= 2 * PERIOD), "{what}: to {end}");
+                let mut at = 0;
+                for edge in plain.changes(end) {
+                    let mut looks = [at, at + 1, at + (edge - at) / 3, edge - 1, edge];
+                    looks.sort_unstable();
+                    for look in looks {
+                        near(&case.device.state(look), &plain.device.flow(at, look), &format!("{what}, edge {look}"));
+                        at = look;
+                        same_energy(&case.device.energy(look), &plain.device.energy(look), &what);
+                    }
+                    let (mut leaving, gates) = (case.device.clone(), plain.gates(edge));
+                    plain.device.drive(edge, gates);
+                    case.device.drive(edge, gates);
+                    near(&case.device.state(edge), &plain.device.state(edge), &what);
+                    // Whoever is driven otherwise than foreseen goes on from there as if there had been no cruise.
+                    leaving.drive_average(edge, 0.25);
+                    let mut other = plain.device.clone();
+                    other.drive_average(edge, 0.25);
+                    near(&leaving.state(edge + 999), &other.state(edge + 999), &what);
+                    same_energy(&leaving.energy(edge + 999), &other.energy(edge + 999), &what);
+                }
+                assert_eq!(plain.device.mode_changes(), case.device.mode_changes(), "{what}");
+                assert_eq!(case.device.drive_now(), Drive::Gates(pulse), "{what}: driven at {end}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hand_that_moves_on_in_mid_period_ends_it_where_it_is() {
+    let (_, axis, start) = axes().swap_remove(1);
+    for edge in [1, 899, 900, 901, 4095, 4096, 4097, 3 * 4096 + 900, 3 * 4096 + 2000] {
+        let mut case = Case::new(&axis, start, 900, FORWARD, BRAKE);
+        let mut plain = case.clone();
+        case.device.cruise(0, 10 * PERIOD, ANYWHERE, &case.pulses).unwrap();
+        let mut at = 0;
+        for change in plain.changes(edge - 1) {
+            plain.device.flow(at, change);
+            plain.device.drive(change, plain.gates(change));
+            at = change;
+        }
+        for device in [&mut case.device, &mut plain.device] {
+            device.intend(edge, 0.9, -2.0);
+            near(&device.state(edge), &device.state(edge), "itself");
+        }
+        assert_eq!(case.device.drive_now(), plain.device.drive_now(), "edge {edge}");
+        near(&case.device.state(edge + 500), &plain.device.state(edge + 500), &format!("edge {edge}"));
+        same_energy(&case.device.energy(edge + 500), &plain.device.energy(edge + 500), &format!("edge {edge}"));
+    }
+}
+
+/// A step of an edge by the classical Runge-Kutta method under a voltage at the motor, with the hand's spring.
+fn runge_kutta([i, w, a]: [f64; 3], volts: f64, time_s: f64, intent_rad: f64) -> [f64; 3] {
+    let (m, ohm) = (motor(0.0), 2.35 + 2.0 * 0.3);
+    let slope = |[i, w, a]: [f64; 3], t: f64| {
+        let hand_nm = 0.3 * (intent_rad + 0.3 * t - a) + 1e-4 * (0.3 - w);
+        let motor_nm = m.torque_constant_nm_per_a * i - m.viscous_nm_s_per_rad * w;
+        let di = (volts - ohm * i - m.torque_constant_nm_per_a * w) / m.inductance_h;
+        [di, (motor_nm + hand_nm) / m.inertia_kg_m2, w]
+    };
+    let ahead = |k: [f64; 3], h: f64| [i + h * k[0], w + h * k[1], a + h * k[2]];
+    let h = EDGE_S;
+    let k1 = slope([i, w, a], time_s);
+    let k2 = slope(ahead(k1, 0.5 * h), time_s + 0.5 * h);
+    let k3 = slope(ahead(k2, 0.5 * h), time_s + 0.5 * h);
+    let k4 = slope(ahead(k3, h), time_s + h);
+    [0, 1, 2].map(|k| [i, w, a][k] + h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]))
+}
+
+#[test]
+fn it_goes_where_steps_of_an_edge_go() {
+    let (_, axis, start) = axes().swap_remove(1);
+    let mut case = Case::new(&axis, start, 1234, BACKWARD, BRAKE);
+    let end = case.device.cruise(0, 25 * PERIOD, ANYWHERE, &case.pulses).unwrap();
+    assert_eq!(end, 25 * PERIOD);
+    let mut x = start;
+    for edge in 0..=end {
+        if edge % 97 == 0 || edge % PERIOD == 0 {
+            let got = case.device.state(edge);
+            for (got, expected) in got.iter().zip(&x) {
+                assert!((got - expected).abs() <= 3e-11 * (1.0 + expected.abs()), "edge {edge}: {got} is not {expected}");
+            }
+        }
+        let volts = if edge % PERIOD < 1234 { -24.0 } else { 0.0 };
+        x = runge_kutta(x, volts, edge as f64 * EDGE_S, start[2] + 0.02);
+    }
+}
+
+/// Goes over the periods with gates switched one by one: the first edge at which a mode ends or the angle leaves the band.
+fn first_event(mut case: Case, end: u64, band_rad: (f64, f64)) -> Option<u64> {
+    let mut at = 0;
+    for edge in case.changes(end) {
+        if let Some(event) = case.device.next_event(at, edge, band_rad) {
+            return Some(event.0);
+        }
+        case.device.drive(edge, case.gates(edge));
+        at = edge;
+    }
+    None
+}
+
+#[test]
+fn nothing_that_gates_switched_one_by_one_would_meet_lies_in_a_cruise() {
+    let mut random = Random(1);
+    let (mut cruises, mut cut_short, mut none) = (0, 0, 0);
+    let axes: Vec<_> = [0.0, 1e-3, 30e-3]
+        .into_iter()
+        .flat_map(|friction_nm| [SPRING, Hand::Torque(0.0)].map(|hand| (friction_nm, hand)))
+        .map(|(friction_nm, hand)| Axis::new(motor(friction_nm), BRIDGE, hand, EDGE_S, 1 << 24).unwrap())
+        .collect();
+    for trial in 0..4000 {
+        let axis = &axes[trial % 6];
+        let speed = if trial % 5 == 0 { 0.0 } else { random.between(-3.0, 3.0) };
+        let start = [random.between(-1.0, 1.0), speed, 0.0];
+        let duty = 1 + (random.next() * 4095.0) as u64;
+        let (pulse, pause) = [(FORWARD, BRAKE), (BACKWARD, BRAKE), (FORWARD, BACKWARD)][trial / 6 % 3];
+        // Near, by ever smaller shares of a count.
+        let reach = 1.5e-3 * 10f64.powf(random.between(-4.0, 0.0));
+        let band_rad = if trial % 2 == 0 { (-reach, 1.0) } else { (-1.0, reach) };
+        let mut case = Case::new(axis, start, duty.min(4095), pulse, pause);
+        let event = first_event(case.clone(), 30 * PERIOD, band_rad);
+        match case.device.cruise(0, 30 * PERIOD, band_rad, &case.pulses) {
+            Some(end) => {
+                cruises += 1;
+                cut_short += u64::from(end < 30 * PERIOD);
+                assert!(event.is_none_or(|event| event > end), "trial {trial}: {event:?} in a cruise to {end}");
+            }
+            None => none += u64::from(event.is_some_and(|event| event <= 2 * PERIOD)),
+        }
+    }
+    assert!(cruises > 500 && cut_short > 100 && none > 300, "{cruises} cruises, {cut_short} cut short, {none} none");
+}
+
+/// The periodic motion under a hand's spring at rest, at the beginning of a pulse.
+fn settled(axis: &Axis, duty: u64) -> [f64; 3] {
+    let mut device = Device::new(axis, 0.0, 0.0, 0.0);
+    let mut edge = 0;
+    for _ in 0..40_000 {
+        device.drive(edge, FORWARD);
+        device.drive(edge + duty, BRAKE);
+        edge += PERIOD;
+    }
+    let x = device.state(edge);
+    [x[0], x[1], x[2]]
+}
+
+#[test]
+fn a_count_that_only_the_ripple_passes_is_passed() {
+    let axis = Axis::new(motor(0.0), BRIDGE, SPRING, EDGE_S, 1 << 29).unwrap();
+    let start = settled(&axis, 1000);
+    let mut device = Device::new(&axis, start[0], start[1], start[2]);
+    // The hand stays where the settled motion has it.
+    device.intend(0, 0.0, 0.0);
+    device.drive(0, FORWARD);
+    let case = Case { device, pulse: FORWARD, pulses: Pulses { period: PERIOD, duty: 1000, pause: BRAKE } };
+    let mut plain = case.device.clone();
+    let mut angles: Vec<f64> = (0..1000).map(|edge| plain.state(edge)[2]).collect();
+    plain.drive(1000, BRAKE);
+    angles.extend((1000..PERIOD).map(|edge| plain.state(edge)[2]));
+    let (least, most) = angles.iter().fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)));
+    let ripple = (most - angles[0]).max(angles[0] - least);
+    assert!((angles[0] - plain.state(PERIOD)[2]).abs() < 1e-3 * ripple, "it is periodic");
+    assert!((1e-8..1e-4).contains(&ripple), "{ripple:e}");
+    let tries = |margin: f64| {
+        let mut case = case.clone();
+        let band_rad = if most - angles[0] == ripple { (-1.0, angles[0] + margin) } else { (angles[0] - margin, 1.0) };
+        let event = first_event(case.clone(), 10 * PERIOD, band_rad);
+        (event, case.device.cruise(0, 10 * PERIOD, band_rad, &case.pulses))
+    };
+    let (event, cruise) = tries(0.5 * ripple);
+    assert!(event.is_some_and(|event| event < PERIOD) && cruise.is_none(), "{event:?}, {cruise:?}");
+    // The bound is no more than a small share of a count of 1.5 mrad.
+    assert_eq!(tries(5e-5), (None, Some(10 * PERIOD)));
+}
+
+#[test]
+fn a_standstill_that_only_the_ripple_comes_to_is_come_to() {
+    // On the mean the motor pulls as much as friction holds; within a period it does not.
+    let axis = Axis::new(motor(30e-3), BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 24).unwrap();
+    let duty = 600;
+    let mut begun = Device::new(&axis, 0.0, 40.0, 0.0);
+    let mut edge = 0;
+    for _ in 0..20 {
+        begun.drive(edge, FORWARD);
+        begun.flow(edge, edge + duty);
+        begun.drive(edge + duty, BRAKE);
+        begun.flow(edge + duty, edge + PERIOD);
+        edge += PERIOD;
+    }
+    let current_a = begun.state(edge)[0];
+    for (speed, stops) in [(0.001, true), (0.01, true), (100.0, false)] {
+        let mut case = Case::new(&axis, [current_a, speed, 0.0], duty, FORWARD, BRAKE);
+        let event = first_event(case.clone(), 3 * PERIOD, ANYWHERE);
+        assert_eq!(event.is_some_and(|event| event < PERIOD), stops, "{speed} rad/s: {event:?}");
+        let cruise = case.device.cruise(0, 3 * PERIOD, ANYWHERE, &case.pulses);
+        assert_eq!(cruise.is_none(), stops, "{speed} rad/s: {cruise:?}");
+    }
+}
+
+#[test]
+fn diodes_in_the_pause_are_left_to_themselves() {
+    let axis = Axis::new(motor(0.0), BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 24).unwrap();
+    let mut case = Case::new(&axis, [0.5, 0.0, 0.0], 1000, FORWARD, Gates::default());
+    assert_eq!(case.device.cruise(0, 30 * PERIOD, ANYWHERE, &case.pulses), None);
+}
