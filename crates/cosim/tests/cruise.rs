@@ -1,0 +1,201 @@
+//! Leaps over whole periods of the modulator: no register may tell them from gates switched one by one.
+
+use hpu_cosim::scene::{Experiment, shipped};
+use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Visit, World};
+use hpu_datapath::{Repeat, Wiring};
+use hpu_signal::{Cycle, Observe, Real, SignalUse};
+
+/// Most edges of a scene that are looked at.
+const EDGES: u64 = 40_000_000;
+
+/// A world that goes on over repeated outputs only if it may, and counts how often it does.
+#[derive(Clone)]
+struct Permitted<E> {
+    world: E,
+    may: bool,
+    cruises: u64,
+}
+
+impl<E: World> World for Permitted<E> {
+    type In = E::In;
+    type Out = E::Out;
+    type Row = E::Row;
+    const REALS: &'static [Real] = E::REALS;
+
+    fn edge(&self) -> u64 {
+        self.world.edge()
+    }
+    fn place(&self, input: &mut E::In) {
+        self.world.place(input);
+    }
+    fn sense(&mut self) {
+        self.world.sense();
+    }
+    fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
+        let this = self.clone();
+        self.world.advance(limit, |world, edge| before(&Self { world: world.clone(), ..this }, edge));
+    }
+    fn drive(&mut self, out: E::Out, words: &[i64]) {
+        self.world.drive(out, words);
+    }
+    fn foresee(&mut self, repeat: &Repeat<E::Out>) -> Option<u64> {
+        let end = if self.may { self.world.foresee(repeat) } else { None };
+        self.cruises += u64::from(end.is_some());
+        end
+    }
+    fn reals(&self, edge: u64) -> E::Row {
+        self.world.reals(edge)
+    }
+    fn audit(&self) -> EnergyAudit {
+        self.world.audit()
+    }
+    fn encoder_edges(&self) -> u64 {
+        self.world.encoder_edges()
+    }
+    fn mode_changes(&self) -> u64 {
+        self.world.mode_changes()
+    }
+    fn over(&self) -> Option<&'static str> {
+        self.world.over()
+    }
+}
+
+/// Every change of the nets, and every row of the plant.
+#[derive(Default)]
+struct Dense {
+    changes: Vec<(Cycle, Vec<i64>)>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Observe for Dense {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.changes.last().is_none_or(|(_, last)| last != words) {
+            self.changes.push((cycle, words.to_vec()));
+        }
+    }
+    fn reals(&mut self, _: Cycle, values: &[f64]) {
+        self.rows.push(values.to_vec());
+    }
+}
+
+/// What a run leaves behind.
+#[derive(PartialEq, Debug)]
+struct Left {
+    words: Vec<i64>,
+    uses: Vec<SignalUse>,
+    ticks: u64,
+    output_changes: u64,
+    encoder_edges: u64,
+    mode_changes: u64,
+    energy: EnergyAudit,
+}
+
+/// Runs a scene to an edge.
+struct Run<'o, O> {
+    driver: Driver,
+    end: u64,
+    stride: u64,
+    may: bool,
+    observer: &'o mut O,
+}
+
+impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
+    type Out = (Left, u64);
+
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> (Left, u64)
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let world = Permitted { world, may: self.may, cruises: 0 };
+        let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
+        assert!(run.run(self.driver, self.end, self.observer, &Control::default()));
+        let left = Left {
+            words: run.wiring.words().to_vec(),
+            uses: run.wiring.uses(),
+            ticks: run.ticks(),
+            output_changes: run.output_changes(),
+            encoder_edges: run.world.encoder_edges(),
+            mode_changes: run.world.mode_changes(),
+            energy: run.world.audit(),
+        };
+        (left, run.world.cruises)
+    }
+}
+
+fn run(ready: &Ready, driver: Driver, end: u64, may: bool, observer: &mut impl Observe) -> (Left, u64) {
+    ready.visit(Run { driver, end, stride: ready.stride(), may, observer })
+}
+
+fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
+    scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// How often the scene's world goes on by itself, over its first edges.
+#[track_caller]
+fn agrees(scene: &Experiment) -> u64 {
+    let name = scene.name();
+    let ready = Ready::new(scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let end = scene.edges().min(EDGES);
+    let (mut one_by_one, mut cruising) = (Dense::default(), Dense::default());
+    let (plain, _) = run(&ready, Driver::Events, end, false, &mut one_by_one);
+    let (watched, cruises) = run(&ready, Driver::Events, end, true, &mut cruising);
+    let (alone, _) = run(&ready, Driver::Events, end, true, &mut ());
+    assert_eq!(alone, watched, "{name}: watching changes nothing");
+
+    let difference = one_by_one.changes.iter().zip(&cruising.changes).find(|(one, other)| one != other);
+    assert_eq!(difference, None, "{name}");
+    assert_eq!(one_by_one.changes.len(), cruising.changes.len(), "{name}");
+    for (row, (one, other)) in one_by_one.rows.iter().zip(&cruising.rows).enumerate() {
+        for (one, other) in one.iter().zip(other) {
+            assert!((one - other).abs() <= 1e-11 * (1.0 + one.abs()), "{name}, row {row}: {other} is not {one}");
+        }
+    }
+    let flows = |e: &EnergyAudit| [e.source_j, e.hand_j, e.copper_j, e.diodes_j, e.viscous_j, e.coulomb_j];
+    for (one, other) in flows(&plain.energy).into_iter().zip(flows(&watched.energy)) {
+        assert!((one - other).abs() <= 1e-11 * plain.energy.exchanged_j, "{name}: {other} J is not {one} J");
+    }
+    let (plain, watched) = (Left { energy: EnergyAudit::default(), ..plain }, watched);
+    assert_eq!(Left { energy: EnergyAudit::default(), ..watched }, plain, "{name}");
+    cruises
+}
+
+#[test]
+fn every_register_of_every_scene_is_what_gates_switched_one_by_one_make_it() {
+    let cruises: Vec<_> = shipped().iter().map(|scene| (scene.name, agrees(&parsed(scene.name, &[])))).collect();
+    let cruising = cruises.iter().filter(|(_, count)| *count > 0).count();
+    assert!(cruising >= 10, "{cruises:?}");
+}
+
+#[test]
+fn so_it_is_in_antiphase_with_on_resistance_and_with_friction() {
+    for changed in [
+        &[("method.pwm.mode", "locked_antiphase")][..],
+        &[("bridge.on_resistance", "0.3 Ohm")],
+        &[("device.coulomb_friction", "0.1 mN.m")],
+        &[("method.pwm.bits", "9")],
+        &[("wall.position", "0.05 rad"), ("method.sample_rate", "10 kHz")],
+    ] {
+        for name in ["hybrid-wall", "conventional-wall-1khz"] {
+            assert!(agrees(&parsed(name, changed)) > 0, "{name} {changed:?}");
+        }
+    }
+}
+
+#[test]
+fn a_run_may_end_anywhere_in_a_leap() {
+    let scene = parsed("hybrid-wall", &[("device.initial_angle", "1.58 rad"), ("hand.path", "[[\"0 s\", 1.9]]")]);
+    let ready = Ready::new(&scene).unwrap();
+    let mut ended = 0;
+    for end in (0..24).map(|k| 150_000 + 1111 * k).chain([154_009 / 4096 * 4096, 154_009 / 4096 * 4096 + 1]) {
+        let (alone, cruises) = run(&ready, Driver::Events, end, true, &mut ());
+        let (watched, _) = run(&ready, Driver::Events, end, true, &mut Dense::default());
+        let (stepped, _) = run(&ready, Driver::Clock, end, true, &mut ());
+        assert_eq!(alone, watched, "to {end}");
+        assert_eq!(alone, Left { ticks: alone.ticks, ..stepped }, "to {end}");
+        ended += u64::from(cruises > 0);
+    }
+    assert!(ended > 20, "{ended}");
+}
