@@ -61,7 +61,18 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     pub fn new(mut wiring: W, world: E, mut input: E::In, stride: u64) -> Self {
         let out = wiring.reset();
         world.place(&mut input);
-        Self { wiring, world, input, out, edge: 0, ticks: 0, output_changes: 0, stride: stride.max(1), next_log: 0, repeated: None }
+        Self {
+            wiring,
+            world,
+            input,
+            out,
+            edge: 0,
+            ticks: 0,
+            output_changes: 0,
+            stride: stride.max(1),
+            next_log: 0,
+            repeated: None,
+        }
     }
 
     /// Edges done.

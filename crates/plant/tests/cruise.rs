@@ -189,7 +189,10 @@ fn it_goes_where_steps_of_an_edge_go() {
         if edge % 97 == 0 || edge % PERIOD == 0 {
             let got = case.device.state(edge);
             for (got, expected) in got.iter().zip(&x) {
-                assert!((got - expected).abs() <= 3e-11 * (1.0 + expected.abs()), "edge {edge}: {got} is not {expected}");
+                assert!(
+                    (got - expected).abs() <= 3e-11 * (1.0 + expected.abs()),
+                    "edge {edge}: {got} is not {expected}"
+                );
             }
         }
         let volts = if edge % PERIOD < 1234 { -24.0 } else { 0.0 };
