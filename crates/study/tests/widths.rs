@@ -1,10 +1,10 @@
 //! What happened to every signal, against closed forms and against what other observers saw.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Ready, Rig};
+use hpu_cosim::{Control, Ready, Rig, SplitMix64};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
-use hpu_study::widths::{Beside, Measured, beside, measured, random, together};
+use hpu_study::widths::{Beside, Measured, Walk, beside, measured, random, together};
 
 fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
@@ -112,6 +112,7 @@ fn what_the_law_beside_says_was_lost_is_what_the_wiring_counted() {
         ("conventional-wall-1khz", &[]),
         ("hybrid-wall", &[("method.rescaled", "true"), ("method.reference_rate", "700 Hz")]),
         ("hybrid-wall", &[("method.velocity_bits", "3")]),
+        ("wrap-saturated", &[("method.settling", "7")]),
         ("stiff-hybrid", &[("method.stiffness_format", "(0,7,0)"), ("method.damping_format", "(0,4,2)")]),
         ("phantom-thrown", &[("run.duration", "300 ms")]),
         ("phantom-thrown-shared", &[("run.duration", "300 ms")]),
@@ -130,36 +131,79 @@ fn what_the_law_beside_says_was_lost_is_what_the_wiring_counted() {
     }
 }
 
+/// Decibels of a value over its rounding error.
+fn over_rounding_db(exact: f64, word: f64) -> f64 {
+    20.0 * libm::log10(exact / (exact - word).abs())
+}
+
 #[test]
-fn print_rows() {
-    for name in [
-        "hybrid-wall",
-        "conventional-wall-1khz",
-        "observed-wall",
-        "shaped-wall",
-        "phantom-thrown",
-        "phantom-thrown-shared",
-    ] {
-        let start = std::time::Instant::now();
-        let m = run(name, &[("run.duration", "500 ms")]);
-        eprintln!("{name} {:?} {:?}", m.outcomes, start.elapsed());
-        for r in &m.rows {
-            eprintln!(
-                "  {:12} {} {:?} h{} r{:?} o{:?} {:?}",
-                r.name, r.format, r.measured, r.headroom_bits, r.rounded, r.overflowed, r.sqnr_db
-            );
-        }
+fn a_product_has_the_noise_of_its_rounded_gain_and_no_other() {
+    // 1.5 N.m/rad of PWM counts: 265 mN.m at stall over 2^12, a turn over 4096.
+    let quantum_nm = 0.265 / 4096.0;
+    let exact = 1.5 * 2.0 * std::f64::consts::PI / 4096.0 / quantum_nm;
+    let formula_db = over_rounding_db(exact, 36.0);
+    let hybrid = run("hybrid-wall", &[]);
+    for signal in ["stiffness", "spring"] {
+        let row = hybrid.row(signal).expect("a row");
+        assert_eq!(row.rounded.edges + row.overflowed.edges, 0, "{signal}");
+        assert!(
+            (row.sqnr_db.expect("a law") - formula_db).abs() < 1e-6,
+            "{signal}: {:?} dB, not {formula_db}",
+            row.sqnr_db
+        );
     }
-    for name in ["hybrid-wall", "phantom-thrown", "observed-wall"] {
-        let start = std::time::Instant::now();
-        let m = random(&scene(name, &[]), 2.0, 1, &Control::default()).unwrap().unwrap();
-        eprintln!("random {name} {:?}", start.elapsed());
-        for r in &m.rows {
-            eprintln!(
-                "  {:12} {} {:?} h{} r{:?} o{:?} {:?}",
-                r.name, r.format, r.measured, r.headroom_bits, r.rounded, r.overflowed, r.sqnr_db
-            );
-        }
+    for signal in ["delta", "penetration", "velocity"] {
+        assert_eq!(hybrid.row(signal).and_then(|row| row.sqnr_db), Some(f64::INFINITY), "{signal} only counts");
     }
-    let _ = together;
+    // A law in floats beside a method's loop: without damping, its torque misses the words' by the same share.
+    let wall = run("dual-rate-wall", &[("wall.damping", "0"), ("run.duration", "300 ms")]);
+    let [torque, gain] = ["torque", "stiffness"].map(|signal| wall.row(signal).expect("a row"));
+    assert_eq!(torque.overflowed.edges, 0);
+    let (found_db, formula_db) = (torque.sqnr_db.expect("a law"), gain.sqnr_db.expect("a law"));
+    assert!((found_db - formula_db).abs() < 1e-6, "{found_db} dB, not {formula_db} dB");
+}
+
+#[test]
+fn a_walk_stays_in_its_range_below_its_speed_and_comes_to_both_ends() {
+    for seed in 0..20 {
+        let walk = Walk::new(&mut SplitMix64::new(seed), [-700.0, 300.0], 40_000.0);
+        assert!(walk.at(0.0).abs() < 1e-9, "from 0");
+        let places: Vec<f64> = (0..200_000).map(|ms| walk.at(f64::from(ms) * 1e-4)).collect();
+        assert!(places.iter().all(|at| (-700.0..=300.0).contains(at)));
+        assert!(places.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= 4.0 + 1e-9));
+        let most = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = places.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(most > 299.0 && least < -699.0, "seed {seed}: {least} to {most}");
+    }
+}
+
+#[test]
+fn random_motion_loses_what_the_words_of_its_range_lose() {
+    let found = random(&scene("hybrid-wall", &[]), 1.0, 5, &Control::default()).expect("runs").expect("to its end");
+    let row = |name: &str| found.row(name).expect("a row");
+    let (_, deepest) = row("penetration").measured.expect("a range");
+    assert!(deepest > 114, "it came deep");
+    assert_eq!(row("spring").overflowed.worst, (36 * deepest - 4095) as f64);
+    assert_eq!(row("error").measured, Some((0, 0)), "no line was missed");
+}
+
+#[test]
+fn the_tables_and_the_tip_of_a_phantom_are_as_near_as_rounding_lets_them() {
+    let found = run("phantom-thrown", &[]);
+    for (signal, ulps) in [("radius", 0.5), ("y", 0.5), ("force_y", 0.5)] {
+        let row = found.row(signal).expect("a row");
+        assert!(row.rounded.edges > 0 && row.rounded.worst <= ulps * row.format.lsb(), "{signal}: {:?}", row.rounded);
+    }
+}
+
+#[test]
+fn runs_of_other_wirings_or_widths_are_not_taken_together() {
+    let names = ["one".to_string(), "two".to_string()];
+    let short = [("run.duration", "1 ms")];
+    let narrow = [("run.duration", "1 ms"), ("method.position_bits", "11")];
+    let runs = |other: Measured| together(&names, vec![run("hybrid-wall", &short), other]);
+    let refused = runs(run("conventional-wall-1khz", &short)).expect_err("two wirings");
+    assert!(refused.contains("one is a hybrid_loop, two a conventional_loop"), "{refused}");
+    let refused = runs(run("hybrid-wall", &narrow)).expect_err("two widths");
+    assert!(refused.contains("reference is (0,12,0) in one and (0,11,0) in two"), "{refused}");
 }

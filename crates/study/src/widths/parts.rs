@@ -208,7 +208,7 @@ impl Parts {
                     let inputs = names(block.inputs()).filter(|name| *name != "period").map(input).collect();
                     let outputs: Vec<_> = names(block.outputs()).filter(|name| *name != "valid").collect();
                     let mut new = part(equation, inputs, &outputs);
-                    if block.clocked() {
+                    if block.clocked() && block.name() != "command_limiter" {
                         let (first, period) = match block.name() {
                             "trig_table" => (1, Source::Tied(1.0)),
                             "command_register" => (1 + generic(block, "DELAY") as u64, input("period")),
