@@ -145,8 +145,9 @@ impl Price {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
         let mut text = format!(
-            "price      {} of {}, {target}, measured by {}\n           {lut4} LUT4, {ff} flip-flops, {carry} carries, \
-             {bram} block RAMs, {dsp} multipliers; {} of {HX8K_CELLS} cells and {} of {HX8K_BRAM} block RAMs of an HX8K\n",
+            "price      {} of {}, {target}\n           measured by {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
+             carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of {HX8K_CELLS} cells, {} of \
+             {HX8K_BRAM} block RAMs\n",
             self.block,
             self.scene,
             self.tools.join(", "),
@@ -253,8 +254,8 @@ fn noticed(found: &Result<Settling, String>) -> String {
         Err(_) => "none".into(),
     });
     format!(
-        "stability  {} held back by {to} clocks instead of {from}: {} instead of {}, {}\n           limit in words {} \
-         instead of {}; the spring loses {lost_damping:.1e} of damping (SI), to first order\n",
+        "stability  {} held back by {to} clocks instead of {from}: {} instead of {}\n           {}\n           limit in words \
+         {} instead of {}; to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
         if found.noticed() { "notices:" } else { "does not notice:" },
         outcome_name(Some(outcomes[1])),
         outcome_name(Some(outcomes[0])),
