@@ -52,28 +52,26 @@ architecture rtl of command_limiter is
 
 begin
 
-  g_through : if SETTLING = 0 generate
-    limited <= clamp(value);
-  end generate;
+  -- One process for both, as only a generate statement could tell them apart, and
+  -- would put a scope of its own into every waveform.
+  process (clk, value)
+    type row is array (0 to SETTLING) of std_logic_vector(OUT_WIDTH - 1 downto 0);
+    variable late : row;
+  begin
+    if SETTLING = 0 then
+      limited <= clamp(value);
+    elsif rising_edge(clk) then
+      late(0) := clamp(value);
+      for i in SETTLING downto 1 loop
+        late(i) := late(i - 1);
+      end loop;
 
-  g_row : if SETTLING > 0 generate
-    process (clk)
-      type row is array (1 to SETTLING) of std_logic_vector(OUT_WIDTH - 1 downto 0);
-      variable late : row;
-    begin
-      if rising_edge(clk) then
-        for i in SETTLING downto 2 loop
-          late(i) := late(i - 1);
-        end loop;
-        late(1) := clamp(value);
-
-        if rst = '1' then
-          late := (others => (others => '0'));
-        end if;
-
-        limited <= late(SETTLING);
+      if rst = '1' then
+        late := (others => (others => '0'));
       end if;
-    end process;
-  end generate;
+
+      limited <= late(SETTLING);
+    end if;
+  end process;
 
 end architecture;
