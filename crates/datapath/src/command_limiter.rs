@@ -72,6 +72,9 @@ impl CommandLimiter {
     /// The registers after that many edges with this limited value.
     #[inline]
     fn shift(&mut self, edges: u64, limited: i64) {
+        if self.late.is_empty() {
+            return;
+        }
         let edges = usize::try_from(edges).map_or(self.late.len(), |edges| edges.min(self.late.len()));
         self.late.rotate_left(edges);
         let kept = self.late.len() - edges;
