@@ -22,9 +22,15 @@ pub fn axis(name: &str, overrides: &[(&str, &str)]) -> Scene {
 
 /// A complete run.
 pub fn run(scene: &Scene) -> Summary {
+    traced(scene).0
+}
+
+/// A complete run, and the shaft's angles at the rate that the scene records them.
+pub fn traced(scene: &Scene) -> (Summary, Vec<f64>) {
     let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let mut trace = session.trace(&[]);
-    session.run(Driver::Events, &mut trace, &mut (), &Control::default())
+    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    (summary, trace.angles_rad().to_vec())
 }
 
 pub fn of<'p>(proof: &'p Proof, name: &str) -> &'p Bound {

@@ -14,11 +14,12 @@
 //! so is the voltage; a bridge that switches gives what it is told only in the mean over a period, which costs at most a
 //! period's change of the response.
 
-use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene, Winding};
+use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
 
 use super::Limit;
 use super::interval::Interval;
-use super::response::{Flow, Output, Parts};
+use super::response::{Flow, Parts};
+use super::system::{Channel, System};
 
 /// Limits of the shaft's motion, for any command within a range.
 #[derive(Clone, Debug)]
@@ -47,15 +48,6 @@ impl Motion {
     }
 }
 
-/// What an input does to the speed and to the distance from the hand.
-struct Channel {
-    speed: Parts,
-    /// None where nothing pulls back.
-    angle: Option<Parts>,
-    /// Total change of the speed's response and of the angle's, per second.
-    bends: [f64; 2],
-}
-
 /// A scene's device and hand as a linear system under bounded inputs.
 pub(crate) struct Shaft<'s> {
     scene: &'s Scene,
@@ -71,6 +63,9 @@ pub(crate) struct Shaft<'s> {
     held: bool,
     why: Vec<String>,
 }
+
+/// What is assumed of a mass that nothing holds back.
+const WITHIN: &str = "the mass stays within half the counter's range of the wall";
 
 /// More edges than pass until the modulator has its first command.
 const EARLY_EDGES: f64 = 4.0;
@@ -184,7 +179,10 @@ impl<'s> Shaft<'s> {
                 hi: (reach(parts.positive, shares.hi) + reach(parts.negative, shares.lo)).next_up(),
             }
         };
-        let coulomb = scene.device_coulomb();
+        let (coulomb, mass) = match scene.device {
+            Device::Motor(motor) => (motor.coulomb_friction_nm, None),
+            Device::Mass(mass) => (mass.coulomb_n, Some(mass)),
+        };
         let push = match scene.hand {
             Hand::ConstantTorque { torque_nm } => around_zero([torque_nm]),
             _ => Interval::ZERO,
@@ -197,7 +195,15 @@ impl<'s> Shaft<'s> {
             let start = self.start[of].plus(Interval { lo: -early, hi: early });
             driven(drive, self.drive.bends[of]).plus(torques.driven(torque)).plus(path.driven(*speeds)).plus(start)
         };
-        let speed = all(self.drive.speed, self.torque.speed, self.path.speed, 0);
+        let mut speed = all(self.drive.speed, self.torque.speed, self.path.speed, 0);
+        if let (Some(mass), Hand::None | Hand::ConstantTorque { .. }) = (mass, &scene.hand) {
+            // Between two turns the work is that of the greatest force over all of the travel, at most.
+            let travel_m = 2f64.powi(scene.method.position_bits.cast_signed()) * scene.encoder.count_rad();
+            let energy = mass.initial_speed_m_per_s.powi(2) + 2.0 * (most + push.size()) * travel_m / mass.mass_kg;
+            let most_m_per_s = energy.sqrt() * (1.0 + 2f64.powi(-40));
+            speed = Interval { lo: speed.lo.max(-most_m_per_s), hi: speed.hi.min(most_m_per_s) };
+            why.push(WITHIN.into());
+        }
         let angle = match (self.drive.angle, self.torque.angle, self.path.angle) {
             (Some(drive), Some(torque), Some(path)) if self.held => Some(all(drive, torque, path, 1).plus(*angles)),
             _ => None,
@@ -233,136 +239,5 @@ impl<'s> Shaft<'s> {
         let most_v = self.scene.bridge.supply_v + 2.0 * self.scene.bridge.diode_drop_v;
         let most_a = ((most_v + emf_v).next_up() / motor.resistance_ohm).next_up().max(motor.initial_current_a.abs());
         Some(Interval { lo: -most_a, hi: most_a })
-    }
-}
-
-/// `A` and the inputs' columns. States: current unless the winding is resistive or there is none, speed, distance from the
-/// hand if it holds on.
-struct System {
-    a: Vec<Vec<Interval>>,
-    drive: Vec<Interval>,
-    torque: Vec<Interval>,
-    path: Vec<Interval>,
-    speed: Vec<Interval>,
-    held: bool,
-}
-
-impl System {
-    fn new(scene: &Scene, (grip, grip_damping): (f64, f64), held: bool) -> Self {
-        let number = Interval::exact;
-        let zero = Interval::ZERO;
-        let negative = |x: Interval| zero.minus(x);
-        let (inertia, viscous) = match scene.device {
-            Device::Motor(motor) => (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad),
-            Device::Mass(mass) => (mass.mass_kg, mass.damping_n_s_per_m),
-        };
-        let mut drag = number(viscous).plus(number(grip_damping));
-        // Rows of what drives the speed, and of the current.
-        let (mut current, mut by_drive) = (None, zero);
-        match scene.device {
-            Device::Motor(motor) => {
-                let k = number(motor.torque_constant_nm_per_a);
-                let ohm = number(motor.resistance_ohm).plus(number(2.0 * scene.bridge.on_resistance_ohm));
-                match scene.model.winding {
-                    Winding::Inductive => current = Some((k, ohm, motor.inductance_h)),
-                    Winding::Resistive => {
-                        drag = drag.plus(k.times(k).divided(ohm));
-                        by_drive = k.divided(ohm).over(inertia);
-                    }
-                }
-            }
-            Device::Mass(_) => by_drive = number(1.0).over(inertia),
-        }
-        let mut a = Vec::new();
-        let (mut drive, mut torque, mut path) = (Vec::new(), Vec::new(), Vec::new());
-        let slow = negative(drag.over(inertia));
-        let back = negative(number(grip).over(inertia));
-        let wound = current.is_some();
-        let row = |cells: [Interval; 3]| {
-            let mut row = cells.to_vec();
-            if !held {
-                row.pop();
-            }
-            if !wound {
-                row.remove(0);
-            }
-            row
-        };
-        if let Some((k, ohm, henry)) = current {
-            a.push(row([negative(ohm.over(henry)), negative(k.over(henry)), zero]));
-            drive.push(number(1.0).over(henry));
-            torque.push(zero);
-            path.push(zero);
-        }
-        let pull = current.map_or(zero, |(k, ..)| k.over(inertia));
-        a.push(row([pull, slow, back]));
-        drive.push(by_drive);
-        torque.push(number(1.0).over(inertia));
-        path.push(number(grip_damping).over(inertia));
-        if held {
-            a.push(row([zero, number(1.0), zero]));
-            drive.push(zero);
-            torque.push(zero);
-            path.push(number(-1.0));
-        }
-        let speed = (0..a.len()).map(|state| number(f64::from(u8::from(state == usize::from(wound))))).collect();
-        Self { a, drive, torque, path, speed, held }
-    }
-
-    /// The row of the distance from the hand; zeros if there is none.
-    fn gap(&self) -> Vec<Interval> {
-        let mut row = vec![Interval::ZERO; self.a.len()];
-        if let (true, Some(last)) = (self.held, row.last_mut()) {
-            *last = Interval::exact(1.0);
-        }
-        row
-    }
-
-    fn start(&self, scene: &Scene, gap: Interval) -> Vec<Interval> {
-        let (current, speed) = match scene.device {
-            Device::Motor(motor) => (motor.initial_current_a, motor.initial_speed_rad_per_s),
-            Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s),
-        };
-        let mut all = vec![Interval::exact(speed)];
-        if self.a.len() > 1 + usize::from(self.held) {
-            all.insert(0, Interval::exact(current));
-        }
-        if self.held {
-            all.push(gap);
-        }
-        all
-    }
-
-    /// The speed, its slope but for the inputs, and the distance from the hand.
-    fn outputs<'f>(&self, flow: &'f Flow) -> [Output<'f>; 3] {
-        [flow.output(&self.speed), flow.output(&self.a[self.at()]), flow.output(&self.gap())]
-    }
-
-    /// The index of the speed.
-    fn at(&self) -> usize {
-        self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default()
-    }
-
-    fn channel(&self, [speed, slope, gap]: &[Output; 3], b: &[Interval]) -> Channel {
-        let speed = speed.parts(b);
-        // d/dt of the speed's response: c A e^(At) b, and a jump of c b at the start.
-        let bend = (slope.parts(b).both() + b[self.at()].size()).next_up();
-        let angle = self.held.then(|| gap.parts(b));
-        let jump = if self.held { b[b.len() - 1].size() } else { 0.0 };
-        Channel { speed, angle, bends: [bend, (speed.both() + jump).next_up()] }
-    }
-}
-
-/// Coulomb friction, if there is any.
-trait Coulomb {
-    fn device_coulomb(&self) -> f64;
-}
-
-impl Coulomb for Scene {
-    fn device_coulomb(&self) -> f64 {
-        match self.device {
-            Device::Motor(motor) => motor.coulomb_friction_nm,
-            Device::Mass(mass) => mass.coulomb_n,
-        }
     }
 }

@@ -37,7 +37,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     for (name, factor, gain, bound) in [("spring", depth, stiffness, spring), ("drag", velocity, damping, drag)] {
         let frac = if name == "spring" { config.stiffness.frac() } else { config.damping.frac() };
         let exact = format!("exact_{name} = {} * {};\n", factor.name, gain.name);
-        let _ = write!(text, "{exact}product_{name} = fixed<0, dn>(exact_{name});\n");
+        let _ = writeln!(text, "{exact}product_{name} = fixed<0, dn>(exact_{name});");
         given.push(setting(gain, frac));
         // Truncation alone; where the product is clamped, its range is what goes into the clamp.
         let least = (factor.min * gain.min).min(factor.min * gain.max).floor();

@@ -18,13 +18,17 @@ pub(crate) struct Settings {
     pub damping: Span,
     pub period: i64,
     pub scale: Span,
+    /// The way that a turn of the counter takes, with its unit.
+    pub turn: String,
 }
 
 impl Settings {
-    pub fn new(words: &LoopWords) -> Self {
+    pub fn new(words: &LoopWords, unit: &str) -> Self {
         let ramped = |from: i64, to: Option<i64>| Span::exact(from.into()).hull(Span::exact(to.unwrap_or(from).into()));
         let last = |ramp: Option<hpu_cosim::WordRamp>| ramp.map(|ramp| ramp.word(u64::MAX));
+        let counts = 2f64.powi(words.config.position_width.cast_signed());
         Self {
+            turn: format!("{counts} counts ({:.6} {unit})", counts * words.realised.count_rad),
             config: words.config,
             reference: Span::exact(words.reference.into()),
             stiffness: ramped(words.stiffness, last(words.schedule.stiffness)),
@@ -45,7 +49,7 @@ impl Rows {
     /// The words that every loop begins with: settings, pins, counts, displacement.
     pub fn new(settings: &Settings, travel: &Travel) -> Self {
         let mut rows = Self { symbols: Symbols::default(), found: Vec::new() };
-        let Settings { config, reference, stiffness, damping, period, scale } = settings;
+        let Settings { config, reference, stiffness, damping, period, scale, turn } = settings;
         let period = Span::exact((*period).into());
         for (name, span, frac) in [
             ("reference", *reference, 0),
@@ -62,33 +66,37 @@ impl Rows {
             rows.put("step", &step);
             rows.put("error", &error);
         }
-        rows.front(config.position_width, travel);
+        rows.front(config.position_width, travel, turn);
         rows
     }
 
     /// Position, displacement, contact and depth.
-    fn front(&mut self, width: u32, travel: &Travel) {
+    fn front(&mut self, width: u32, travel: &Travel, turn: &str) {
         let (counter, signed) = (Format::unsigned(width), Format::signed(width));
         // Below the start the word turns over, as it may while the displacement reads through.
         let position = travel.counts.filter(|counts| counts.is_within(Span::of(counter)));
         let mut word = self.symbols.given(position.unwrap_or(Span::of(counter)), 0);
         word.fits = travel.delta.is_some();
-        let why =
-            (position.is_none() && word.fits).then(|| "turns over, and displacement reads through it".to_string());
+        let why = (position.is_none() && word.fits)
+            .then(|| format!("turns over every {turn}; the displacement reads through that"));
         self.found.extend(["position", "held"].map(|name| (name, word.clone(), why.iter().cloned().collect())));
-        let delta = match travel.delta {
-            Some(delta) => self.symbols.given(delta, 0),
-            None => self.symbols.any(signed),
-        };
-        self.put("delta", &delta);
+        match travel.delta {
+            Some(delta) => {
+                let delta = self.symbols.given(delta, 0);
+                self.put("delta", &delta);
+            }
+            None => {
+                let delta = self.symbols.any(signed);
+                let remark = format!("no limit of the travel is proved; it turns over every {turn}");
+                self.put_with("delta", &delta, &remark);
+            }
+        }
+        let delta = self.get("delta").clone();
         let contact = Span::new(i128::from(delta.span.min >= 0), i128::from(delta.span.max >= 0));
-        let contact = Word { fits: true, ..self.symbols.given(contact, 0) };
+        let contact = self.symbols.given(contact, 0);
         self.put("contact", &contact);
         let depth = Span::new(delta.span.min.max(0), delta.span.max.max(0));
-        let depth = match delta.exact {
-            Some(_) => self.symbols.given(depth, 0),
-            None => Word { span: depth, ..self.symbols.any(counter) },
-        };
+        let depth = Word { fits: delta.fits, ..self.symbols.given(depth, 0) };
         self.put("penetration", &depth);
     }
 

@@ -9,6 +9,9 @@
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
 //! | input shaper | what it hands on is between 0 and the torque; its filter's overflow is not proved |
 
+//!
+//! Errors beside real numbers are proved of the sampled wall; those of the others go round their memory and are left out.
+
 use hpu_cosim::TheLoop;
 use hpu_datapath::{Generic, Law, LawWidths, MethodLoop};
 use hpu_signal::{Format, Overflow};
@@ -188,10 +191,7 @@ impl<'a> Seen<'a> {
         let format = self.memory(true, self.widths.width - 1, frac);
         let deepest = self.delta.span.max.max(0) << frac;
         if held >= one || free > one {
-            return (
-                (Word { fits: false, ..symbols.any(Format::signed(self.widths.torque_width + 2)) }, None),
-                symbols.any(format),
-            );
+            return ((symbols.wrapped(Format::signed(self.widths.torque_width + 2)), None), symbols.any(format));
         }
         // e <= most: floor((share delta + held e) / 2^gain) <= most. At least -1: a tool in contact is not ahead of the device.
         let most = (share * deepest + one - held - 1) / (one - held);
@@ -242,7 +242,7 @@ impl<'a> Seen<'a> {
         let frac = self.number("EXTENSION_FRAC");
         let format = self.memory(false, self.widths.width, frac);
         // x'^2 = x^2 + 2 x d <= (x + d)^2: from a penetration on, x follows it, and dies outside.
-        let bounded = self.number("ALPHA") == 256 && self.delta.exact.is_some();
+        let bounded = self.number("ALPHA") == 256 && self.delta.fits;
         let most = if bounded { self.depth.span.max << frac } else { format.max() };
         let memory = symbols.given(Span::new(0, most), frac as i32);
         let memory = Word { exact: None, fits: false, ..memory };

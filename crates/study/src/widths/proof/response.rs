@@ -216,10 +216,13 @@ fn balanced(a: &[Vec<Interval>]) -> (Matrix, Vec<f64>) {
                 continue;
             }
             let unit = 2f64.powi((row / column).log2().div_euclid(2.0) as i32);
-            for other in 0..size {
-                if other != state {
-                    a[state][other] = a[state][other].scaled(unit.recip());
-                    a[other][state] = a[other][state].scaled(unit);
+            for (other, cells) in a.iter_mut().enumerate() {
+                if other == state {
+                    for (column, cell) in cells.iter_mut().enumerate() {
+                        *cell = if column == state { *cell } else { cell.scaled(unit.recip()) };
+                    }
+                } else {
+                    cells[state] = cells[state].scaled(unit);
                 }
             }
             units[state] *= unit;

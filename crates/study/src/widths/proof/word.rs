@@ -27,10 +27,14 @@ impl Symbols {
         Word { span, frac, exact: Some(form.clone()), form, fits: true }
     }
 
-    /// Any word at all, of which nothing is promised.
+    /// Any word at all. What follows is right on it as it stands, whatever it was to be.
     pub fn any(&mut self, format: Format) -> Word {
-        let span = Span::of(format);
-        Word { span, frac: format.frac(), form: self.fresh(span, format.frac()), exact: None, fits: false }
+        Word { fits: false, ..self.given(Span::of(format), format.frac()) }
+    }
+
+    /// Any word at all, of which nothing is promised any more.
+    pub fn wrapped(&mut self, format: Format) -> Word {
+        Word { exact: None, ..self.any(format) }
     }
 
     /// Word less exact value, and the fraction bits of that.
@@ -75,7 +79,7 @@ impl Symbols {
             return word;
         }
         match overflow {
-            Overflow::Wrap => self.any(to),
+            Overflow::Wrap => self.wrapped(to),
             Overflow::Saturate => self.clamped(&word, Span::of(to)),
         }
     }
