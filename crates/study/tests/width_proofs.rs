@@ -5,7 +5,7 @@ mod proofs_common;
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::SignalUse;
-use hpu_study::widths::proof::{How, Proof, axis_bounds, exhausted};
+use hpu_study::widths::proof::{How, Proof, axis_bounds, exhausted, gappa};
 use proofs_common::{Wander, axis, bits, contains, of, run, traced, used, wander};
 
 /// The steps of each block.
@@ -218,7 +218,7 @@ fn a_closed_loop_wraps_exactly_when_it_reaches_the_penetration_of_its_word() {
         let unit = stiffness_of_a_word(&with("1.5"));
         let safe = axis_bounds(&with("1.5")).unwrap().wraps_at.unwrap().word.unwrap();
         let mut first = None;
-        for word in [safe - 1, safe].into_iter().chain((10..=60).step_by(5)) {
+        for word in [safe - 1, safe].into_iter().chain((10..=60).step_by(10)) {
             let scene = with(&format!("{}", word as f64 * unit));
             let (proof, summary) = (axis_bounds(&scene).unwrap(), run(&scene));
             let (spring, depth) = (used(&summary, "spring"), used(&summary, "penetration"));
@@ -234,6 +234,24 @@ fn a_closed_loop_wraps_exactly_when_it_reaches_the_penetration_of_its_word() {
             }
         }
         println!("{name}: proved below word {safe}, first seen at {first:?}");
+    }
+}
+
+#[test]
+fn a_slow_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
+    for (grip, end) in [("0.6", "2.2"), ("0.8", "2.0"), ("0.5", "2.4"), ("1.1", "1.85")] {
+        let path = format!("[[\"0 s\", 1.4], [\"1 s\", {end}]]");
+        let with = |stiffness: &str| {
+            axis("wrap-product", &[("hand.path", &path), ("hand.stiffness", grip), ("wall.stiffness", stiffness)])
+        };
+        let unit = stiffness_of_a_word(&with("1.5"));
+        let predicted = axis_bounds(&with("1.5")).unwrap().wraps_at.unwrap().at_rest.unwrap();
+        println!("grip {grip} N.m/rad to {end} rad: word {predicted}");
+        for word in predicted - 4..=predicted + 2 {
+            let summary = run(&with(&format!("{}", word as f64 * unit)));
+            let overflowed = used(&summary, "spring").overflowed > 0;
+            assert_eq!(overflowed, word >= predicted, "word {word}");
+        }
     }
 }
 
@@ -286,4 +304,19 @@ fn all_words_of_every_combinational_block_lead_to_what_its_data_sheet_says() {
     assert_eq!(ranges, expected);
     let spring = rows.iter().find(|row| row.name == "spring").unwrap();
     assert_eq!((spring.error, spring.never_overflows), (Some(0.0), false), "exact or clamped, all 2^24 products");
+}
+
+#[test]
+fn what_has_no_words_has_no_proof_and_says_why() {
+    let linear = axis("hybrid-wall", &[("model.datapath", "\"linear\"")]);
+    assert_eq!(axis_bounds(&linear).unwrap_err(), "the scene's law is linear: it has no words");
+    let coupled = axis("coupled-wall", &[]);
+    let refused = gappa(&coupled, &axis_bounds(&coupled).unwrap()).unwrap_err();
+    assert_eq!(refused, "a script is written of a hybrid or a conventional loop, not of `virtual_coupling`");
+    // A recording has no device: its nets are bounded by their words, and it is said so.
+    let recorded = axis_bounds(&axis("replay-capture", &[])).unwrap();
+    let delta = of(&recorded, "delta");
+    assert_eq!((delta.min, delta.max, delta.never_overflows), (-2048.0, 2047.0, false));
+    let why = "no limit of the motion: a recording stands in the place of the device";
+    assert!(delta.assumptions.iter().any(|assumption| assumption == why), "{delta:?}");
 }

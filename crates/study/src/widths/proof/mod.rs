@@ -69,7 +69,8 @@ pub struct Bound {
     pub error: Option<f64>,
     /// How the figures came about.
     pub how: How,
-    /// Whether the word holds every value that is to be in it: nothing wraps, and nothing saturates but by intent.
+    /// Whether the word holds every value that is to be in it: it never wraps, is never clamped, and no run counts an edge at
+    /// which it has overflowed. A position may turn over, as long as the displacement reads through it.
     pub never_overflows: bool,
     /// Under which assumptions.
     pub assumptions: Vec<String>,
@@ -101,6 +102,9 @@ pub struct WrapsAt {
     pub stiffness: Option<f64>,
     /// The least penetration that overflows at the scene's own stiffness, in counts; none if none does.
     pub at_scene: Option<i64>,
+    /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow; none for
+    /// other hands. At every penetration that does not overflow, its grip pushes harder than spring and friction hold.
+    pub at_rest: Option<i64>,
     /// Whether the penetration is reached for certain, so that this word is the first at which the product overflows, and
     /// not only the first at which no proof says that it cannot.
     pub reached: bool,
@@ -161,7 +165,7 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
         let rows = of_wiring(&settings, &travel, session.wiring());
         let Span { min, max } = rows.get("command").span;
         let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
-        let wraps_at = wrap::wraps_at(scene, &settings, &travel, &rows);
+        let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
         proof = Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at };
         if (min, max) == commands {
             break;

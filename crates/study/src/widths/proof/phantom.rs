@@ -46,7 +46,11 @@ pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
             _ => match found {
                 Some(found) => adapted(net, found, scene, assumptions),
                 None if net.format == Format::BIT => given(net, 0, 1),
-                None => by_format(net, "turns over, and its joint's count reads through it"),
+                None => {
+                    let through = "turns over; the joint's count reads through that".to_string();
+                    let assumptions = vec![through, inside.clone()];
+                    Bound { assumptions, ..given(net, 0, net.format.max() as i64) }
+                }
             },
         }
     };
