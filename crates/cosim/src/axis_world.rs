@@ -26,9 +26,8 @@ pub struct AxisWorld<'p> {
     shaping: Option<Shaping>,
     latch: Option<Latch>,
     device: Option<Body<'p>>,
-    /// The outputs that the device was last told, unless it has gone on by itself since, and the edge up to which it does.
+    /// The outputs that the device was last told, unless it has gone on by itself since.
     told: Option<LoopOut<i64>>,
-    cruise_end: u64,
     encoder: Encoder,
     edge: u64,
     pins: Pins,
@@ -55,7 +54,6 @@ impl<'p> AxisWorld<'p> {
             latch: None,
             device: None,
             told: None,
-            cruise_end: 0,
             encoder: Encoder::new(plant.count_rad, 0.0),
             edge: 0,
             pins: Pins::default(),
@@ -232,7 +230,7 @@ impl World for AxisWorld<'_> {
             return;
         };
         match self.plant.actuator {
-            Actuator::Switching if self.told == Some(out) && edge != self.cruise_end => {}
+            Actuator::Switching if self.told == Some(out) => {}
             Actuator::Switching => {
                 self.told = Some(out);
                 device.driven(edge, Drive::Gates(gates(out)));
@@ -276,7 +274,7 @@ impl World for AxisWorld<'_> {
         let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(repeat.others) };
         let end = self.device.as_mut()?.cruise(self.edge, last, (low, high), &pulses)?;
         // Until then it may not be told every change.
-        (self.told, self.cruise_end) = (None, end);
+        self.told = None;
         Some(end)
     }
 

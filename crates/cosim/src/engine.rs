@@ -132,18 +132,18 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
-        if let Some((repeat, edge)) = self.repeated.take()
-            && edge <= end
-            && !observer.follows(outputs(&self.input, &self.out))
-        {
-            return self.pass(&repeat, edge, observer);
+        let ahead = self.repeated.take().filter(|&(_, edge)| edge <= end);
+        let ahead = ahead.filter(|_| !observer.follows(outputs(&self.input, &self.out)));
+        if let Some((repeat, edge)) = &ahead {
+            self.advance(*edge, observer);
+            self.pass(repeat);
         }
         // Until a pin changes, the first edge that must be ticked is the one after the quiet ones.
         let quiet = self.wiring.quiet(&self.input);
         let due = self.edge.saturating_add(quiet).saturating_add(1);
-        let limit = due.min(end);
-        let (next_log, stride) = (&mut self.next_log, self.stride);
-        self.world.advance(limit, |world, edge| log(next_log, stride, world, edge - 1, observer));
+        if ahead.is_none() {
+            self.advance(due.min(end), observer);
+        }
         let edge = self.world.edge();
         let mut input = self.input;
         self.world.place(&mut input);
@@ -158,19 +158,24 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// Over whole periods of repeated outputs to the edge that begins the next one.
-    fn pass<O: Observe>(&mut self, repeat: &Repeat<E::Out>, edge: u64, observer: &mut O) {
+    /// The world goes to its next change, or to `limit`.
+    #[inline(always)]
+    fn advance<O: Observe>(&mut self, limit: u64, observer: &mut O) {
         let (next_log, stride) = (&mut self.next_log, self.stride);
-        self.world.advance(edge, |world, edge| log(next_log, stride, world, edge - 1, observer));
-        debug_assert_eq!(self.world.edge(), edge);
-        let periods = (edge - self.edge) / repeat.period;
-        self.wiring.skip_periods(periods, &self.input);
-        // Each period ends one pulse, and all but the last begin another.
-        let changes = 2 * periods - 1;
+        self.world.advance(limit, |world, edge| log(next_log, stride, world, edge - 1, observer));
+    }
+
+    /// The datapath, over repeated outputs, to the edge before the world's.
+    fn pass(&mut self, repeat: &Repeat<E::Out>) {
+        let edges = self.world.edge() - 1 - self.edge;
+        self.wiring.skip_repeats(edges, &self.input);
+        let Repeat { period, first, others, .. } = *repeat;
+        let changes = edges / period + (edges + period - first) / period;
         (self.ticks, self.output_changes) = (self.ticks + changes, self.output_changes + changes);
-        (self.edge, self.out) = (edge, repeat.others);
-        self.world.place(&mut self.input);
-        self.tick(observer);
+        self.edge += edges;
+        if edges % period >= first {
+            self.out = others;
+        }
     }
 
     #[inline(always)]

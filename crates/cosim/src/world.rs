@@ -33,8 +33,8 @@ pub trait World: Clone {
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
     /// The outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
-    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on over whole
-    /// periods by itself, and changes no input in them, says up to which edge; it does so for whoever drives it.
+    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with them by
+    /// itself, for a period or more, and changes no input before an edge, says that edge; it does so for whoever drives it.
     fn foresee(&mut self, _: &Repeat<Self::Out>) -> Option<u64> {
         None
     }

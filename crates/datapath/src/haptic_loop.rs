@@ -140,6 +140,18 @@ impl<const HELD: bool> HapticLoop<HELD> {
         }
     }
 
+    /// The same for inputs that may differ from those before by the pins alone, which reach no combinational net.
+    #[inline]
+    fn take_in(&mut self, input: &LoopIn<i64>) {
+        let LoopIn { a_pin, b_pin, .. } = *input;
+        if self.settled.is_some_and(|settled| LoopIn { a_pin, b_pin, ..settled } == *input) {
+            self.settled = Some(*input);
+            self.words[..2].copy_from_slice(&[a_pin, b_pin]);
+        } else {
+            self.let_settle(input);
+        }
+    }
+
     /// Brings the meter up to date.
     fn count_lost(&mut self) {
         for (index, (rounded, overflowed)) in Self::NETS.lossy().into_iter().zip(self.lost) {
@@ -195,7 +207,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         let fresh = self.settled != Some(input);
         if fresh {
             // As in VHDL, the registers see what the new inputs have made of the combinational nets.
-            self.let_settle(&input);
+            self.take_in(&input);
         }
         let (net, seen) = (Self::NETS, self.seen(&input));
         let blocks = &mut self.blocks;
@@ -287,15 +299,13 @@ impl<const HELD: bool> Wiring for HapticLoop<HELD> {
     }
 
     #[inline]
-    fn skip_periods(&mut self, periods: u64, input: &LoopIn<i64>) {
+    fn skip_repeats(&mut self, edges: u64, input: &LoopIn<i64>) {
         let seen = self.seen(input);
-        let edges = periods * self.blocks.modulator.period() - 1;
         self.skip_still(edges, &seen);
-        let pwm::Out { a_high, a_low, b_high, b_low } = self.blocks.modulator.skip_periods();
-        let gates = [a_high, a_low, b_high, b_low];
+        let gates = |pwm::Out { a_high, a_low, b_high, b_low }| [a_high, a_low, b_high, b_low];
         let first = Self::NETS.gates;
-        self.words[first..first + GATES].copy_from_slice(&gates);
-        self.meter.range_from(first, &gates);
+        self.meter.range_from(first, &gates(self.blocks.modulator.pause()));
+        self.words[first..first + GATES].copy_from_slice(&gates(self.blocks.modulator.skip_repeats(edges)));
         self.standing = self.standing.saturating_add(edges);
     }
 

@@ -315,12 +315,11 @@ impl<L: Law> Wiring for MethodLoop<L> {
     }
 
     #[inline]
-    fn skip_periods(&mut self, periods: u64, input: &LoopIn<i64>) {
-        let edges = periods * self.modulator.period() - 1;
+    fn skip_repeats(&mut self, edges: u64, input: &LoopIn<i64>) {
         self.skip_still(edges, input);
-        let pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.skip_periods();
-        self.words[GATES..POSITION].copy_from_slice(&[a_high, a_low, b_high, b_low]);
-        self.meter.range(&self.words);
+        let gates = |pwm::Out { a_high, a_low, b_high, b_low }| [a_high, a_low, b_high, b_low];
+        self.meter.range_from(GATES, &gates(self.modulator.pause()));
+        self.words[GATES..POSITION].copy_from_slice(&gates(self.modulator.skip_repeats(edges)));
         self.standing = self.standing.saturating_add(edges);
     }
 

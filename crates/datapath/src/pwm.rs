@@ -175,12 +175,6 @@ impl Pwm {
         }
     }
 
-    /// Edges of a period.
-    #[inline]
-    pub(crate) fn period(&self) -> u64 {
-        self.period
-    }
-
     /// How the gates repeat from the edge just ticked on while this command stays: a period has just begun with its pulse.
     /// Other nets are somebody else's.
     #[inline]
@@ -188,15 +182,21 @@ impl Pwm {
         let Self { period, pulse: Pulse { duty, .. }, .. } = *self;
         let is_plain = self.config.latched && self.dead_time == 0 && !self.resting;
         let repeats = is_plain && self.phase == 1 && (1..period).contains(&duty) && input.command == self.held;
-        let others = || Self::shown(&self.off.map(|state| Leg { state, wait: 0 }));
-        repeats.then(|| Repeat { period, first: duty, others: others(), edges: u64::MAX })
+        repeats.then(|| Repeat { period, first: duty, others: self.pause(), edges: u64::MAX })
     }
 
-    /// From the beginning of a pulse that repeats to the last edge of a period; the gates then.
+    /// The gates between pulses.
     #[inline]
-    pub(crate) fn skip_periods(&mut self) -> Out<i64> {
-        self.phase = 0;
-        self.legs = self.off.map(|state| Leg { state, wait: 0 });
+    pub(crate) fn pause(&self) -> Out<i64> {
+        Self::shown(&self.off.map(|state| Leg { state, wait: 0 }))
+    }
+
+    /// That many edges from the beginning of a pulse that repeats; the gates then.
+    #[inline]
+    pub(crate) fn skip_repeats(&mut self, edges: u64) -> Out<i64> {
+        let last = edges & (self.period - 1);
+        self.legs = self.wanted(self.pulse, last).map(|state| Leg { state, wait: 0 });
+        self.phase = (last + 1) & (self.period - 1);
         self.gates()
     }
 

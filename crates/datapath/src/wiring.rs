@@ -79,9 +79,9 @@ pub trait Wiring: Block {
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None
     }
-    /// The edges up to the last one of so many periods, at least one, as [`repeats`](Wiring::repeats) tells: what ticks would
-    /// leave, in constant time. The next edge begins a period. There must be no more edges than it says.
-    fn skip_periods(&mut self, _periods: u64, _input: &Self::In<i64>) {
+    /// That many ticks at once, in constant time, from where [`repeats`](Wiring::repeats) has told of as many: from the other
+    /// outputs' first edge on.
+    fn skip_repeats(&mut self, _edges: u64, _input: &Self::In<i64>) {
         unreachable!("nothing repeats")
     }
     /// Range and lost bits of every net since reset.

@@ -48,7 +48,7 @@ const LEAST: u64 = 2;
 pub(crate) struct Cruise<'a> {
     period: &'a Period,
     duty: u64,
-    /// The edge at which the last period is over.
+    /// The edge at which it ends.
     end: u64,
     /// Input and source of pulse and pause.
     inputs: [Doubles; 2],
@@ -195,9 +195,9 @@ impl<'a> Cruise<'a> {
 
 impl<'a> Device<'a> {
     versions! {
-        /// Whose gates have just been set to begin a pulse, and will repeat it as `pulses` says until the edge `last`, goes on by
-        /// whole periods in which no mode ends and the angle stays in `[low_rad, high_rad)`; until which edge, if there are such.
-        /// Until then it heeds no gates but others than foreseen.
+        /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge `last`, it goes on
+        /// so for two periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
+        /// which, if it can. Before that edge it heeds no gates but others than foreseen.
         pub fn cruise[cruise_fused, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
 
@@ -246,8 +246,8 @@ impl<'a> Device<'a> {
             (self.motion, self.heard, self.ahead.0) = (smooth, 0, 0);
             let left = self.next_event(edge, edge + reach, band_rad);
             self.leaves = left.map_or(0, |event| event.0);
-            let periods = left.map_or(reach, |event| event.0 - 1 - edge) / period;
-            (periods >= LEAST).then_some(edge + periods * period)
+            let end = left.map_or(edge + reach, |event| event.0 - 1);
+            (end - edge >= LEAST * period).then_some(end)
         });
         (self.checks, self.redecided) = (before.1, before.2);
         (self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);
@@ -276,7 +276,7 @@ impl<'a> Device<'a> {
         (self.shaft == Shaft::Stuck || x[ANGLE] > low_rad && x[ANGLE] < high_rad).then_some((low_rad, high_rad))
     }
 
-    /// Until which edge it goes on by whole periods, if it does.
+    /// The edge at which it ceases to go on with repeated gates, if it does so.
     #[inline(always)]
     pub(crate) fn cruise_end(&self) -> Option<u64> {
         self.cruise.as_ref().map(|cruise| cruise.end)
@@ -286,6 +286,17 @@ impl<'a> Device<'a> {
     pub(crate) fn foresees(&self, cruise: &Cruise<'a>, edge: u64, drive: Drive) -> bool {
         let foreseen = if cruise.is_pulse(edge - self.anchor) { self.drive } else { cruise.pause.0 };
         edge < cruise.end && drive == foreseen
+    }
+
+    versions! {
+        /// Comes to the end of a cruise.
+        pub(crate) fn land[land_fused, land_with](self: &mut Self, edge: u64)
+    }
+
+    #[inline(always)]
+    fn land_with<P: Product>(&mut self, edge: u64) {
+        let x = self.account::<P>(edge);
+        self.redrive::<P>(edge, x);
     }
 
     /// Ends a cruise at an edge, before the gates are set there: the state, all else but the motion as if there had been none.

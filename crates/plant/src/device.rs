@@ -56,7 +56,7 @@ pub struct Device<'a> {
     pub(crate) initial_j: f64,
     pub(crate) mode_changes: u64,
     pub(crate) prefix: (u64, (State, State)),
-    /// Whole periods of repeated gates that it goes on by; the motion is then the smooth one.
+    /// What it goes on with while its gates repeat; the motion is then the smooth one.
     pub(crate) cruise: Option<Cruise<'a>>,
     /// Up to which edge is known what comes next while the angle is in that band, and what.
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
@@ -339,7 +339,7 @@ impl<'a> Device<'a> {
 
     versions! {
         /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
-        /// happened at `from`; or the one at which whole periods of repeated gates are over.
+        /// happened at `from`; or the end of a [`cruise`](Self::cruise).
         #[must_use]
         pub fn next_event[next_event_fused, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
@@ -417,7 +417,8 @@ impl<'a> Device<'a> {
     #[inline(always)]
     pub fn step(&mut self, edge: u64) -> State {
         if self.cruise.is_some() {
-            return self.state_next(edge);
+            let x = self.state_next(edge);
+            return self.arrive((edge, x));
         }
         let x = self.motion.at_next(edge - self.anchor, &mut self.prefix);
         self.arrive((edge, x))
@@ -426,8 +427,12 @@ impl<'a> Device<'a> {
     /// Comes to the edge of an event: changes the mode if it is one that has ended.
     #[inline(always)]
     pub fn arrive(&mut self, (edge, x): Event) -> State {
-        if self.cruise.is_some() {
-            return x;
+        if let Some(end) = self.cruise_end() {
+            if edge < end {
+                return x;
+            }
+            self.land(edge);
+            return *self.motion.anchor();
         }
         let edges = edge - self.anchor;
         self.hear(edges);

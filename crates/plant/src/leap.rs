@@ -136,12 +136,13 @@ impl Quadrature {
     pub(crate) fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
         let (t, g) = (self.length_s, &self.forms);
         let path = self.s.times(w);
-        let form: State = std::array::from_fn(|k| {
+        let mut form = [0.0; 4];
+        for (k, form) in form.iter_mut().enumerate() {
             let first = (g[0][k] * w[0] + g[1][k] * w[1]) + (g[2][k] * w[2] + g[3][k] * w[3]);
             let second = (g[4][k] * w[1] + g[5][k] * w[2]) + g[6][k] * w[3];
             let third = g[7][k] * w[2] + g[8][k] * w[3];
-            (first * w[0] + second * w[1]) + (third * w[2] + g[9][k] * w[3] * w[3])
-        });
+            *form = (first * w[0] + second * w[1]) + (third * w[2] + g[9][k] * w[3] * w[3]);
+        }
         for k in 0..4 {
             total.states[k] += x[k] * t + path[k];
             total.squares[k] += x[k] * (x[k] * t + (path[k] + path[k])) + form[k];
