@@ -43,6 +43,7 @@ pub struct Pulses {
 
 /// Fewer periods than this are not worth a leap.
 const LEAST: u64 = 2;
+
 /// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth one.
 #[derive(Clone)]
 pub(crate) struct Cruise<'a> {

@@ -288,8 +288,6 @@ pub(crate) struct Wide {
 }
 
 impl Wide {
-    pub const ZERO: Self = Self { hi: Columns([[0.0; 4]; 4]), lo: Columns([[0.0; 4]; 4]) };
-
     pub fn of(rows: &[[Double; 4]; 4]) -> Self {
         let part =
             |pick: fn(Double) -> f64| Columns(std::array::from_fn(|c| std::array::from_fn(|r| pick(rows[r][c]))));

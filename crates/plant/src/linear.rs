@@ -30,11 +30,11 @@ struct Digit {
     turn: Wide,
 }
 
-/// The digits of a level.
-struct Level {
-    digits: Vec<Digit>,
-    /// `P` once more, rounded, for those who ask edge by edge: close together.
-    high: Vec<Columns>,
+/// A value of each digit of a level, made when first needed: a run meets few.
+type Level<T> = Vec<OnceLock<Box<T>>>;
+
+fn levels<T>(count: usize) -> Vec<Level<T>> {
+    (0..count).map(|_| (0..RADIX).map(|_| OnceLock::new()).collect()).collect()
 }
 
 /// A linear system, its leaps tabulated for one clock period.
@@ -44,11 +44,13 @@ pub struct Linear {
     /// How fast it moves, in 1/s.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,
-    /// `P` of one edge of each level, and the digits of those that have been needed.
+    /// `P` of one edge of each level, and the digits.
     units: Vec<Wide>,
-    levels: Vec<OnceLock<Level>>,
-    /// Quadratures of the digits, and of the next level's edge: many runs never audit.
-    quadratures: Vec<OnceLock<(Vec<Quadrature>, Leap)>>,
+    levels: Vec<Level<Digit>>,
+    /// `P` of the lowest level once more, rounded, for those who ask edge by edge: close together.
+    high: OnceLock<Vec<Columns>>,
+    /// Quadratures of the digits.
+    quadratures: Vec<Level<(Leap, Quadrature)>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
     /// For the same lengths: twice what the slope's `f64` value may err, for a slope of one at the anchor.
@@ -87,8 +89,7 @@ impl Linear {
                 unit = joined::<P>(&wide, &unit, &unit);
             }
         }
-        let levels = std::iter::repeat_with(OnceLock::new).take(count).collect();
-        let quadratures = std::iter::repeat_with(OnceLock::new).take(count).collect();
+        let (levels, high, quadratures) = (levels(count), OnceLock::new(), levels(count));
         let errors = bounds.iter().enumerate().map(|(dyadic, m)| {
             let sum = |x: &Matrix, y: &Matrix| map2(x, y, |x, y| x + y);
             let turns = product(&sum(m, &identity), m);
@@ -97,7 +98,7 @@ impl Linear {
             map2(&product(m, &all), m, |x, _| x * f64::EPSILON)
         });
         let errors = errors.collect();
-        Self { a, wide, rate: rate(&a), edge_s, units, levels, quadratures, bounds, errors }
+        Self { a, wide, rate: rate(&a), edge_s, units, levels, high, quadratures, bounds, errors }
     }
 
     /// The matrix `A`, rounded.
@@ -159,7 +160,7 @@ impl Linear {
             loop {
                 let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    let Digit { p, turn } = &self.level(level).digits[digit];
+                    let Digit { p, turn } = self.digit(level, digit);
                     (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
                 }
                 level -= 1;
@@ -174,7 +175,7 @@ impl Linear {
     /// The state up to 127 edges after a [`prefix`](Self::prefix).
     #[inline(always)]
     fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.level(0).high[digit as usize].times(&prefix.1)) }
+        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.digit(0, digit as usize).p.hi.times(&prefix.1)) }
     }
 
     /// State and slope so many edges after these, as seen through `f64`.
@@ -185,7 +186,7 @@ impl Linear {
         if digit == 0 {
             return (x, w);
         }
-        let Digit { p, turn } = &self.level(0).digits[digit];
+        let Digit { p, turn } = self.digit(0, digit);
         (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
     }
 
@@ -202,63 +203,82 @@ impl Linear {
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                self.quadratures(level)[digit].add(&x, &w, &mut total);
-                let Digit { p, turn } = &self.level(level).digits[digit];
+                self.quadrature(level, digit).1.add(&x, &w, &mut total);
+                let Digit { p, turn } = self.digit(level, digit);
                 (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
             }
         }
         (total, x, w)
     }
 
+    /// What so many edges of a level do, at least one.
     #[inline(always)]
-    fn level(&self, level: u32) -> &Level {
-        match self.levels[level as usize].get() {
-            Some(level) => level,
-            None => self.tabulate(level),
+    fn digit(&self, level: u32, digit: usize) -> &Digit {
+        match self.levels[level as usize][digit].get() {
+            Some(digit) => digit,
+            None => self.tabulate(level, digit),
         }
     }
 
     #[cold]
-    fn tabulate(&self, level: u32) -> &Level {
-        self.levels[level as usize].get_or_init(|| Self::table(&self.wide, &self.units[level as usize]))
+    fn tabulate(&self, level: u32, digit: usize) -> &Digit {
+        let unit = &self.units[level as usize];
+        self.levels[level as usize][digit].get_or_init(|| {
+            // By doubling, so that rounding grows with the number of bits only.
+            let pair = match digit {
+                1 => None,
+                _ if digit % 2 == 0 => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
+                _ => Some((&self.digit(level, digit - 1).p, unit)),
+            };
+            Box::new(Self::follow(&self.wide, unit, pair))
+        })
     }
 
     versions! {
-        fn table[table_fused, table_with](a: &Wide, unit: &Wide) -> Level
+        /// What a unit does, or two leaps one after the other.
+        fn follow[follow_fused, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
     }
 
     #[inline(always)]
-    fn table_with<P: Product>(a: &Wide, unit: &Wide) -> Level {
-        let mut all = Vec::with_capacity(RADIX);
-        for d in 0..RADIX {
-            let p = match d {
-                0 => Wide::ZERO,
-                1 => *unit,
-                _ => {
-                    // By doubling, so that rounding grows with the number of bits only.
-                    let first: &Digit = &all[if d % 2 == 0 { d / 2 } else { d - 1 }];
-                    joined::<P>(a, &first.p, if d % 2 == 0 { &first.p } else { unit })
-                }
-            };
-            all.push(Digit { p, turn: a.after::<P>(&p) });
-        }
-        Level { high: all.iter().map(|digit| digit.p.hi).collect(), digits: all }
+    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit {
+        let p = pair.map_or(*unit, |(first, second)| joined::<P>(a, first, second));
+        Digit { p, turn: a.after::<P>(&p) }
     }
 
+    /// `P` of up to 127 edges, rounded.
     #[inline(always)]
-    fn quadratures(&self, level: u32) -> &[Quadrature] {
-        match self.quadratures[level as usize].get() {
-            Some((digits, _)) => digits,
-            None => &self.integrate(level).0,
+    fn high(&self) -> &[Columns] {
+        match self.high.get() {
+            Some(high) => high,
+            None => self.gather(),
         }
     }
 
     #[cold]
-    fn integrate(&self, level: u32) -> &(Vec<Quadrature>, Leap) {
-        self.quadratures[level as usize].get_or_init(|| {
-            let unit = if level == 0 { Leap::of(&self.a, self.edge_s) } else { self.integrate(level - 1).1 };
-            let (all, next) = digits(Leap::NOTHING, unit, |first, second| first.then(&self.a, second));
-            (all.iter().map(Quadrature::of).collect(), next)
+    fn gather(&self) -> &[Columns] {
+        let all = || (1..RADIX).map(|digit| self.digit(0, digit).p.hi);
+        self.high.get_or_init(|| std::iter::once(Columns([[0.0; 4]; 4])).chain(all()).collect())
+    }
+
+    #[inline(always)]
+    fn quadrature(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
+        match self.quadratures[level as usize][digit].get() {
+            Some(quadrature) => quadrature,
+            None => self.integrate(level, digit),
+        }
+    }
+
+    #[cold]
+    fn integrate(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
+        self.quadratures[level as usize][digit].get_or_init(|| {
+            let twice = |leap: &Leap| leap.then(&self.a, leap);
+            let leap = match (digit, level) {
+                (1, 0) => Leap::of(&self.a, self.edge_s),
+                (1, _) => twice(&self.quadrature(level - 1, RADIX / 2).0),
+                _ if digit % 2 == 0 => twice(&self.quadrature(level, digit / 2).0),
+                _ => self.quadrature(level, digit - 1).0.then(&self.a, &self.quadrature(level, 1).0),
+            };
+            Box::new((leap, Quadrature::of(&leap)))
         })
     }
 }
@@ -303,17 +323,6 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
         p = joined::<P>(a, &p, &p);
     }
     p
-}
-
-/// `unit` repeated 0 to 127 times, by doubling, so that rounding grows with the number of bits only; and 128 times.
-fn digits<T: Copy>(nothing: T, unit: T, then: impl Fn(&T, &T) -> T) -> (Vec<T>, T) {
-    let mut all = vec![nothing, unit];
-    for d in 2..=RADIX {
-        let (first, second) = if d % 2 == 0 { (all[d / 2], all[d / 2]) } else { (all[d - 1], unit) };
-        all.push(then(&first, &second));
-    }
-    let next = all.remove(RADIX);
-    (all, next)
 }
 
 /// A motion: a system, an anchor state at edge 0 and a constant input.
@@ -411,7 +420,10 @@ impl<'a> Trajectory<'a> {
         if cache.0 != edges >> BITS {
             *cache = (edges >> BITS, self.prefix(edges >> BITS));
         }
-        self.within(&cache.1, edges & MASK)
+        match edges & MASK {
+            0 => cache.1.0,
+            digit => plus(&cache.1.0, &self.system.high()[digit as usize].times(&cache.1.1)),
+        }
     }
 
     /// The state after `edges` edges in double-double.
@@ -432,7 +444,7 @@ impl<'a> Trajectory<'a> {
         let (total, now, (x, w)) = self.leap_from_block::<P, true>(edges);
         let digit = edges & MASK;
         let next = if (1..MASK).contains(&digit) {
-            self.system.level(0).digits[digit as usize + 1].p.times::<P>(&w, &x)
+            self.system.digit(0, digit as usize + 1).p.times::<P>(&w, &x)
         } else {
             self.flow::<P>(edges + 1)
         };
@@ -462,12 +474,12 @@ impl<'a> Trajectory<'a> {
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
                 if AUDIT {
-                    self.system.quadratures(level)[digit].add(&x.hi, &w.hi, &mut total);
+                    self.system.quadrature(level, digit).1.add(&x.hi, &w.hi, &mut total);
                 }
                 if level == 0 {
                     block = (x, w);
                 }
-                let Digit { p, turn } = &self.system.level(level).digits[digit];
+                let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);
                 if rest != 0 {
                     w = turn.times::<P>(&w, &w);
