@@ -34,7 +34,7 @@ pub trait World: Clone {
     /// The outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
     /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with them by
-    /// itself, for a period or more, and changes no input before an edge, says that edge; it does so for whoever drives it.
+    /// itself, for some periods, and changes no input before an edge, says that edge; it does so for whoever drives it.
     fn foresee(&mut self, _: &Repeat<Self::Out>) -> Option<u64> {
         None
     }

@@ -26,7 +26,7 @@ use crate::energy::{Energy, Powers};
 use crate::guard::{Guard, dyadic};
 use crate::leap::Integrals;
 use crate::linear::{Linear, Trajectory};
-use crate::matrix::{ANGLE, CURRENT, State, plus};
+use crate::matrix::{ANGLE, CURRENT, SPEED, State, plus};
 use crate::period::Period;
 use crate::{Circuit, Gates};
 
@@ -41,8 +41,8 @@ pub struct Pulses {
     pub pause: Gates,
 }
 
-/// Fewer periods than this are not worth a leap.
-const LEAST: u64 = 2;
+/// Fewer periods than this are not worth a leap: it costs as much as setting gates some four times.
+const LEAST: u64 = 4;
 
 /// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth one.
 #[derive(Clone)]
@@ -197,7 +197,7 @@ impl<'a> Cruise<'a> {
 impl<'a> Device<'a> {
     versions! {
         /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge `last`, it goes on
-        /// so for two periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
+        /// so for four periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
         /// which, if it can. Before that edge it heeds no gates but others than foreseen.
         pub fn cruise[cruise_fused, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
@@ -211,6 +211,12 @@ impl<'a> Device<'a> {
             return None;
         }
         let x = self.motion.x;
+        // At its present speed it must be some time to the next count.
+        let way_rad = x.hi[SPEED] * (LEAST * period) as f64 * self.motion.system().edge_s();
+        let ahead_rad = x.hi[ANGLE] + way_rad;
+        if self.shaft != Shaft::Stuck && !(band_rad.0..band_rad.1).contains(&ahead_rad) {
+            return None;
+        }
         let circuit = self.axis.bridge.circuit(pause, x.hi[CURRENT], 0.0);
         let (
             Circuit::Closed { direction: 0, switches, .. },
