@@ -238,20 +238,35 @@ fn a_closed_loop_wraps_exactly_when_it_reaches_the_penetration_of_its_word() {
 }
 
 #[test]
-fn a_slow_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
-    for (grip, end) in [("0.6", "2.2"), ("0.8", "2.0"), ("0.5", "2.4"), ("1.1", "1.85")] {
-        let path = format!("[[\"0 s\", 1.4], [\"1 s\", {end}]]");
-        let with = |stiffness: &str| {
-            axis("wrap-product", &[("hand.path", &path), ("hand.stiffness", grip), ("wall.stiffness", stiffness)])
+fn a_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
+    // The shipped push, and three that arrive at a twentieth of a radian a second.
+    let slow = |end: f64| format!("[[\"0 s\", 1.4], [\"700 ms\", {}], [\"1700 ms\", {end}]]", end - 0.05);
+    let shipped = "[[\"0 s\", 1.4], [\"500 ms\", 2.2]]".to_string();
+    for (grip, end, path) in
+        [(0.6, 2.2, shipped), (0.8, 2.0, slow(2.0)), (0.5, 2.4, slow(2.4)), (1.1, 1.85, slow(1.85))]
+    {
+        let with = |stiffness: f64| {
+            let (stiffness, grip) = (stiffness.to_string(), grip.to_string());
+            axis("wrap-product", &[("hand.path", &path), ("hand.stiffness", &grip), ("wall.stiffness", &stiffness)])
         };
-        let unit = stiffness_of_a_word(&with("1.5"));
-        let predicted = axis_bounds(&with("1.5")).unwrap().wraps_at.unwrap().at_rest.unwrap();
-        println!("grip {grip} N.m/rad to {end} rad: word {predicted}");
+        let unit = stiffness_of_a_word(&with(1.5));
+        let realised = with(1.5).words().unwrap().realised;
+        let predicted = axis_bounds(&with(1.5)).unwrap().wraps_at.unwrap().at_rest.unwrap();
         for word in predicted - 4..=predicted + 2 {
-            let summary = run(&with(&format!("{}", word as f64 * unit)));
-            let overflowed = used(&summary, "spring").overflowed > 0;
-            assert_eq!(overflowed, word >= predicted, "word {word}");
+            // Below, the push is held at the last penetration that does not overflow; where friction alone holds it, a push
+            // that is not infinitely slow may slide on.
+            let deepest = (4095 / word) as f64;
+            let push_nm = grip * (end - realised.wall_position_rad - (deepest + 1.0) * realised.count_rad);
+            let hold_nm = word as f64 * deepest * realised.torque_quantum_nm;
+            if word < predicted && push_nm > hold_nm {
+                println!("grip {grip} N.m/rad to {end} rad: friction decides at word {word}");
+                assert!(word == predicted - 1 && end != 2.2, "one word at most, and none of the shipped push");
+                continue;
+            }
+            let overflowed = used(&run(&with(word as f64 * unit)), "spring").overflowed > 0;
+            assert_eq!(overflowed, word >= predicted, "grip {grip} N.m/rad to {end} rad, word {word}");
         }
+        println!("grip {grip} N.m/rad to {end} rad: first wraps at word {predicted}");
     }
 }
 
