@@ -34,6 +34,7 @@ mod verify;
 mod waves;
 mod widths;
 mod widths_cost;
+mod widths_csv;
 mod widths_json;
 mod widths_price;
 mod widths_search;

@@ -10,6 +10,7 @@ use hpu_rtl::Cache;
 use hpu_signal::Notation;
 use hpu_study::chart::ranges;
 use hpu_study::widths::proof::{Bound, axis_bounds, phantom_bounds};
+use hpu_study::widths::tables::{Tables, tables};
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
 use crate::cost::Remember;
@@ -19,7 +20,7 @@ use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
-use crate::{fit, interrupt, pictures, widths_json, widths_search, widths_text};
+use crate::{fit, interrupt, pictures, widths_csv, widths_json, widths_search, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -55,6 +56,9 @@ pub struct Args {
     hdl: PathBuf,
     #[command(flatten)]
     remember: Remember,
+    /// Add the tables of sines of a PHANToM: other depths, other words and what could stand in their place
+    #[arg(long)]
+    tables: bool,
     /// Write formats in another notation beside (S,I,F)
     #[arg(long, value_enum, value_name = "NOTATION")]
     notation: Option<NotationArg>,
@@ -112,6 +116,8 @@ pub struct Page {
     pub recommended: Result<Recommended, String>,
     /// LUT4 and flip-flops that one bit more of each width costs, or why that is not told.
     pub one_more: Result<Vec<(Field, OneMore)>, String>,
+    /// The tables of sines of a PHANToM, where they are asked for.
+    pub tables: Option<Tables>,
     /// What the loop costs as it is.
     pub price: Option<Price>,
     /// Another notation.
@@ -128,7 +134,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.search.search {
         let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
         let prices = cache.as_ref().map(|cache| (cache, args.hdl.as_path()));
-        return widths_search::run(scene, &args.set.set, &args.search, jobs(args), prices, args.out.as_deref(), args.json);
+        return widths_search::run(
+            scene,
+            &args.set.set,
+            &args.search,
+            jobs(args),
+            prices,
+            args.out.as_deref(),
+            args.json,
+        );
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
@@ -136,7 +150,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     for name in &args.scenes {
         experiments.push(scene::source(name)?.parse(&args.set.set)?);
     }
+    let tables = if args.tables { Some(tables_of(&experiments[0])?) } else { None };
     let Some(mut page) = page(args, &experiments)? else { return Ok(Exit::Interrupted) };
+    page.tables = tables;
     if let Some(cache) = &cache
         && !price(&mut page, &experiments[0], &args.hdl, cache)?
     {
@@ -147,7 +163,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
         pictures::put(&ranges(&title, &page.measured, bounds, &page.command), folder)?;
         folder.write("widths.txt", widths_text::page(&page))?;
-        folder.write("widths.csv", widths_text::csv(&page))?;
+        folder.write("widths.csv", widths_csv::table(&page))?;
+        if let Some(tables) = &page.tables {
+            folder.write("tables.csv", tables.csv())?;
+        }
         page.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
         folder.write("widths.json", format!("{:#}\n", widths_json::object(&page)))?;
     }
@@ -203,11 +222,22 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
         },
         recommended,
         one_more: Err("not priced; --price asks Yosys".into()),
+        tables: None,
         price: None,
         notation: args.notation.map(NotationArg::notation),
         command: command(args),
         files: Vec::new(),
     }))
+}
+
+/// The tables of sines of a scene.
+fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
+    match experiment {
+        Experiment::Phantom(scene) => tables(&scene.method.config).map_err(Failure::file),
+        Experiment::Axis(scene) => {
+            Err(Failure::usage(format!("{}: an axis has no tables of sines; write the scene of a PHANToM", scene.name)))
+        }
+    }
 }
 
 /// Puts prices on the page: of one bit more, and of the loop as it is; says whether it was not interrupted.
@@ -287,7 +317,7 @@ fn command(args: &Args) -> String {
     if let Some(within) = args.within {
         command += &format!(" --within {within}");
     }
-    for (given, option) in [(args.no_trials, " --no-trials"), (args.price, " --price")] {
+    for (given, option) in [(args.no_trials, " --no-trials"), (args.price, " --price"), (args.tables, " --tables")] {
         if given {
             command += option;
         }

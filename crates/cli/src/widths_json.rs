@@ -2,6 +2,7 @@
 
 use hpu_signal::{Clock, Format};
 use hpu_study::map::outcome_name;
+use hpu_study::widths::tables::Tables;
 use hpu_study::widths::{Field, Loss, SignalRow};
 use serde_json::{Value, json};
 
@@ -9,7 +10,7 @@ use crate::widths::Page;
 use crate::widths_price::Price;
 use crate::widths_text::how;
 
-/// The page as one object. Measured and proved ranges are in words, everything else in SI units and the signal's.
+/// The page as one object. Ranges and worst cases are in the signal's unit, `words` tells the measured range in words.
 pub fn object(page: &Page) -> Value {
     let measured = &page.measured;
     json!({
@@ -21,6 +22,7 @@ pub fn object(page: &Page) -> Value {
         "outcomes": measured.outcomes.iter().map(|kind| outcome_name(Some(*kind))).collect::<Vec<_>>(),
         "signals": measured.rows.iter().map(|row| signal(page, row)).collect::<Vec<_>>(),
         "widths": widths(page),
+        "tables": page.tables.as_ref().map(tables),
         "price": page.price.as_ref().map(Price::json),
         "not_proved": page.proved.as_ref().err(),
         "command": page.command,
@@ -37,13 +39,13 @@ fn signal(page: &Page, row: &SignalRow) -> Value {
     let first_s =
         |loss: &Loss| loss.first.zip(Clock::new(page.clock_hz).ok()).map(|(first, clock)| clock.seconds(first));
     let worst = |loss: &Loss| (loss.edges > 0 && !loss.worst.is_nan()).then_some(loss.worst);
-    let lsb = row.format.lsb();
     json!({
         "name": row.name,
         "format": triple(row.format),
         "unit": row.unit,
-        "measured": row.measured.map(|(min, max)| [min, max]),
-        "proved": bound.map(|bound| [bound.min / lsb, bound.max / lsb]),
+        "measured": row.measured.map(|(min, max)| [row.format.to_f64(min), row.format.to_f64(max)]),
+        "words": row.measured.map(|(min, max)| [min, max]),
+        "proved": bound.map(|bound| [bound.min, bound.max]),
         "how": bound.map(|bound| how(bound.how)),
         "never_overflows": bound.map(|bound| bound.never_overflows),
         "error": bound.and_then(|bound| bound.error),
@@ -59,6 +61,32 @@ fn signal(page: &Page, row: &SignalRow) -> Value {
         "exact": row.sqnr_db.map(f64::is_infinite),
         "recommended": row.recommended.map(triple),
     })
+}
+
+fn tables(tables: &Tables) -> Value {
+    let depths = tables.depths.iter().map(|depth| {
+        json!({
+            "bits": depth.width,
+            "reach_deg": depth.reach_deg,
+            "block_rams": depth.rams,
+            "held_percent": depth.held_percent[0],
+            "held_of_reached_percent": depth.held_percent[1],
+        })
+    });
+    let sources = tables.sources.iter().map(|(sine, rams)| {
+        json!({
+            "source": sine.source.name(),
+            "size": sine.size,
+            "format": triple(sine.format),
+            "rom_words": sine.rom.words,
+            "rom_width_bits": sine.rom.width,
+            "block_rams": rams,
+            "worst": sine.worst,
+            "worst_rad": sine.worst_rad,
+            "how": "exhausted",
+        })
+    });
+    json!({ "depth_bits": tables.depth_width, "depths": depths.collect::<Vec<_>>(), "sources": sources.collect::<Vec<_>>() })
 }
 
 fn one_more(page: &Page, field: Field) -> Value {

@@ -1,4 +1,4 @@
-//! The one page of `hpu widths`, and its table for spreadsheets.
+//! The one page of `hpu widths`.
 
 use std::fmt::Write as _;
 
@@ -33,6 +33,9 @@ pub fn page(page: &Page) -> String {
     line("");
     widths(page, &mut line);
     notes(page, &mut line);
+    if let Some(tables) = &page.tables {
+        tables.text().lines().for_each(&mut line);
+    }
     if let Some(price) = &page.price {
         // Its tables of parts and of bits are those of `hpu cost --scene`.
         price
@@ -121,8 +124,10 @@ fn lost(page: &Page, loss: &Loss) -> String {
     let share = 100.0 * loss.edges as f64 / page.measured.edges.max(1) as f64;
     let share = if share < 0.1 {
         "<.1%".to_string()
+    } else if share < 1.0 {
+        format!("{share:.1}%")
     } else {
-        format!("{share:.0}%").replace("0%", if share < 0.95 { ".5%" } else { "0%" })
+        format!("{share:.0}%")
     };
     let worst = if loss.worst.is_nan() { "?".to_string() } else { digits(loss.worst) };
     let first = loss.first.map_or_else(
@@ -183,7 +188,7 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
     for (needed, together) in found.needed.iter().zip(&found.together) {
         let name = needed.field.name();
         let more = one_more(page, needed.field);
-        let said = cut(&needed.breaks, WIDTH - 61);
+        let said = cut(&needed.breaks, WIDTH - 62);
         line(&format!("{name:<20} {:>4} {:>6} {together:>9}  {more:<17} {said}", needed.bits, needed.least));
     }
     line(&match &page.one_more {
@@ -254,48 +259,6 @@ fn wrapped(text: &str, line: &mut impl FnMut(&str)) {
         now += word;
     }
     line(&now);
-}
-
-/// Columns of the table.
-const COLUMNS: &str = "signal,format,unit,measured_min,measured_max,proved_min,proved_max,how,never_overflows,idle_bits,\
-                       rounded_edges,rounded_worst,rounded_first_s,overflowed_edges,overflowed_worst,overflowed_first_s,\
-                       sqnr_db,needs";
-
-/// Every signal, one a line; values in the signal's unit, what is not known empty.
-pub fn csv(page: &Page) -> String {
-    let mut text = format!("{COLUMNS}\n");
-    let seconds = |loss: &Loss| {
-        let clock = Clock::new(page.clock_hz).ok();
-        loss.first.zip(clock).map_or_else(String::new, |(first, clock)| clock.seconds(first).to_string())
-    };
-    for row in &page.measured.rows {
-        let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == row.name));
-        let ends = row.measured.map(|(min, max)| (row.format.to_f64(min), row.format.to_f64(max)));
-        let number = |value: Option<f64>| value.filter(|v| !v.is_nan()).map_or_else(String::new, |v| v.to_string());
-        let worst = |loss: &Loss| number((loss.edges > 0).then_some(loss.worst));
-        let cells = [
-            row.name.to_string(),
-            format!("\"{}\"", row.format),
-            row.unit.to_string(),
-            number(ends.map(|ends| ends.0)),
-            number(ends.map(|ends| ends.1)),
-            number(bound.map(|bound| bound.min)),
-            number(bound.map(|bound| bound.max)),
-            bound.map_or("", |bound| how(bound.how)).to_string(),
-            bound.map_or_else(String::new, |bound| bound.never_overflows.to_string()),
-            row.headroom_bits.to_string(),
-            row.rounded.edges.to_string(),
-            worst(&row.rounded),
-            seconds(&row.rounded),
-            row.overflowed.edges.to_string(),
-            worst(&row.overflowed),
-            seconds(&row.overflowed),
-            number(row.sqnr_db),
-            row.recommended.map_or_else(String::new, |format| format!("\"{format}\"")),
-        ];
-        writeln!(text, "{}", cells.join(",")).expect("a string grows");
-    }
-    text
 }
 
 /// The word for how a figure came about.

@@ -143,5 +143,6 @@ fn bad_questions_are_refused() {
     refused(&wirings, 2, "hybrid-wall is a hybrid_loop, conventional-wall-1khz a conventional_loop");
     let narrow = ["hybrid-wall", "--set", "method.stiffness_format=(0,3,0)"];
     refused(&narrow, 4, "does not fit (0,3,0)");
+    refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
     refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: sfixed, ap_fixed, q");
 }

@@ -7,6 +7,7 @@ pub mod search;
 pub mod settling;
 pub mod tables;
 
+mod book;
 mod equations;
 mod field;
 mod measured;

@@ -12,6 +12,7 @@ use hpu_datapath::Instance;
 use hpu_signal::{Cycle, Format, Observe, Signal};
 
 use super::Loss;
+use super::book::Book;
 use super::equations::{Equation, Side};
 use super::parts::{Method, Part, Parts, Source};
 
@@ -22,61 +23,6 @@ pub enum Asked {
     Is(f64),
     /// The word's value times this.
     Share(f64),
-}
-
-/// One net in the books: what stands on it and since when, and what has come together.
-#[derive(Clone, Debug)]
-struct Book {
-    format: Format,
-    /// Whether the law has this net, and whether its word can be told from its narrowing.
-    in_law: bool,
-    narrowed: bool,
-    to_nearest: bool,
-    /// Least and greatest word that its block makes.
-    ends: [f64; 2],
-    since: u64,
-    word: i64,
-    law: f64,
-    /// What stands: rounding and overflow in units of the least significant bit.
-    lost: [f64; 2],
-    signal: f64,
-    noise: f64,
-    losses: [Loss; 2],
-}
-
-impl Book {
-    /// Closes what stood until an edge. What stands after reset counts from edge 1.
-    fn close(&mut self, edge: u64) {
-        let edges = edge.saturating_sub(self.since.max(1));
-        if edges == 0 {
-            return;
-        }
-        if self.in_law {
-            let value = self.format.to_f64(self.word);
-            self.signal += self.law * self.law * edges as f64;
-            self.noise += (value - self.law).powi(2) * edges as f64;
-        }
-        for (loss, lost) in self.losses.iter_mut().zip(self.lost) {
-            if lost > 0.0 {
-                loss.edges += edges;
-                loss.worst = loss.worst.max(lost * self.format.lsb());
-                loss.first.get_or_insert(Cycle(self.since.max(1)));
-            }
-        }
-    }
-
-    /// What the narrowing of an exact value has lost.
-    fn lost(&self, word: i64, exact: f64) -> [f64; 2] {
-        if !self.narrowed {
-            return [0.0; 2];
-        }
-        let (value, word) = (exact / self.format.lsb(), self.format.value(word) as f64);
-        let rounded = (if self.to_nearest { value + 0.5 } else { value }).floor();
-        let beyond = (rounded - self.ends[1]).max(self.ends[0] - rounded).max(0.0);
-        // What a PHANToM's blocks have lost on the way counts too.
-        let off = if self.to_nearest && beyond == 0.0 { value - word } else { value - rounded };
-        [off.abs(), beyond]
-    }
 }
 
 /// The law beside the words of a run. See the [module](self).
@@ -185,9 +131,7 @@ impl Beside {
     /// Signal over noise of a net in decibels; infinite when word and law never differed, none where there is no law or no signal.
     #[must_use]
     pub fn sqnr_db(&self, net: usize) -> Option<f64> {
-        let book = &self.books[net];
-        let known = book.in_law && book.signal > 0.0 && book.noise.is_finite();
-        known.then(|| 10.0 * libm::log10(book.signal / book.noise))
+        self.books[net].sqnr_db()
     }
 
     /// The least and the greatest count of a net that counts round and round, unwound; none of any other.
@@ -300,12 +244,7 @@ impl Beside {
     /// Brings every book up to date at an edge.
     fn book(&mut self, edge: u64) {
         for (net, book) in self.books.iter_mut().enumerate() {
-            let (word, law) = (self.words[net], self.law[net]);
-            let lost = book.lost(word, self.exact[net]);
-            if (word, law, lost) != (book.word, book.law, book.lost) {
-                book.close(edge);
-                (book.word, book.law, book.lost, book.since) = (word, law, lost, edge);
-            }
+            book.enter(edge, self.words[net], self.law[net], self.exact[net]);
         }
     }
 }
@@ -313,25 +252,6 @@ impl Beside {
 /// Whether words may be lost on the way out of a block.
 fn narrows(equation: &Equation) -> bool {
     !matches!(equation, Equation::Copy | Equation::Displacement(_) | Equation::Unilateral | Equation::Sine(_))
-}
-
-impl Book {
-    fn of(format: Format) -> Self {
-        Self {
-            format,
-            in_law: false,
-            narrowed: false,
-            to_nearest: false,
-            ends: [format.min() as f64, format.max() as f64],
-            since: 0,
-            word: 0,
-            law: 0.0,
-            lost: [0.0; 2],
-            signal: 0.0,
-            noise: 0.0,
-            losses: [Loss::default(); 2],
-        }
-    }
 }
 
 /// The engine's exact values, and those of combinational blocks, of the words as they stand.
@@ -387,4 +307,8 @@ impl Observe for Beside {
     }
 
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
+
+    fn follows(&self, nets: std::ops::Range<usize>) -> bool {
+        self.watched.iter().any(|net| nets.contains(net))
+    }
 }

@@ -1,0 +1,93 @@
+//! One net's book: what stood on it and for how long, and what has come together of signal, noise and losses.
+
+use hpu_signal::{Cycle, Format};
+
+use super::Loss;
+
+/// One net in the books: what stands on it and since when, and what has come together.
+#[derive(Clone, Debug)]
+pub(super) struct Book {
+    pub format: Format,
+    /// Whether the law has this net, and whether its word can be told from its narrowing.
+    pub in_law: bool,
+    pub narrowed: bool,
+    pub to_nearest: bool,
+    /// Least and greatest word that its block makes.
+    pub ends: [f64; 2],
+    since: u64,
+    word: i64,
+    law: f64,
+    /// What stands: rounding and overflow in units of the least significant bit.
+    lost: [f64; 2],
+    signal: f64,
+    noise: f64,
+    pub losses: [Loss; 2],
+}
+
+impl Book {
+    /// The book of a net of that format, nothing known of it yet.
+    pub fn of(format: Format) -> Self {
+        Self {
+            format,
+            in_law: false,
+            narrowed: false,
+            to_nearest: false,
+            ends: [format.min() as f64, format.max() as f64],
+            since: 0,
+            word: 0,
+            law: 0.0,
+            lost: [0.0; 2],
+            signal: 0.0,
+            noise: 0.0,
+            losses: [Loss::default(); 2],
+        }
+    }
+
+    /// Closes what stood until an edge. What stands after reset counts from edge 1.
+    pub fn close(&mut self, edge: u64) {
+        let edges = edge.saturating_sub(self.since.max(1));
+        if edges == 0 {
+            return;
+        }
+        if self.in_law {
+            let value = self.format.to_f64(self.word);
+            self.signal += self.law * self.law * edges as f64;
+            self.noise += (value - self.law).powi(2) * edges as f64;
+        }
+        for (loss, lost) in self.losses.iter_mut().zip(self.lost) {
+            if lost > 0.0 {
+                loss.edges += edges;
+                loss.worst = loss.worst.max(lost * self.format.lsb());
+                loss.first.get_or_insert(Cycle(self.since.max(1)));
+            }
+        }
+    }
+
+    /// What the narrowing of an exact value has lost.
+    fn lost(&self, word: i64, exact: f64) -> [f64; 2] {
+        if !self.narrowed {
+            return [0.0; 2];
+        }
+        let (value, word) = (exact / self.format.lsb(), self.format.value(word) as f64);
+        let rounded = (if self.to_nearest { value + 0.5 } else { value }).floor();
+        let beyond = (rounded - self.ends[1]).max(self.ends[0] - rounded).max(0.0);
+        // What a PHANToM's blocks have lost on the way counts too.
+        let off = if self.to_nearest && beyond == 0.0 { value - word } else { value - rounded };
+        [off.abs(), beyond]
+    }
+
+    /// What stands from an edge on: the word, the law's value, the exact value before the narrowing.
+    pub fn enter(&mut self, edge: u64, word: i64, law: f64, exact: f64) {
+        let lost = self.lost(word, exact);
+        if (word, law, lost) != (self.word, self.law, self.lost) {
+            self.close(edge);
+            (self.word, self.law, self.lost, self.since) = (word, law, lost, edge);
+        }
+    }
+
+    /// Signal over noise in decibels; infinite when word and law never differed, none where there is no law or no signal.
+    pub fn sqnr_db(&self) -> Option<f64> {
+        let known = self.in_law && self.signal > 0.0 && self.noise.is_finite();
+        known.then(|| 10.0 * libm::log10(self.signal / self.noise))
+    }
+}
