@@ -20,6 +20,7 @@ use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
+use crate::widths_search::Asked;
 use crate::{fit, interrupt, pictures, widths_csv, widths_json, widths_search, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
@@ -134,15 +135,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.search.search {
         let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
         let prices = cache.as_ref().map(|cache| (cache, args.hdl.as_path()));
-        return widths_search::run(
-            scene,
-            &args.set.set,
-            &args.search,
-            jobs(args),
-            prices,
-            args.out.as_deref(),
-            args.json,
-        );
+        let (jobs, out) = (jobs(args), args.out.as_deref());
+        let asked = Asked { scene, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
+        return widths_search::run(&args.search, &asked);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();

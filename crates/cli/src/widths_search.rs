@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::{io, io::IsTerminal, io::Write};
 
+use hpu_cosim::scene::Loop;
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
 use hpu_rtl::{Cache, Counts};
 use hpu_study::chart::{error_by_width, stiffness_by_cost};
@@ -31,9 +32,6 @@ pub struct Search {
     /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
     #[arg(long, value_name = "BITS", requires = "search")]
     against: Option<i32>,
-    /// How much the outputs of a design may be off
-    #[arg(long, value_name = "SHARE", requires = "search", default_value = "5%", value_parser = share)]
-    off: f64,
     /// How much stable stiffness the smallest design may lose against the reference's
     #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
     lose: f64,
@@ -52,7 +50,7 @@ pub struct Searched {
     /// The widths that were varied.
     pub knobs: Vec<Knob>,
     /// How much the outputs of a design may be off.
-    pub off: f64,
+    pub within: f64,
     /// How much stiffness the smallest design may lose.
     pub lose: f64,
     /// The command that made it.
@@ -61,7 +59,7 @@ pub struct Searched {
     pub scene: String,
     set: Vec<(String, String)>,
     /// By Yosys: the reference, and the designs of the front in its order.
-    pub prices: Option<(Counts, Vec<Counts>)>,
+    pub prices: Option<Prices>,
 }
 
 impl Searched {
@@ -78,19 +76,31 @@ impl Searched {
     }
 }
 
-/// Searches. `prices` is a cache to price the front with, and the folder of the VHDL.
-pub fn run(
-    name: &str,
-    set: &[(String, String)],
-    args: &Search,
-    jobs: NonZeroUsize,
-    prices: Option<(&Cache, &Path)>,
-    out: Option<&Path>,
-    json: bool,
-) -> Result<Exit, Failure> {
+/// What a search takes of the verb's other arguments.
+pub struct Asked<'a> {
+    /// The scene, as it was named.
+    pub scene: &'a str,
+    /// Its overrides.
+    pub set: &'a [(String, String)],
+    /// How much the outputs of a design may be off, if it is said.
+    pub within: Option<f64>,
+    /// Threads.
+    pub jobs: NonZeroUsize,
+    /// A cache to price the front with, and the folder of the VHDL.
+    pub prices: Option<(&'a Cache, &'a Path)>,
+    /// Where tables and pictures go.
+    pub out: Option<&'a Path>,
+    /// Whether one JSON object is wanted.
+    pub json: bool,
+}
+
+/// Searches.
+pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
+    let Asked { scene: name, set, jobs, out, .. } = *asked;
     let source = scene::source(name)?;
     let mut load = |file: &str| source.load(file);
     let (text, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
+    let within = asked.within.unwrap_or(experiment.accuracy().within);
     let mut knobs = args.vary.clone();
     if let (true, Some(axis)) = (knobs.is_empty(), experiment.axis()) {
         knobs = Knob::usual(&axis);
@@ -98,9 +108,7 @@ pub fn run(
     let mut command = format!("hpu widths {}{} --search", quoted(name), set_options(set));
     command.extend(args.vary.iter().map(|knob| format!(" --vary {knob}")));
     command += &args.against.map_or(String::new(), |bits| format!(" --against {bits}"));
-    if args.off != 0.05 {
-        command += &format!(" --off {}", args.off);
-    }
+    command += &asked.within.map_or(String::new(), |within| format!(" --within {within}"));
     let header = {
         let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
         journal::header("widths", [text.text.as_bytes()].into_iter().chain(files), &command)?
@@ -112,9 +120,9 @@ pub fn run(
     let journal = out.map(|dir| Journal::open(dir, &header, usize::MAX)).transpose()?;
     let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
 
-    let plan = Plan { against: args.against, within: args.off, jobs };
+    let plan = Plan { against: args.against, within, jobs };
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
-    let ended = search(&text, set, &knobs, plan, done, interrupt::heed(), keep, tell);
+    let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, tell);
     tell_no_more();
     let found = match ended {
         Ok(found) => found,
@@ -129,18 +137,21 @@ pub fn run(
     let mut searched = Searched {
         found,
         knobs,
-        off: args.off,
+        within,
         lose: args.lose,
         command,
         scene: name.into(),
         set: set.to_vec(),
         prices: None,
     };
-    if let Some((cache, hdl)) = prices {
-        searched.prices = Some(price(&text, &searched, cache, hdl)?);
+    if let Some((cache, hdl)) = asked.prices {
+        searched.prices = price(&text, &searched, cache, hdl)?;
+        if searched.prices.is_none() {
+            return Ok(Exit::Interrupted);
+        }
     }
     let files = folder.map(|folder| write(&searched, folder)).transpose()?.unwrap_or_default();
-    if json {
+    if asked.json {
         print_json(&widths_search_text::object(&searched, &files))?
     } else {
         print(&widths_search_text::text(&searched))?
@@ -160,21 +171,30 @@ fn tell_no_more() {
     }
 }
 
-/// What Yosys makes of the reference and of the front.
-fn price(text: &SceneText, searched: &Searched, cache: &Cache, hdl: &Path) -> Result<(Counts, Vec<Counts>), Failure> {
+/// LUT4s and all else of the reference, and of the front in its order.
+type Prices = (Counts, Vec<Counts>);
+
+/// What Yosys makes of the reference and of the front; `None` when interrupted.
+fn price(text: &SceneText, searched: &Searched, cache: &Cache, hdl: &Path) -> Result<Option<Prices>, Failure> {
     let counts = |design: &Design| -> Result<Counts, Failure> {
         let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();
-        let scene = text.parse(&set).map_err(Failure::file)?.axis().ok_or_else(|| Failure::file("no axis"))?;
-        let words = scene.words().map_err(Failure::file)?;
-        let block: Box<dyn AnyBlock> = if scene.method.kind == hpu_cosim::scene::Loop::Conventional {
-            Box::new(ConventionalLoop::new(words.config).map_err(Failure::file)?)
-        } else {
-            Box::new(HybridLoop::new(words.config).map_err(Failure::file)?)
+        let experiment = text.parse(&set).map_err(Failure::file)?;
+        let scene = experiment.axis().ok_or_else(|| Failure::file("a PHANToM has no loop of these widths"))?;
+        let config = scene.words().map_err(Failure::file)?.config;
+        let block: Box<dyn AnyBlock> = match scene.method.kind {
+            Loop::Conventional => Box::new(ConventionalLoop::new(config).map_err(Failure::file)?),
+            _ => Box::new(HybridLoop::new(config).map_err(Failure::file)?),
         };
         cache.counts(&*block, hdl).map_err(refused)
     };
-    let front = searched.found.best().map(|point| counts(&point.design)).collect::<Result<_, _>>()?;
-    Ok((counts(&searched.found.reference.design)?, front))
+    let mut front = Vec::new();
+    for point in searched.found.best() {
+        front.push(counts(&point.design)?);
+        if interrupt::pressed() {
+            return Ok(None);
+        }
+    }
+    Ok(Some((counts(&searched.found.reference.design)?, front)))
 }
 
 fn write(searched: &Searched, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {

@@ -39,7 +39,7 @@ pub fn text(searched: &Searched) -> String {
     let outputs: Vec<_> = found.outputs.iter().map(|output| output.name()).collect();
     let verdict = outcome_name(Some(found.outcome)).replace('_', " ");
     line("reference", format!("{}; the scene: {verdict}", widths(&reference.design)));
-    let off = percent(searched.off);
+    let off = percent(searched.within);
     line("error", format!("worst of {} against the reference's, measured; at most {off}", outputs.join(", ")));
     line(
         "stiffness",
@@ -171,7 +171,7 @@ pub fn object(searched: &Searched, files: &[PathBuf]) -> Value {
         "runs": found.runs,
         "grid_runs_at_least": found.grid_runs,
         "failed": found.failed,
-        "off": searched.off,
+        "within": searched.within,
         "estimate_error": ESTIMATE_ERROR,
         "reference": point(&found.reference, prices.map(|(reference, _)| *reference)),
         "front": found.best().enumerate().map(|(i, best)| point(best, prices.map(|(_, front)| front[i]))).collect::<Vec<_>>(),

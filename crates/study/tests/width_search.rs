@@ -36,7 +36,7 @@ const PLAN: Plan = Plan { against: None, within: 0.05, jobs: NonZeroUsize::new(2
 
 fn found(scene: &SceneText, set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
     let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
-    match search(scene, set, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
+    match search((scene, set), knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
         Err(Ended::Stopped | Ended::Kept(_)) => panic!("nobody stops it"),
@@ -180,7 +180,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
         rows.insert(index, row.clone());
         if rows.len() < 7 { Ok(()) } else { Err("the disk is full") }
     };
-    let ended = search(&scene, &set, &knobs, PLAN, BTreeMap::new(), &Control::default(), keep, |_| ());
+    let ended = search((&scene, &set), &knobs, PLAN, BTreeMap::new(), &Control::default(), keep, |_| ());
     assert!(matches!(ended, Err(Ended::Kept("the disk is full"))));
     let kept = rows.len();
     let mut more = 0;
@@ -188,7 +188,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
         more += 1;
         Ok::<(), Infallible>(())
     };
-    let ended = search(&scene, &set, &knobs, PLAN, rows, &Control::default(), keep, |_| ());
+    let ended = search((&scene, &set), &knobs, PLAN, rows, &Control::default(), keep, |_| ());
     let Ok(resumed) = ended else { panic!("it goes on") };
     assert_eq!(resumed.runs, 1 + kept + more, "no run is done twice");
     let one = Plan { jobs: NonZeroUsize::MIN, ..PLAN };
@@ -201,15 +201,14 @@ fn a_search_that_is_stopped_says_so() {
     control.stop.store(true, Ordering::Relaxed);
     let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
     let knobs = knobs(&["velocity_bits=3..5"]);
-    let ended = search(&text("thrown-hybrid"), &Set::new(), &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
+    let ended = search((&text("thrown-hybrid"), &Set::new()), &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
     assert!(matches!(ended, Err(Ended::Stopped)));
 }
 
 #[test]
 fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() {
-    let set = set(&[("run.duration", "60 ms")]);
-    let knobs = knobs(&["position_bits=7..8", "stiffness_format.frac=0..4", "velocity_bits=4..5"]);
-    let found = found(&text("thrown-hybrid"), &set, &knobs, Plan { against: Some(24), ..PLAN }).expect("a search");
+    let knobs = knobs(&["position_bits=10..12", "stiffness_format.int=7..8", "velocity_bits=4..5"]);
+    let found = found(&text("hybrid-wall"), &Set::new(), &knobs, Plan { against: Some(24), ..PLAN }).expect("a search");
     assert_eq!(found.reference.design.to_string(), "24 (0,12,12) (0,8,16) 24 12");
     let least = 0.99 * found.reference.merit.stiffness;
     let enough = found.points.iter().filter(|point| point.merit.stiffness >= least);

@@ -1,5 +1,6 @@
 //! Designs that are alike in every run.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use hpu_cosim::scene::{Loop, Scene};
@@ -138,6 +139,6 @@ pub(super) fn kinds(base: &Scene, own: Design, knobs: &[Knob], designs: usize) -
         }
     }
     let mut refused: Vec<_> = refused.into_iter().collect();
-    refused.sort_by(|a, b| b.1.cmp(&a.1));
+    refused.sort_by_key(|(_, count)| Reverse(*count));
     (all.into_values().collect(), refused)
 }

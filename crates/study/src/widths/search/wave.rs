@@ -158,8 +158,7 @@ impl<E> Search<'_, E> {
 ///
 /// [`Ended`].
 pub fn search<E>(
-    text: &SceneText,
-    set: &[(String, String)],
+    (text, set): (&SceneText, &[(String, String)]),
     knobs: &[Knob],
     plan: Plan,
     done: BTreeMap<usize, Row>,
@@ -249,8 +248,11 @@ fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design
     }
 }
 
+/// The values of each width, and the kinds of the designs that have them, by index.
+type Values = Vec<(Width, i32, Option<usize>)>;
+
 /// The reference with another value of each width.
-fn around(scene: &Scene, wide: Design, knobs: &[Knob]) -> (Vec<(Width, i32, Option<usize>)>, Vec<Kind>) {
+fn around(scene: &Scene, wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
     let (mut lines, mut kinds) = (Vec::new(), Vec::new());
     for knob in knobs {
         for bits in knob.from..=knob.to {
@@ -262,7 +264,7 @@ fn around(scene: &Scene, wide: Design, knobs: &[Knob]) -> (Vec<(Width, i32, Opti
     (lines, kinds)
 }
 
-fn lines_of(values: Vec<(Width, i32, Option<usize>)>, around: &[Kind]) -> Vec<Line> {
+fn lines_of(values: Values, around: &[Kind]) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     for (width, bits, kind) in values {
         if lines.last().is_none_or(|line| line.width != width) {
