@@ -42,7 +42,7 @@ pub struct Pulses {
 }
 
 /// Fewer periods than this are not worth a leap: it costs as much as setting gates some four times.
-const LEAST: u64 = 4;
+const LEAST: u64 = 2;
 
 /// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth one.
 #[derive(Clone)]
@@ -197,7 +197,7 @@ impl<'a> Cruise<'a> {
 impl<'a> Device<'a> {
     versions! {
         /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge `last`, it goes on
-        /// so for four periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
+        /// so for two periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
         /// which, if it can. Before that edge it heeds no gates but others than foreseen.
         pub fn cruise[cruise_fused, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
