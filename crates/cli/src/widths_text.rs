@@ -79,7 +79,7 @@ fn shown(page: &Page) -> (Vec<&SignalRow>, Vec<&str>) {
 fn row(cells: [&str; 9]) -> String {
     let [signal, format, measured, proved, idle, rounded, overflowed, sqnr, needs] = cells;
     let line = format!(
-        "{signal:<11} {format:<9} {measured:<19} {proved:<20} {idle:>4} {rounded:<17} {overflowed:<17} {sqnr:>7} {needs:<9}"
+        "{signal:<11} {format:<9} {measured:<17} {proved:<18} {idle:>4} {rounded:<18} {overflowed:<18} {sqnr:>7} {needs:<9}"
     );
     line.trim_end().to_string()
 }
@@ -162,7 +162,7 @@ fn span(min: f64, max: f64) -> String {
 pub fn digits(value: f64) -> String {
     match value.abs() {
         size if !size.is_finite() => value.to_string(),
-        size if size >= 1e9 => format!("{value:.2e}"),
+        size if size >= 1e6 => format!("{value:.2e}"),
         size if size.fract() == 0.0 => format!("{value}"),
         size if size >= 1000.0 => format!("{value:.0}"),
         size if size >= 100.0 => format!("{value:.1}"),
@@ -226,9 +226,15 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
             line(
                 "proved: for every motion within the device's limits; ! no proof that it never overflows, x every input tried",
             );
-            // What is said of single signals is in the JSON.
-            let everywhere = |said: &&String| bounds.iter().all(|bound| bound.assumptions.contains(said));
-            let said: Vec<&str> = bounds[0].assumptions.iter().filter(everywhere).map(String::as_str).collect();
+            // What is said of a few signals only is in the JSON.
+            let mut said: Vec<(&str, usize)> = Vec::new();
+            for assumption in bounds.iter().flat_map(|bound| &bound.assumptions) {
+                match said.iter_mut().find(|(other, _)| other == assumption) {
+                    Some((_, signals)) => *signals += 1,
+                    None => said.push((assumption, 1)),
+                }
+            }
+            let said: Vec<&str> = said.iter().filter(|(_, signals)| *signals > 3).map(|(said, _)| *said).collect();
             wrapped(&format!("assuming {}", said.join("; ")), line);
         }
         Err(why) => line(&format!("proved: nothing; {why}")),

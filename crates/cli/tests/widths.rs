@@ -91,7 +91,7 @@ fn scenes_of_one_wiring_are_taken_together() {
     let both = widths(&["hybrid-wall", "wrap-product", "--no-trials"]);
     let [one, two] = ["hybrid-wall", "wrap-product"].map(|scene| widths(&[scene, "--no-trials"]));
     let ends = |page: &Value| {
-        let ends = signal(page, "penetration")["measured"].clone();
+        let ends = signal(page, "penetration")["words"].clone();
         [0, 1].map(|end| ends[end].as_i64().expect("a word"))
     };
     let ([a, b], [c, d]) = (ends(&one), ends(&two));

@@ -51,7 +51,7 @@ fn axis(panel: &Panel, canvas: &mut Canvas) {
 }
 
 fn bar(panel: &Panel, canvas: &mut Canvas, top: i32, height: i32, row: &SignalRow, bound: Option<&Bound>) {
-    let (format, size) = (row.format, (height / 2).clamp(12, 26));
+    let (format, size) = (row.format, (height * 4 / 5).clamp(16, 26));
     let middle = top + height / 2;
     let across = |power: f64| panel.at(power, 0.0).0;
     let (last, end) = (f64::from(-format.frac()), f64::from(format.int()));
