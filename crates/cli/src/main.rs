@@ -37,6 +37,7 @@ mod widths_cost;
 mod widths_csv;
 mod widths_json;
 mod widths_price;
+mod widths_price_text;
 mod widths_search;
 mod widths_search_text;
 mod widths_text;

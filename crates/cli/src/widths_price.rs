@@ -1,45 +1,45 @@
 //! The price of a scene's loop: what it costs, how long its torque takes, whether the loop notices, and what a bit costs.
 
-use std::fmt::Write as _;
+use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Ready, Rig};
-use hpu_rtl::{Cache, Cost, Counts, HX8K_BRAM, HX8K_CELLS, SEEDS};
+use hpu_rtl::{Cache, Cost, Counts};
 use hpu_signal::Format;
-use hpu_study::map::outcome_name;
 use hpu_study::widths::settling::{Settling, settling};
-use serde_json::{Value, json};
 
-use crate::cost::{placed, refused};
+use crate::cost::refused;
 use crate::exit::Failure;
 
 /// A loop in the widths of its scene.
 pub struct Price {
-    scene: String,
-    block: &'static str,
-    tools: [String; 3],
-    clock_hz: u64,
-    cost: Cost,
+    pub(crate) scene: String,
+    pub(crate) block: &'static str,
+    pub(crate) tools: [String; 3],
+    pub(crate) clock_hz: u64,
+    pub(crate) cost: Cost,
     /// Label and entity of each instance, and its primitives by Yosys alone.
-    parts: Vec<(&'static str, &'static str, Counts)>,
-    knobs: Vec<Knob>,
+    pub(crate) parts: Vec<(&'static str, &'static str, Counts)>,
+    pub(crate) knobs: Vec<Knob>,
     /// Clocks that the loop gives its torque.
-    given: Option<u32>,
-    notices: Option<Result<Settling, String>>,
+    pub(crate) given: Option<u32>,
+    pub(crate) notices: Option<Result<Settling, String>>,
 }
 
 /// A width of the scene, and the loop with a bit less and a bit more of it.
-struct Knob {
-    key: &'static str,
-    now: String,
+pub(crate) struct Knob {
+    pub(crate) key: &'static str,
+    pub(crate) now: String,
     /// What it becomes, and the loop's primitives, or why there is none.
-    other: [(String, Result<Counts, String>); 2],
+    pub(crate) other: [(String, Result<Counts, String>); 2],
 }
 
 /// What a scene's loop costs, by the tools or from the cache; nothing if it was stopped.
 pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Control) -> Result<Option<Price>, Failure> {
-    let stopped = || control.stop.load(std::sync::atomic::Ordering::Relaxed);
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let wiring = ready.wiring();
     if !wiring.is_hardware() {
@@ -59,19 +59,22 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
     };
     // A PHANToM's parts take minutes each, and its loop has no clock to hold against the scene's unless it fits.
     let Experiment::Axis(scene) = experiment else { return Ok(Some(price)) };
-    for instance in wiring.instances() {
-        let counts = cache.counts(&*instance.model, hdl).map_err(refused)?;
-        price.parts.push((instance.label, instance.model.name(), counts));
-        if stopped() {
-            return Ok(None);
-        }
+    let (instances, knobs) = (wiring.instances(), knobs(scene));
+    let parts = instances.len();
+    let changed: Vec<_> = knobs.iter().flat_map(|(_, _, other)| other).map(|(_, scene)| scene).collect();
+    let found = on_all_cores(parts + changed.len(), control, |index| match index.checked_sub(parts) {
+        None => part(scene, index, hdl, cache),
+        Some(index) => counts(changed[index], hdl, cache),
+    });
+    let Some(mut found) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
+    let changed = found.split_off(parts);
+    for (instance, counts) in instances.iter().zip(found) {
+        price.parts.push((instance.label, instance.model.name(), counts?));
     }
-    for (key, now, other) in knobs(scene) {
-        let counted = other.map(|(name, scene)| (name, counts(&scene, hdl, cache)));
-        price.knobs.push(Knob { key, now, other: counted });
-        if stopped() {
-            return Ok(None);
-        }
+    let mut changed = changed.into_iter().map(|found| found.map_err(|why| why.to_string()));
+    for (key, now, other) in knobs {
+        let other = other.map(|(name, _)| (name, changed.next().expect("two of each")));
+        price.knobs.push(Knob { key, now, other });
     }
     if matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) && scene.model.datapath == Datapath::Words {
         price.given = Some(1 + scene.method.settling);
@@ -88,11 +91,39 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
     Ok(Some(price))
 }
 
-/// Primitives of the loop of a scene; why there are none if its words do not fit.
-fn counts(scene: &Scene, hdl: &Path, cache: &Cache) -> Result<Counts, String> {
+/// What comes of each of so many pieces of work, which begin in order; nothing of those that were not begun when it was stopped.
+fn on_all_cores<T: Send>(count: usize, control: &Control, work: impl Fn(usize) -> T + Sync) -> Vec<Option<T>> {
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::from_iter((0..count).map(|_| None))));
+    let worker = || {
+        while !control.stop.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            let done = work(index);
+            found.lock().expect("no worker panics with it")[index] = Some(done);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, NonZeroUsize::get).min(count) {
+            scope.spawn(worker);
+        }
+    });
+    found.into_inner().expect("no worker panics with it")
+}
+
+/// Primitives of an instance in the loop of a scene.
+fn part(scene: &Scene, index: usize, hdl: &Path, cache: &Cache) -> Result<Counts, Failure> {
     let experiment = Experiment::Axis(scene.clone());
-    let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-    cache.counts(ready.wiring().block(), hdl).map_err(|error| error.to_string())
+    let ready = Ready::new(&experiment).map_err(Failure::file)?;
+    cache.counts(&*ready.wiring().instances()[index].model, hdl).map_err(refused)
+}
+
+/// Primitives of the loop of a scene.
+fn counts(scene: &Scene, hdl: &Path, cache: &Cache) -> Result<Counts, Failure> {
+    let experiment = Experiment::Axis(scene.clone());
+    let ready = Ready::new(&experiment).map_err(Failure::file)?;
+    cache.counts(ready.wiring().block(), hdl).map_err(refused)
 }
 
 type Widths = (&'static str, String, [(String, Scene); 2]);
@@ -136,149 +167,7 @@ fn one_less(format: Format) -> Option<Format> {
 
 impl Price {
     /// Clocks of the scene that the longest path takes.
-    fn clocks(&self) -> Option<u32> {
+    pub(crate) fn clocks(&self) -> Option<u32> {
         self.cost.path_ns().map(|path_ns| ((path_ns * 1e-9 * self.clock_hz as f64).ceil() as u32).max(1))
     }
-
-    /// As text of at most 120 columns.
-    pub fn text(&self) -> String {
-        let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
-        let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
-        let mut text = format!(
-            "price      {} of {}, {target}\n           measured by {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
-             carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of {HX8K_CELLS} cells, {} of \
-             {HX8K_BRAM} block RAMs\n",
-            self.block,
-            self.scene,
-            self.tools.join(", "),
-            self.cost.cells,
-            self.cost.ice40.bram
-        );
-        text += &self.time_text();
-        if !self.parts.is_empty() {
-            let _ =
-                writeln!(text, "{:<14} {:<24} {:>6} {:>6} {:>6}  by Yosys alone", "part", "", "lut4", "ff", "carry");
-        }
-        for (label, entity, Counts { lut4, ff, carry, .. }) in &self.parts {
-            let _ = writeln!(text, "{label:<14} {entity:<24} {lut4:>6} {ff:>6} {carry:>6}");
-        }
-        if !self.knobs.is_empty() {
-            let _ = writeln!(text, "{:<24} {:>9}  {:<34} {}", "a bit of", "now", "one less", "one more");
-        }
-        for Knob { key, now, other } in &self.knobs {
-            let [less, more] = other.each_ref().map(|(name, found)| self.difference(name, found));
-            let _ = writeln!(text, "{key:<24} {now:>9}  {less:<34} {more}");
-        }
-        text
-    }
-
-    fn difference(&self, name: &str, found: &Result<Counts, String>) -> String {
-        let difference = |to: u64, from: u64| to.cast_signed() - from.cast_signed();
-        match found {
-            Ok(Counts { lut4, ff, .. }) => format!(
-                "{name}: {:+} LUT4, {:+} ff",
-                difference(*lut4, self.cost.ice40.lut4),
-                difference(*ff, self.cost.ice40.ff)
-            ),
-            Err(_) => format!("{name}: not with this scene's words"),
-        }
-    }
-
-    fn time_text(&self) -> String {
-        let all: Vec<_> =
-            placed(&self.cost).iter().map(|mhz| mhz.map_or("-".into(), |mhz| format!("{mhz:.2}"))).collect();
-        let (Some(mhz), Some(path_ns), Some(clocks)) = (self.cost.fmax_mhz(), self.cost.path_ns(), self.clocks())
-        else {
-            let why = if self.cost.fits() { "nextpnr found no place for it" } else { "it does not fit" };
-            return format!("clock      not timed: {why}\n");
-        };
-        let seeds = SEEDS.map(|seed| seed.to_string()).join(", ");
-        let asked_mhz = self.clock_hz as f64 * 1e-6;
-        let mut text = format!(
-            "clock      {mhz:.2} MHz, the median of {} (seeds {seeds}); the scene runs at {asked_mhz} MHz\npath       \
-             {path_ns:.1} ns from register to register: {clocks} clock{}",
-            all.join(", "),
-            if clocks == 1 { "" } else { "s" }
-        );
-        text += &match self.given {
-            None => "\n".to_string(),
-            Some(given) if given >= clocks => format!(", and the loop gives it {given}\n"),
-            Some(given) => format!(", and the loop gives it {given}; write method.settling = {}\n", clocks - 1),
-        };
-        text + &self.notices.as_ref().map_or(String::new(), noticed)
-    }
-
-    /// As JSON.
-    pub fn json(&self) -> Value {
-        let counts = |Counts { lut4, ff, carry, bram, dsp }: &Counts| json!({ "lut4": lut4, "ff": ff, "carry": carry, "bram": bram, "dsp": dsp });
-        let part = |(label, entity, found): &(&str, &str, Counts)| json!({ "label": label, "block": entity, "counts": counts(found) });
-        let other = |(name, found): &(String, Result<Counts, String>)| match found {
-            Ok(found) => json!({ "value": name, "counts": counts(found), "failure": null }),
-            Err(why) => json!({ "value": name, "counts": null, "failure": why }),
-        };
-        let knob = |knob: &Knob| {
-            let [less, more] = knob.other.each_ref().map(other);
-            json!({ "key": knob.key, "value": knob.now, "less": less, "more": more })
-        };
-        json!({
-            "scene": self.scene,
-            "block": self.block,
-            "how": "measured",
-            "tools": self.tools,
-            "ice40": counts(&self.cost.ice40),
-            "ecp5": self.cost.ecp5.as_ref().map(counts),
-            "cells": self.cost.cells,
-            "fits": self.cost.fits(),
-            "fmax_mhz": self.cost.fmax_mhz(),
-            "placed_mhz": placed(&self.cost),
-            "path_ns": self.cost.path_ns(),
-            "clock_hz": self.clock_hz,
-            "clocks": { "needed": self.clocks(), "given": self.given },
-            "settling": self.notices.as_ref().and_then(|found| found.as_ref().ok()).map(settling_json),
-            "parts": self.parts.iter().map(part).collect::<Vec<_>>(),
-            "knobs": self.knobs.iter().map(knob).collect::<Vec<_>>(),
-        })
-    }
-}
-
-/// Whether the loop notices, in two lines.
-fn noticed(found: &Result<Settling, String>) -> String {
-    let found = match found {
-        Ok(found) => found,
-        Err(why) => return format!("stability  not looked at: {why}\n"),
-    };
-    let Settling { clocks: [from, to], outcomes, errors, limits, lost_damping } = found;
-    let errors: Vec<_> = errors.iter().map(|(output, error)| format!("{} off by {error:.1e}", output.name())).collect();
-    let limits = limits.each_ref().map(|limit| match limit {
-        Ok(limit) => format!("{:.4}", limit.emulated.limit),
-        Err(_) => "none".into(),
-    });
-    format!(
-        "stability  {} held back by {to} clocks instead of {from}: {} instead of {}\n           {}\n           limit in words \
-         {} instead of {}; to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
-        if found.noticed() { "notices:" } else { "does not notice:" },
-        outcome_name(Some(outcomes[1])),
-        outcome_name(Some(outcomes[0])),
-        errors.join(", "),
-        limits[1],
-        limits[0],
-    )
-}
-
-fn settling_json(found: &Settling) -> Value {
-    let limit = |limit: &Result<hpu_study::limits::InWords, String>| {
-        limit.as_ref().ok().map(|limit| json!({ "limit": limit.emulated.limit, "unit": limit.emulated.unit }))
-    };
-    let run = |index: usize| {
-        json!({
-            "settling": found.clocks[index],
-            "outcome": outcome_name(Some(found.outcomes[index])),
-            "in_words": limit(&found.limits[index]),
-        })
-    };
-    let errors: serde_json::Map<_, _> =
-        found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
-    json!({
-        "noticed": found.noticed(), "from": run(0), "to": run(1), "errors": errors, "lost_damping": found.lost_damping,
-    })
 }
