@@ -35,6 +35,7 @@ mod waves;
 mod widths;
 mod widths_cost;
 mod widths_csv;
+mod widths_gappa;
 mod widths_json;
 mod widths_price;
 mod widths_price_text;

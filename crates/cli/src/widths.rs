@@ -21,7 +21,7 @@ use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
 use crate::widths_search::Asked;
-use crate::{fit, interrupt, pictures, widths_csv, widths_json, widths_search, widths_text};
+use crate::{fit, interrupt, pictures, widths_csv, widths_gappa, widths_json, widths_search, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -60,6 +60,9 @@ pub struct Args {
     /// Add the tables of sines of a PHANToM: other depths, other words and what could stand in their place
     #[arg(long)]
     tables: bool,
+    /// Print the straight-line parts of the proof as a script for Gappa, and nothing else; with --out as SCENE.g
+    #[arg(long, conflicts_with_all = ["search", "random", "within", "price", "tables", "notation", "json"])]
+    gappa: bool,
     /// Write formats in another notation beside (S,I,F)
     #[arg(long, value_enum, value_name = "NOTATION")]
     notation: Option<NotationArg>,
@@ -131,6 +134,10 @@ pub struct Page {
 
 /// `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
+    if args.gappa {
+        let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
+        return widths_gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
+    }
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
         let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
