@@ -31,9 +31,15 @@ impl<'s> Visit<'s> for Exhaust<'_> {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        let instances = wiring.instances().into_iter().filter(|instance| !instance.model.clocked());
+        let instances = wiring.instances().into_iter().filter(answers_at_once);
         instances.flat_map(|instance| tried(instance, &self.0.bounds)).collect()
     }
+}
+
+/// Whether a block has no registers: none by its kind, or, of a limiter, none in this configuration.
+fn answers_at_once(instance: &Instance) -> bool {
+    let settles = ("SETTLING", Generic::Integer(0));
+    !instance.model.clocked() || instance.model.generics().contains(&settles)
 }
 
 /// The words that a bound allows.
