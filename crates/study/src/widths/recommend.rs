@@ -174,7 +174,7 @@ impl Trial<'_> {
             let back = (0..bits.len())
                 .filter(|&index| bits[index] < needed[index].bits)
                 .max_by(|a, b| own(a).total_cmp(&own(b)));
-            let Some(index) = back.filter(|_| !self.stopped()) else { return None };
+            let index = back.filter(|_| !self.stopped())?;
             bits[index] += 1;
         }
     }
