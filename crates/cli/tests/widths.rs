@@ -146,3 +146,16 @@ fn bad_questions_are_refused() {
     refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
     refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: sfixed, ap_fixed, q");
 }
+
+#[test]
+fn a_proof_goes_out_for_gappa() {
+    let dir = scratch("widths_gappa");
+    let printed = stdout(&run(&["widths", "wrap-product", "--gappa"]));
+    // 666 counts at most by 36: no word of 12 bits, and no more than that.
+    assert!(printed.contains("penetration in [0, 666]"), "{printed}");
+    assert!(printed.contains("product_spring in [0, 23976]"), "{printed}");
+    let written = run(&["widths", "wrap-product", "--gappa", "-o", text(&dir)]);
+    assert_eq!(code(&written), 0, "{}", stderr(&written));
+    assert_eq!(std::fs::read_to_string(dir.join("wrap-product.g")).expect("text"), printed);
+    assert_refused(&run(&["widths", "wrap-product", "hybrid-wall", "--gappa"]), 2, &["--gappa takes one scene"]);
+}

@@ -6,8 +6,8 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter, displacement, flatten,
-    position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
+    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter, displacement,
+    flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
