@@ -227,7 +227,7 @@ impl Linear {
             // By doubling, so that rounding grows with the number of bits only.
             let pair = match digit {
                 1 => None,
-                _ if digit % 2 == 0 => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
+                _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
                 _ => Some((&self.digit(level, digit - 1).p, unit)),
             };
             Box::new(Self::follow(&self.wide, unit, pair))
@@ -275,7 +275,7 @@ impl Linear {
             let leap = match (digit, level) {
                 (1, 0) => Leap::of(&self.a, self.edge_s),
                 (1, _) => twice(&self.quadrature(level - 1, RADIX / 2).0),
-                _ if digit % 2 == 0 => twice(&self.quadrature(level, digit / 2).0),
+                _ if digit.is_multiple_of(2) => twice(&self.quadrature(level, digit / 2).0),
                 _ => self.quadrature(level, digit - 1).0.then(&self.a, &self.quadrature(level, 1).0),
             };
             Box::new((leap, Quadrature::of(&leap)))
