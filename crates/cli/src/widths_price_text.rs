@@ -34,7 +34,7 @@ impl Price {
             let _ = writeln!(text, "{label:<14} {entity:<24} {lut4:>6} {ff:>6} {carry:>6}");
         }
         if !self.knobs.is_empty() {
-            let _ = writeln!(text, "{:<24} {:>9}  {:<34} {}", "a bit of", "now", "one less", "one more");
+            let _ = writeln!(text, "{:<24} {:>9}  {:<34} one more", "a bit of", "now", "one less");
         }
         for Knob { key, now, other } in &self.knobs {
             let [less, more] = other.each_ref().map(|(name, found)| self.difference(name, found));
