@@ -26,7 +26,7 @@ pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str)
     let x = f64::from(low) - 0.5..f64::from(high) + 2.5;
     let panel = Panel { left: LEFT, top: TOP, right: RIGHT, bottom: BOTTOM, x, y: 0.0..1.0 };
     axis(&panel, &mut canvas);
-    let height = ((BOTTOM - TOP) / (rows.len() as i32).max(1)).min(64);
+    let height = ((BOTTOM - TOP) / (rows.len() as i32).max(1)).min(86);
     canvas.text((RIGHT + 30, TOP - 24), "bits there", 24, QUIET, Anchor::Left);
     canvas.text((RIGHT + 190, TOP - 24), "measured", 24, BLUE, Anchor::Left);
     canvas.text((RIGHT + 340, TOP - 24), "proved", 24, ORANGE, Anchor::Left);
