@@ -39,6 +39,7 @@ mod widths_gappa;
 mod widths_json;
 mod widths_price;
 mod widths_price_text;
+mod widths_proved;
 mod widths_search;
 mod widths_search_text;
 mod widths_text;

@@ -9,7 +9,6 @@ use hpu_cosim::scene::Experiment;
 use hpu_rtl::Cache;
 use hpu_signal::Notation;
 use hpu_study::chart::ranges;
-use hpu_study::widths::proof::{Bound, axis_bounds, phantom_bounds};
 use hpu_study::widths::tables::{Tables, tables};
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
@@ -20,6 +19,7 @@ use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
+use crate::widths_proved::{Proved, proved};
 use crate::widths_search::Asked;
 use crate::{fit, interrupt, pictures, widths_csv, widths_gappa, widths_json, widths_search, widths_text};
 
@@ -69,7 +69,7 @@ pub struct Args {
     /// Threads [default: as many as the machine offers]
     #[arg(short, long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Write widths.txt, widths.csv, widths.json and the picture ranges into this folder
+    /// Write widths.txt, widths.csv, proved.csv, widths.json and the picture ranges into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object
@@ -115,7 +115,7 @@ pub struct Page {
     /// What was measured.
     pub measured: Measured,
     /// What is proved, or why nothing is.
-    pub proved: Result<Vec<Bound>, String>,
+    pub proved: Result<Proved, String>,
     /// What widths are good for, or why that was not asked.
     pub recommended: Result<Recommended, String>,
     /// LUT4 and flip-flops that one bit more of each width costs, or why that is not told.
@@ -137,6 +137,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.gappa {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
         return widths_gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
+    }
+    if args.price && args.scenes.len() > 1 {
+        return Err(Failure::usage("--price takes one scene"));
     }
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
@@ -161,11 +164,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     }
     if let Some(folder) = &mut folder {
-        let bounds = page.proved.as_deref().unwrap_or(&[]);
+        let bounds = page.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
         let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
         pictures::put(&ranges(&title, &page.measured, bounds, &page.command), folder)?;
         folder.write("widths.txt", widths_text::page(&page))?;
         folder.write("widths.csv", widths_csv::table(&page))?;
+        if let Ok(proved) = &page.proved {
+            folder.write("proved.csv", proved.csv())?;
+        }
         if let Some(tables) = &page.tables {
             folder.write("tables.csv", tables.csv())?;
         }
@@ -205,6 +211,10 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
             None => return Ok(None),
         }
     }
+    let proved = match args.random {
+        Some(_) => Err("a proof is of the scene's own hand, and random motion knows none".into()),
+        None => proved(experiments, &runs),
+    };
     let Some(recommended) = recommended(args, experiments, &runs)? else { return Ok(None) };
     let mut measured = together(&args.scenes, runs).map_err(Failure::usage)?;
     for row in &mut measured.rows {
@@ -218,10 +228,7 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
         clock_hz: experiments[0].clock().frequency_hz(),
         random: args.random.map(|seconds| (seconds, args.seed)),
         measured,
-        proved: match args.random {
-            Some(_) => Err("a proof is of the scene's own hand, and random motion knows none".into()),
-            None => proved(experiments),
-        },
+        proved,
         recommended,
         one_more: Err("not priced; --price asks Yosys".into()),
         tables: None,
@@ -286,28 +293,6 @@ fn recommended(
         }
     }
     Ok(all.map(Ok))
-}
-
-/// What is proved of every scene: the widest of the ranges.
-fn proved(experiments: &[Experiment]) -> Result<Vec<Bound>, String> {
-    let mut all: Vec<Bound> = Vec::new();
-    for experiment in experiments {
-        let proof = match experiment {
-            Experiment::Axis(scene) => axis_bounds(scene),
-            Experiment::Phantom(scene) => phantom_bounds(scene),
-        }?;
-        for bound in proof.bounds {
-            match all.iter_mut().find(|other| other.name == bound.name) {
-                None => all.push(bound),
-                Some(other) => {
-                    other.min = other.min.min(bound.min);
-                    other.max = other.max.max(bound.max);
-                    other.never_overflows &= bound.never_overflows;
-                }
-            }
-        }
-    }
-    if all.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
 }
 
 fn command(args: &Args) -> String {

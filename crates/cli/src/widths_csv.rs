@@ -6,7 +6,7 @@ use hpu_signal::Clock;
 use hpu_study::widths::Loss;
 
 use crate::widths::Page;
-use crate::widths_text::how;
+use crate::widths_proved::how;
 
 /// Columns of the table.
 const COLUMNS: &str = "signal,format,unit,measured_min,measured_max,proved_min,proved_max,how,never_overflows,idle_bits,\
@@ -21,7 +21,7 @@ pub fn table(page: &Page) -> String {
         loss.first.zip(clock).map_or_else(String::new, |(first, clock)| clock.seconds(first).to_string())
     };
     for row in &page.measured.rows {
-        let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == row.name));
+        let bound = page.proved.as_ref().ok().and_then(|proved| proved.of(row.name));
         let ends = row.measured.map(|(min, max)| (row.format.to_f64(min), row.format.to_f64(max)));
         let number = |value: Option<f64>| value.filter(|v| !v.is_nan()).map_or_else(String::new, |v| v.to_string());
         let worst = |loss: &Loss| number((loss.edges > 0).then_some(loss.worst));

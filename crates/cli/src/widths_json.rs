@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::widths::Page;
 use crate::widths_price::Price;
-use crate::widths_text::how;
+use crate::widths_proved::{Proved, how};
 
 /// The page as one object. Ranges and worst cases are in the signal's unit, `words` tells the measured range in words.
 pub fn object(page: &Page) -> Value {
@@ -24,6 +24,7 @@ pub fn object(page: &Page) -> Value {
         "widths": widths(page),
         "tables": page.tables.as_ref().map(tables),
         "price": page.price.as_ref().map(Price::json),
+        "limits": page.proved.as_ref().ok().map(Proved::json),
         "not_proved": page.proved.as_ref().err(),
         "command": page.command,
         "files": page.files.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
@@ -35,7 +36,7 @@ fn triple(format: Format) -> Value {
 }
 
 fn signal(page: &Page, row: &SignalRow) -> Value {
-    let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == row.name));
+    let bound = page.proved.as_ref().ok().and_then(|proved| proved.of(row.name));
     let first_s =
         |loss: &Loss| loss.first.zip(Clock::new(page.clock_hz).ok()).map(|(first, clock)| clock.seconds(first));
     let worst = |loss: &Loss| (loss.edges > 0 && !loss.worst.is_nan()).then_some(loss.worst);

@@ -87,13 +87,13 @@ fn row(cells: [&str; 9]) -> String {
 fn signal_cells(page: &Page, signal: &SignalRow) -> [String; 9] {
     let format = signal.format;
     let measured = signal.measured.map_or_else(String::new, |(min, max)| span(format.to_f64(min), format.to_f64(max)));
-    let bound = page.proved.as_ref().ok().and_then(|all| all.iter().find(|bound| bound.name == signal.name));
+    let bound = page.proved.as_ref().ok().and_then(|proved| proved.of(signal.name));
     let proved = bound.map_or_else(String::new, |bound| {
-        let mark = match (bound.never_overflows, bound.how) {
-            (false, _) => " !",
-            (true, How::Exhausted) => " x",
-            (true, How::Measured) => " ?",
-            (true, How::Proved) => "",
+        let mark = match (bound.how, bound.never_overflows) {
+            (How::Exhausted, false) => " x!",
+            (How::Exhausted, true) => " x",
+            (_, false) => " !",
+            (_, true) => "",
         };
         span(bound.min, bound.max) + mark
     });
@@ -222,13 +222,13 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
         "SQNR: measured, against the same law in f64 on the same encoder counts, gains as asked; idle: unused upper bits",
     );
     match &page.proved {
-        Ok(bounds) => {
+        Ok(proved) => {
             line(
-                "proved: for every motion within the device's limits; ! no proof that it never overflows, x every input tried",
+                "proved: for every motion within the device's limits; ! no proof that it never overflows; x exhausted: every input tried",
             );
             // What is said of a few signals only is in the JSON.
             let mut said: Vec<(&str, usize)> = Vec::new();
-            for assumption in bounds.iter().flat_map(|bound| &bound.assumptions) {
+            for assumption in proved.bounds.iter().flat_map(|bound| &bound.assumptions) {
                 match said.iter_mut().find(|(other, _)| other == assumption) {
                     Some((_, signals)) => *signals += 1,
                     None => said.push((assumption, 1)),
@@ -236,6 +236,9 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
             }
             let said: Vec<&str> = said.iter().filter(|(_, signals)| *signals > 3).map(|(said, _)| *said).collect();
             wrapped(&format!("assuming {}", said.join("; ")), line);
+            for said in proved.lines() {
+                wrapped(&said, line);
+            }
         }
         Err(why) => line(&format!("proved: nothing; {why}")),
     }
@@ -265,13 +268,4 @@ fn wrapped(text: &str, line: &mut impl FnMut(&str)) {
         now += word;
     }
     line(&now);
-}
-
-/// The word for how a figure came about.
-pub fn how(how: How) -> &'static str {
-    match how {
-        How::Measured => "measured",
-        How::Exhausted => "exhausted",
-        How::Proved => "proved",
-    }
 }

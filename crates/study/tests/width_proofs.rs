@@ -5,7 +5,7 @@ mod proofs_common;
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::SignalUse;
-use hpu_study::widths::proof::{How, Proof, axis_bounds, exhausted, gappa};
+use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 use proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 
 /// The steps of each block.
@@ -181,7 +181,7 @@ fn every_shipped_scene_stays_inside_its_bounds() {
 fn trying_every_input_agrees_with_the_proof() {
     let scene = axis("hybrid-wall", &[]);
     let proof = axis_bounds(&scene).unwrap();
-    let rows = exhausted(&scene, &proof).unwrap();
+    let rows = exhausted(&scene, &proof, MOST_INPUTS).unwrap();
     let names: Vec<_> = rows.iter().map(|row| row.name).collect();
     assert_eq!(names, ["delta", "contact", "penetration", "spring", "drag", "torque", "command"]);
     for row in &rows {
@@ -211,7 +211,7 @@ fn all_words_of_every_combinational_block_lead_to_what_its_data_sheet_says() {
             (bound.min, bound.max) = (format.min() as f64 * format.lsb(), format.max() as f64 * format.lsb());
         }
     }
-    let rows = exhausted(&scene, &proof).unwrap();
+    let rows = exhausted(&scene, &proof, MOST_INPUTS).unwrap();
     let ranges: Vec<_> = rows.iter().map(|row| (row.name, row.min, row.max)).collect();
     let expected = [
         ("delta", -2048.0, 2047.0),

@@ -28,7 +28,7 @@ fn the_word_at_which_a_product_first_wraps_is_the_predicted_one_and_none_below()
         let word = wraps_at.word.unwrap();
         // The least integer whose product with that penetration has a thirteenth bit.
         assert!(word * counts >= 4096 && (word - 1) * counts < 4096);
-        assert!((wraps_at.stiffness.unwrap() / unit - word as f64).abs() < 1e-9);
+        assert!((wraps_at.of_a_word / unit - 1.0).abs() < 1e-12);
         for tried in 1..=word + 6 {
             let scene = sweep(&format!("{}", tried as f64 * unit));
             let (proof, summary) = (axis_bounds(&scene).unwrap(), run(&scene));

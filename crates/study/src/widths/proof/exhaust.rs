@@ -8,21 +8,24 @@ use hpu_signal::Format;
 use super::span::Span;
 use super::{Bound, How, Proof};
 
-/// The most inputs that are tried of one block.
+/// The most inputs that are ever tried of one block.
 pub const MOST_INPUTS: u128 = 1 << 26;
 
-/// The nets of a scene that combinational blocks with at most [`MOST_INPUTS`] inputs drive, with the range and, of products,
-/// the error that trying them all has shown. Inputs go through what `proof` leaves of them, each by itself.
+/// The nets of a scene that combinational blocks with at most `most` inputs drive, and at most [`MOST_INPUTS`], with the range
+/// and, of products, the error that trying them all has shown. Inputs go through what `proof` leaves of them, each by itself.
 ///
 /// # Errors
 ///
 /// When the scene makes no datapath.
-pub fn exhausted(scene: &Scene, proof: &Proof) -> Result<Vec<Bound>, String> {
+pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>, String> {
     let session = Session::new(scene).map_err(|error| error.to_string())?;
-    Ok(session.visit(Exhaust(proof)))
+    Ok(session.visit(Exhaust { proof, most: most.min(MOST_INPUTS) }))
 }
 
-struct Exhaust<'a>(&'a Proof);
+struct Exhaust<'a> {
+    proof: &'a Proof,
+    most: u128,
+}
 
 impl<'s> Visit<'s> for Exhaust<'_> {
     type Out = Vec<Bound>;
@@ -32,7 +35,7 @@ impl<'s> Visit<'s> for Exhaust<'_> {
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
         let instances = wiring.instances().into_iter().filter(answers_at_once);
-        instances.flat_map(|instance| tried(instance, &self.0.bounds)).collect()
+        instances.flat_map(|instance| tried(instance, &self.proof.bounds, self.most)).collect()
     }
 }
 
@@ -49,12 +52,12 @@ fn words(bound: &Bound) -> Span {
 }
 
 /// The outputs of one block for all its inputs; none when these are too many.
-fn tried(mut instance: Instance, bounds: &[Bound]) -> Vec<Bound> {
+fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     let count = instance.model.inputs().len();
     let (inputs, outputs) = instance.connections.split_at(count);
     let ranges: Vec<Span> = inputs.iter().map(|input| words(&bounds[input.net])).collect();
     let size = |range: &Span| (range.max - range.min + 1).unsigned_abs();
-    if ranges.iter().map(size).try_fold(1u128, u128::checked_mul).is_none_or(|all| all > MOST_INPUTS) {
+    if ranges.iter().map(size).try_fold(1u128, u128::checked_mul).is_none_or(|all| all > most) {
         return Vec::new();
     }
     let product = Product::of(&instance);

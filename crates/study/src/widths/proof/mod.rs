@@ -67,7 +67,7 @@ pub struct Bound {
     pub max: f64,
     /// Greatest distance to the same law in real numbers on the same counts; none where none is proved.
     pub error: Option<f64>,
-    /// How the figures came about.
+    /// How the range came about.
     pub how: How,
     /// Whether the word holds every value that is to be in it: it never wraps, is never clamped, and no run counts an edge at
     /// which it has overflowed. A position may turn over, as long as the displacement reads through it.
@@ -98,8 +98,8 @@ pub struct WrapsAt {
     pub penetration: i64,
     /// The least word of the stiffness at which that penetration overflows; none if no word of its format does.
     pub word: Option<i64>,
-    /// The same in N.m/rad (N/m).
-    pub stiffness: Option<f64>,
+    /// The stiffness of one word, in N.m/rad (N/m).
+    pub of_a_word: f64,
     /// The least penetration that overflows at the scene's own stiffness, in counts; none if none does.
     pub at_scene: Option<i64>,
     /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow; none for

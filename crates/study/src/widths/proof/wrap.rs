@@ -25,11 +25,10 @@ pub(crate) fn wraps_at(
         |factor: i128, held: Format| (factor > 0).then(|| (full + factor - 1) / factor).filter(|&by| held.holds(by));
     let penetration = rows.get("penetration").span.max;
     let word = first(penetration, format);
-    let unit = words.realised.torque_quantum_nm / words.realised.count_rad * format.lsb();
     Some(WrapsAt {
         penetration: i64::try_from(penetration).ok()?,
         word: word.and_then(|word| i64::try_from(word).ok()),
-        stiffness: word.map(|word| word as f64 * unit),
+        of_a_word: words.realised.torque_quantum_nm / words.realised.count_rad * format.lsb(),
         at_scene: first(settings.stiffness.max, Format::unsigned(config.position_width)).map(|counts| counts as i64),
         at_rest: at_rest(scene, words, settings),
         reached: travel.reached,

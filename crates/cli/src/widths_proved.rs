@@ -1,0 +1,236 @@
+//! What is proved of the scenes of a page: ranges together, limits and the first overflow of each by itself.
+
+use std::fmt::Write as _;
+
+use hpu_cosim::scene::Experiment;
+use hpu_study::widths::Measured;
+use hpu_study::widths::proof::{Bound, How, Limit, Proof, WrapsAt, axis_bounds, exhausted, phantom_bounds};
+use serde_json::{Value, json};
+
+use crate::widths_text::digits;
+
+/// The most inputs of one block that a page tries.
+const MOST_INPUTS: u128 = 1 << 24;
+/// Scenes whose limits a page has room for.
+const MOST_SCENES: usize = 2;
+
+/// What is proved.
+pub struct Proved {
+    /// The widest range of every net.
+    pub bounds: Vec<Bound>,
+    /// The rest, of each scene.
+    pub scenes: Vec<OfScene>,
+}
+
+/// What is proved of one scene by itself.
+pub struct OfScene {
+    name: String,
+    limits: Vec<Limit>,
+    overflow: Option<Overflow>,
+}
+
+/// Where the spring's product first leaves its word, beside the run.
+struct Overflow {
+    at: WrapsAt,
+    /// The unit of a stiffness.
+    unit: &'static str,
+    /// The stiffness as a word, and the deepest penetration of the run in counts.
+    run: Option<[i64; 2]>,
+}
+
+/// What is proved of all scenes, beside the runs of them.
+///
+/// # Errors
+///
+/// Why nothing is.
+pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, String> {
+    let mut all = Proved { bounds: Vec::new(), scenes: Vec::new() };
+    for (experiment, run) in experiments.iter().zip(runs) {
+        let proof = of(experiment)?;
+        for bound in proof.bounds {
+            match all.bounds.iter_mut().find(|other| other.name == bound.name) {
+                None => all.bounds.push(bound),
+                Some(other) => widen(other, &bound),
+            }
+        }
+        let overflow = proof.wraps_at.map(|at| Overflow { at, unit: unit(experiment), run: depth(run) });
+        all.scenes.push(OfScene { name: experiment.name().to_string(), limits: proof.limits, overflow });
+    }
+    if all.bounds.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
+}
+
+/// The proof of a scene; where all inputs of a block are few, what trying them has shown stands in its place.
+fn of(experiment: &Experiment) -> Result<Proof, String> {
+    let scene = match experiment {
+        Experiment::Axis(scene) => scene,
+        Experiment::Phantom(scene) => return phantom_bounds(scene),
+    };
+    let mut proof = axis_bounds(scene)?;
+    for tried in exhausted(scene, &proof, MOST_INPUTS)? {
+        if let Some(bound) = proof.bounds.iter_mut().find(|bound| bound.name == tried.name) {
+            *bound = tried;
+        }
+    }
+    Ok(proof)
+}
+
+fn widen(all: &mut Bound, bound: &Bound) {
+    all.min = all.min.min(bound.min);
+    all.max = all.max.max(bound.max);
+    all.error = all.error.zip(bound.error).map(|(one, two)| one.max(two));
+    all.never_overflows &= bound.never_overflows;
+    if bound.how != How::Exhausted {
+        all.how = bound.how;
+    }
+    for said in &bound.assumptions {
+        if !all.assumptions.contains(said) {
+            all.assumptions.push(said.clone());
+        }
+    }
+}
+
+fn unit(experiment: &Experiment) -> &'static str {
+    match experiment {
+        Experiment::Axis(scene) if scene.device.units().position == "m" => "N/m",
+        _ => "N.m/rad",
+    }
+}
+
+/// The stiffness as a word, and the deepest penetration of a run.
+fn depth(run: &Measured) -> Option<[i64; 2]> {
+    let most = |name: &str| Some(run.row(name)?.measured?.1);
+    Some([most("stiffness")?, most("penetration")?])
+}
+
+impl Overflow {
+    /// Whether the run went as deep as overflows.
+    fn was_reached(&self) -> Option<bool> {
+        let [_, deepest] = self.run?;
+        Some(self.at.at_scene.is_some_and(|at| deepest >= at))
+    }
+
+    fn of_word(&self, word: i64) -> String {
+        format!("{word} ({} {})", digits(word as f64 * self.at.of_a_word), self.unit)
+    }
+
+    fn text(&self) -> String {
+        let WrapsAt { penetration, word, at_scene, at_rest, reached, .. } = &self.at;
+        let mut text = match word {
+            None => format!("proved to fit for every stiffness word, up to {penetration} counts deep"),
+            Some(word) => {
+                let first = if *reached { "first overflows at" } else { "can overflow from" };
+                let mut text = format!("{first} stiffness word {}", self.of_word(*word));
+                if let Some(word) = at_rest {
+                    let _ = write!(text, ", in this push's rest from {}", self.of_word(*word));
+                }
+                text + &format!(", up to {penetration} counts deep; proved")
+            }
+        };
+        let Some([word, deepest]) = self.run else { return text };
+        let _ = match at_scene {
+            None => write!(text, "; no depth overflows at the scene's word {word}"),
+            Some(at) => {
+                let reached = if self.was_reached() == Some(true) { "overflows" } else { "does not overflow" };
+                write!(
+                    text,
+                    "; at the scene's word {word} from {at} counts: the run {reached}, {deepest} deep; measured"
+                )
+            }
+        };
+        text
+    }
+
+    fn json(&self) -> Value {
+        let word = |word: Option<i64>| {
+            word.map(|word| json!({ "word": word, "stiffness": word as f64 * self.at.of_a_word, "unit": self.unit }))
+        };
+        json!({
+            "how": how(How::Proved),
+            "penetration": self.at.penetration,
+            "penetration_is_reached": self.at.reached,
+            "from": word(self.at.word),
+            "at_rest_from": word(self.at.at_rest),
+            "at_scene": word(self.run.map(|run| run[0])),
+            "at_scene_from_penetration": self.at.at_scene,
+            "measured_penetration": self.run.map(|run| run[1]),
+            "measured_overflow": self.was_reached(),
+        })
+    }
+}
+
+impl Proved {
+    /// What is known of a net.
+    pub fn of(&self, net: &str) -> Option<&Bound> {
+        self.bounds.iter().find(|bound| bound.name == net)
+    }
+
+    /// Limits and first overflows, a line each.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for scene in self.scenes.iter().take(MOST_SCENES) {
+            let of = if self.scenes.len() > 1 { format!("{}: ", scene.name) } else { String::new() };
+            let limits = scene.limits.iter();
+            let limits: Vec<_> = limits
+                .map(|Limit { name, unit, min, max, .. }| format!("{name} {}..{} {unit}", digits(*min), digits(*max)))
+                .collect();
+            if !limits.is_empty() {
+                lines.push(format!("device's limits: {of}{}; proved", limits.join(", ")));
+            }
+            lines.extend(scene.overflow.as_ref().map(|overflow| format!("spring's product: {of}{}", overflow.text())));
+        }
+        if let Some(more @ 1..) = self.scenes.len().checked_sub(MOST_SCENES) {
+            lines.push(format!("of {more} scenes more in the JSON"));
+        }
+        lines
+    }
+
+    /// Limits and first overflows of every scene.
+    pub fn json(&self) -> Value {
+        let limit = |Limit { name, unit, min, max, why }: &Limit| json!({ "name": name, "unit": unit, "min": min, "max": max, "how": how(How::Proved), "why": why });
+        let scene = |scene: &OfScene| {
+            json!({
+                "scene": scene.name,
+                "limits": scene.limits.iter().map(limit).collect::<Vec<_>>(),
+                "spring_overflows": scene.overflow.as_ref().map(Overflow::json),
+            })
+        };
+        self.scenes.iter().map(scene).collect()
+    }
+
+    /// Limits and first overflows as a table; what is not known is empty.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("scene,limit,unit,min,max,how,why\n");
+        let mut row = |scene: &str, cells: [&str; 6]| {
+            let _ = writeln!(text, "{scene},{}", cells.join(","));
+        };
+        for OfScene { name, limits, overflow } in &self.scenes {
+            for Limit { name: of, unit, min, max, why } in limits {
+                row(name, [of, unit, &min.to_string(), &max.to_string(), "proved", &format!("\"{why}\"")]);
+            }
+            let Some(overflow) = overflow else { continue };
+            let at = &overflow.at;
+            let number = |value: Option<i64>| value.map_or_else(String::new, |value| value.to_string());
+            let stiffness =
+                |word: Option<i64>| word.map_or_else(String::new, |word| (word as f64 * at.of_a_word).to_string());
+            let measured = number(overflow.run.map(|run| run[1]));
+            row(name, ["penetration", "counts", "0", &at.penetration.to_string(), "proved", ""]);
+            row(name, ["penetration", "counts", "", &measured, "measured", ""]);
+            let mut from = |of, unit, least: String, why| row(name, [of, unit, &least, "", "proved", why]);
+            from("overflow from word", "", number(at.word), "\"at the deepest penetration\"");
+            from("overflow from stiffness", overflow.unit, stiffness(at.word), "\"at the deepest penetration\"");
+            from("overflow at rest from word", "", number(at.at_rest), "\"the hand pushes on\"");
+            from("overflow at rest from stiffness", overflow.unit, stiffness(at.at_rest), "\"the hand pushes on\"");
+            from("overflow from penetration", "counts", number(at.at_scene), "\"at the scene's stiffness\"");
+        }
+        text
+    }
+}
+
+/// The word for how a figure came about.
+pub fn how(how: How) -> &'static str {
+    match how {
+        How::Measured => "measured",
+        How::Exhausted => "exhausted",
+        How::Proved => "proved",
+    }
+}
