@@ -257,6 +257,10 @@ fn price(page: &mut Page, experiment: &Experiment, hdl: &Path, cache: &Cache) ->
         page.one_more = Err("not priced; Yosys takes minutes for each loop of a PHANToM".into());
         return Ok(true);
     }
+    if page.recommended.is_err() {
+        // Nowhere to tell it; the price has the scene's own keys.
+        return Ok(true);
+    }
     let Some(all) = one_more(experiment, hdl, cache)? else { return Ok(false) };
     page.one_more = Ok(all);
     Ok(true)

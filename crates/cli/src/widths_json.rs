@@ -24,7 +24,7 @@ pub fn object(page: &Page) -> Value {
         "widths": widths(page),
         "tables": page.tables.as_ref().map(tables),
         "price": page.price.as_ref().map(Price::json),
-        "limits": page.proved.as_ref().ok().map(Proved::json),
+        "proved": page.proved.as_ref().ok().map(Proved::json),
         "not_proved": page.proved.as_ref().err(),
         "command": page.command,
         "files": page.files.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),

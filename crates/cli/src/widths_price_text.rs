@@ -13,9 +13,14 @@ use crate::widths_price::{Knob, Price};
 impl Price {
     /// As text of at most 120 columns.
     pub fn text(&self) -> String {
+        self.head_text() + &self.parts_text() + &self.knobs_text()
+    }
+
+    /// The loop as a whole.
+    pub fn head_text(&self) -> String {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
-        let mut text = format!(
+        let text = format!(
             "price      {} of {}, {target}\n           measured by {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
              carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of {HX8K_CELLS} cells, {} of \
              {HX8K_BRAM} block RAMs\n",
@@ -25,7 +30,11 @@ impl Price {
             self.cost.cells,
             self.cost.ice40.bram
         );
-        text += &self.time_text();
+        text + &self.time_text()
+    }
+
+    fn parts_text(&self) -> String {
+        let mut text = String::new();
         if !self.parts.is_empty() {
             let _ =
                 writeln!(text, "{:<14} {:<24} {:>6} {:>6} {:>6}  by Yosys alone", "part", "", "lut4", "ff", "carry");
@@ -33,6 +42,12 @@ impl Price {
         for (label, entity, Counts { lut4, ff, carry, .. }) in &self.parts {
             let _ = writeln!(text, "{label:<14} {entity:<24} {lut4:>6} {ff:>6} {carry:>6}");
         }
+        text
+    }
+
+    /// A bit less and a bit more of each width.
+    pub fn knobs_text(&self) -> String {
+        let mut text = String::new();
         if !self.knobs.is_empty() {
             let _ = writeln!(text, "{:<24} {:>9}  {:<34} one more", "a bit of", "now", "one less");
         }

@@ -50,7 +50,7 @@ pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, S
         for bound in proof.bounds {
             match all.bounds.iter_mut().find(|other| other.name == bound.name) {
                 None => all.bounds.push(bound),
-                Some(other) => widen(other, &bound),
+                Some(other) => widen(other, &bound, experiment.name()),
             }
         }
         let overflow = proof.wraps_at.map(|at| Overflow { at, unit: unit(experiment), run: depth(run) });
@@ -74,7 +74,8 @@ fn of(experiment: &Experiment) -> Result<Proof, String> {
     Ok(proof)
 }
 
-fn widen(all: &mut Bound, bound: &Bound) {
+/// Takes in the bound of another scene.
+fn widen(all: &mut Bound, bound: &Bound, scene: &str) {
     all.min = all.min.min(bound.min);
     all.max = all.max.max(bound.max);
     all.error = all.error.zip(bound.error).map(|(one, two)| one.max(two));
@@ -84,7 +85,7 @@ fn widen(all: &mut Bound, bound: &Bound) {
     }
     for said in &bound.assumptions {
         if !all.assumptions.contains(said) {
-            all.assumptions.push(said.clone());
+            all.assumptions.push(format!("{scene}: {said}"));
         }
     }
 }
@@ -113,31 +114,32 @@ impl Overflow {
         format!("{word} ({} {})", digits(word as f64 * self.at.of_a_word), self.unit)
     }
 
-    fn text(&self) -> String {
-        let WrapsAt { penetration, word, at_scene, at_rest, reached, .. } = &self.at;
-        let mut text = match word {
-            None => format!("proved to fit for every stiffness word, up to {penetration} counts deep"),
+    /// In a line of what is proved, and one of the scene's own stiffness.
+    fn lines(&self) -> Vec<String> {
+        let WrapsAt { penetration, word, at_scene, at_rest, reached, .. } = self.at;
+        let mut lines = vec![match word {
+            None => format!("fits for every stiffness, as {penetration} counts are the deepest; proved"),
             Some(word) => {
-                let first = if *reached { "first overflows at" } else { "can overflow from" };
-                let mut text = format!("{first} stiffness word {}", self.of_word(*word));
-                if let Some(word) = at_rest {
-                    let _ = write!(text, ", in this push's rest from {}", self.of_word(*word));
+                let first = if reached { "first overflows at" } else { "may overflow from" };
+                let rest = at_rest.map(|word| format!("; this push overflows at rest from {} on", self.of_word(word)));
+                let rest = rest.unwrap_or_default();
+                format!("{first} stiffness word {}, {penetration} counts deep{rest}; proved", self.of_word(word))
+            }
+        }];
+        if let Some([word, deepest]) = self.run {
+            let word = self.of_word(word);
+            lines.push(match at_scene {
+                None => format!("at the scene's word {word} no depth overflows (proved)"),
+                Some(at) => {
+                    let did = if deepest >= at { "and overflowed" } else { "and did not overflow" };
+                    format!(
+                        "at the scene's word {word} it overflows from {at} counts on (proved); the run went {deepest} deep \
+                         {did} (measured)"
+                    )
                 }
-                text + &format!(", up to {penetration} counts deep; proved")
-            }
-        };
-        let Some([word, deepest]) = self.run else { return text };
-        let _ = match at_scene {
-            None => write!(text, "; no depth overflows at the scene's word {word}"),
-            Some(at) => {
-                let reached = if self.was_reached() == Some(true) { "overflows" } else { "does not overflow" };
-                write!(
-                    text,
-                    "; at the scene's word {word} from {at} counts: the run {reached}, {deepest} deep; measured"
-                )
-            }
-        };
-        text
+            });
+        }
+        lines
     }
 
     fn json(&self) -> Value {
@@ -176,7 +178,8 @@ impl Proved {
             if !limits.is_empty() {
                 lines.push(format!("device's limits: {of}{}; proved", limits.join(", ")));
             }
-            lines.extend(scene.overflow.as_ref().map(|overflow| format!("spring's product: {of}{}", overflow.text())));
+            let overflow = scene.overflow.iter().flat_map(Overflow::lines);
+            lines.extend(overflow.map(|said| format!("spring's product: {of}{said}")));
         }
         if let Some(more @ 1..) = self.scenes.len().checked_sub(MOST_SCENES) {
             lines.push(format!("of {more} scenes more in the JSON"));

@@ -37,12 +37,10 @@ pub fn page(page: &Page) -> String {
         tables.text().lines().for_each(&mut line);
     }
     if let Some(price) = &page.price {
-        // Its tables of parts and of bits are those of `hpu cost --scene`.
-        price
-            .text()
-            .lines()
-            .take_while(|said| !said.starts_with("part ") && !said.starts_with("a bit of "))
-            .for_each(line);
+        price.head_text().lines().for_each(&mut line);
+        if page.recommended.is_err() {
+            price.knobs_text().lines().for_each(line);
+        }
     }
     text
 }

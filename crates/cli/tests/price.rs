@@ -122,3 +122,47 @@ fn what_cannot_be_priced_is_refused_with_what_can() {
     let wide = ["--scene", "hybrid-wall", "--set", "method.position_bits=99"];
     assert_refused(&cost(&dir, &tools, &wide), 4, &["method.position_bits", "a whole number from 2 to 32"]);
 }
+
+/// `hpu widths --price` of a scene with these tools and a cache beside them.
+fn widths(dir: &Path, tools: &Path, scene: &str) -> Output {
+    let cache = dir.join("cache");
+    let arguments = ["widths", scene, "--no-trials", "--price", "--cache", text(&cache)];
+    hpu().args(arguments).env("PATH", tools).output().expect("the command starts")
+}
+
+#[test]
+fn a_page_is_priced_once_and_then_from_the_cache() {
+    let dir = scratch("price_page");
+    let tools = tools(&dir, BY_SEED);
+    let cold = widths(&dir, &tools, "hybrid-wall");
+    let page = stdout(&cold);
+    // 20 MHz are 50 ns: three clocks at 50 MHz.
+    for words in ["3 clocks, and the loop gives it 1; write method.settling = 2", "held back by 2 clocks instead of 0"]
+    {
+        assert!(page.contains(words), "{page}");
+    }
+    assert!(page.contains("method.position_bits") && page.contains("13: +0 LUT4, +0 ff"), "{page}");
+    assert!(page.lines().count() <= 60 && page.lines().all(|line| line.chars().count() <= 120), "{page}");
+    let entries = names(&dir.join("cache"));
+    assert!(entries.len() > 10, "{entries:?}");
+    assert!(entries.iter().all(|name| name.ends_with(".cost") || name.ends_with(".counts")), "{entries:?}");
+    // From here on nothing can be measured.
+    fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\nexit 1\n")
+        .expect("a script");
+    let warm = widths(&dir, &tools, "hybrid-wall");
+    assert_eq!((code(&warm), stdout(&warm)), (0, page));
+    assert_eq!(names(&dir.join("cache")), entries);
+    // Other widths are not in it, and what failed leaves nothing.
+    assert_refused(&widths(&dir, &tools, "slow-pwm"), 4, &["yosys failed on hybrid_loop"]);
+    assert_eq!(names(&dir.join("cache")), entries);
+}
+
+#[test]
+fn a_page_without_the_tools_names_the_packages_and_leaves_no_cache() {
+    let dir = scratch("price_page_no_tools");
+    let none = dir.join("none");
+    fs::create_dir_all(&none).expect("a folder");
+    let packages = ["is not installed", "apt install", "yosys", "nextpnr-ice40"];
+    assert_refused(&widths(&dir, &none, "hybrid-wall"), 3, &packages);
+    assert!(!dir.join("cache").exists());
+}

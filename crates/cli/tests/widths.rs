@@ -116,10 +116,19 @@ fn files_appear_together() {
     let dir = scratch("widths_files");
     let output = run(&["widths", "wrap-product", "--no-trials", "-o", text(&dir)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert_eq!(names(&dir), ["ranges.png", "ranges.svg", "widths.csv", "widths.json", "widths.txt"]);
+    assert_eq!(names(&dir), ["proved.csv", "ranges.png", "ranges.svg", "widths.csv", "widths.json", "widths.txt"]);
     let csv = std::fs::read_to_string(dir.join("widths.csv")).expect("text");
     let page: Value = serde_json::from_slice(&std::fs::read(dir.join("widths.json")).expect("bytes")).expect("JSON");
     assert_eq!(csv.lines().count(), 1 + page["signals"].as_array().expect("signals").len());
+    let proved = std::fs::read_to_string(dir.join("proved.csv")).expect("text");
+    let limits = page["proved"][0]["limits"].as_array().expect("limits");
+    for (row, limit) in proved.lines().skip(1).zip(limits) {
+        let ends = ["min", "max"].map(|end| limit[end].as_f64().expect("a number"));
+        let (name, unit) = (limit["name"].as_str().expect("a name"), limit["unit"].as_str().expect("a unit"));
+        let expected = format!("wrap-product,{name},{unit},{},{},proved,", ends[0], ends[1]);
+        assert!(row.starts_with(&expected), "{row}");
+    }
+    assert!(proved.lines().any(|row| row.starts_with("wrap-product,overflow from penetration,counts,114,,proved,")));
     let page = std::fs::read_to_string(dir.join("widths.txt")).expect("text");
     assert_eq!(page, stdout(&output));
 }
@@ -143,8 +152,45 @@ fn bad_questions_are_refused() {
     refused(&wirings, 2, "hybrid-wall is a hybrid_loop, conventional-wall-1khz a conventional_loop");
     let narrow = ["hybrid-wall", "--set", "method.stiffness_format=(0,3,0)"];
     refused(&narrow, 4, "does not fit (0,3,0)");
+    refused(&["hybrid-wall", "wrap-product", "--price"], 2, "--price takes one scene");
     refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
     refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: sfixed, ap_fixed, q");
+}
+
+#[test]
+fn limits_and_the_first_overflow_say_what_is_proved_and_what_was_measured() {
+    let page = widths(&["hybrid-wall", "wrap-product", "--no-trials"]);
+    let scenes = page["proved"].as_array().expect("scenes");
+    for (scene, deepest) in scenes.iter().zip([819, 666]) {
+        let limits = scene["limits"].as_array().expect("limits");
+        let names: Vec<_> = limits.iter().map(|limit| limit["name"].as_str().expect("a name")).collect();
+        assert_eq!(names, ["speed", "angle", "current"]);
+        for limit in limits {
+            assert!(
+                limit["how"] == "proved" && limit["why"].as_str().is_some_and(|why| why.contains("24 V")),
+                "{limit}"
+            );
+        }
+        // 13 bits are 4096: reached by the deepest penetration, and by the scene's 36 PWM counts a count.
+        let (first, overflow) = ((4096 + deepest - 1) / deepest, &scene["spring_overflows"]);
+        assert_eq!(overflow["penetration"], deepest);
+        assert_eq!(overflow["from"]["word"], first);
+        assert_eq!((&overflow["at_scene"]["word"], &overflow["at_scene_from_penetration"]), (&36.into(), &114.into()));
+        let alone = widths(&[scene["scene"].as_str().expect("a name"), "--no-trials"]);
+        assert_eq!(&alone["proved"][0], scene);
+        assert_eq!(overflow["measured_penetration"], signal(&alone, "penetration")["words"][1]);
+        let overflowed = signal(&alone, "spring")["overflowed"].as_u64() > Some(0);
+        assert_eq!(overflow["measured_overflow"], overflowed);
+        // A command of 13 + 13 bits of inputs, but few of them within what is proved; a velocity has memory.
+        for (name, how) in [("spring", "exhausted"), ("command", "exhausted"), ("velocity", "proved")] {
+            assert_eq!(signal(&alone, name)["how"], how, "{name}");
+        }
+    }
+    assert_eq!(scenes[0]["spring_overflows"]["at_rest_from"], Value::Null, "it does not push to the end of its path");
+    let page = stdout(&run(&["widths", "wrap-product", "--no-trials"]));
+    for words in ["device's limits: speed ", "it overflows from 114 counts on (proved)", "and overflowed (measured)"] {
+        assert!(page.contains(words), "{words} is not in: {page}");
+    }
 }
 
 #[test]

@@ -226,8 +226,8 @@ impl<'s> Shaft<'s> {
             return (supply_v, false, format!("the bridge gives at most {supply_v} V"));
         }
         if has_diodes(scene) {
-            let most_v = (supply_v + 2.0 * scene.bridge.diode_drop_v).next_up();
-            return (most_v, true, format!("bridge and diodes give at most {most_v} V"));
+            let most_v = supply_v + 2.0 * scene.bridge.diode_drop_v;
+            return (most_v.next_up(), true, format!("bridge and diodes give at most {most_v} V"));
         }
         (supply_v, true, format!("the bridge gives at most {supply_v} V"))
     }
