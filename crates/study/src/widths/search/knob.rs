@@ -61,6 +61,8 @@ impl Width {
     }
 }
 
+const SYNTAX: &str = "write KEY=FROM..TO, as in position_bits=8..16";
+
 /// A width, and the values that it takes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Knob {
@@ -105,7 +107,6 @@ impl FromStr for Knob {
 
     /// Reads `KEY=FROM..TO`, both ends values: `position_bits=8..16`.
     fn from_str(text: &str) -> Result<Self, String> {
-        const SYNTAX: &str = "write KEY=FROM..TO, as in position_bits=8..16";
         let (key, range) = text.split_once('=').ok_or(SYNTAX)?;
         let key = key.trim();
         let bare = key.strip_prefix("method.").unwrap_or(key);
@@ -113,29 +114,32 @@ impl FromStr for Knob {
             let keys: Vec<&str> = Width::ALL.iter().map(|width| width.key()).collect();
             format!("{key} is no width that a search varies; write one of {}", keys.join(", "))
         })?;
-        let (least, most) = width.accepted();
-        let bits = |text: &str| text.trim().parse::<i32>().ok();
-        let Some((from, to)) = range.split_once("..") else {
-            return Err(match bits(range) {
-                Some(bits) => format!("{key} takes one value only, {bits}; write KEY=FROM..TO, or set it by --set"),
-                None => SYNTAX.into(),
-            });
-        };
-        let (Some(from), Some(to)) = (bits(from), bits(to)) else {
-            return Err(format!("`{}` is no range of bits; {SYNTAX}", range.trim()));
-        };
-        if let Some(bits) = [from, to].into_iter().find(|bits| !(least..=most).contains(bits)) {
-            return Err(format!("{key} cannot be {bits}: a scene takes {least} to {most}"));
+        let (from, to) = values(key, range, width.accepted())?;
+        Ok(Self { width, from, to })
+    }
+}
+
+/// Reads the values of a key, `FROM..TO`, each of which it accepts.
+pub(super) fn values(key: &str, range: &str, (least, most): (i32, i32)) -> Result<(i32, i32), String> {
+    let bits = |text: &str| text.trim().parse::<i32>().ok();
+    let Some((from, to)) = range.split_once("..") else {
+        return Err(match bits(range) {
+            Some(bits) => format!("{key} takes one value only, {bits}; write KEY=FROM..TO, or set it by --set"),
+            None => SYNTAX.into(),
+        });
+    };
+    let (Some(from), Some(to)) = (bits(from), bits(to)) else {
+        return Err(format!("`{}` is no range of bits; {SYNTAX}", range.trim()));
+    };
+    if let Some(bits) = [from, to].into_iter().find(|bits| !(least..=most).contains(bits)) {
+        return Err(format!("{key} cannot be {bits}: a scene takes {least} to {most}"));
+    }
+    match from.cmp(&to) {
+        std::cmp::Ordering::Less => Ok((from, to)),
+        std::cmp::Ordering::Equal => {
+            Err(format!("{key}={from}..{to} takes one value only; widen it, or set it by --set"))
         }
-        match from.cmp(&to) {
-            std::cmp::Ordering::Less => Ok(Self { width, from, to }),
-            std::cmp::Ordering::Equal => {
-                Err(format!("{key}={from}..{to} takes one value only; widen it, or set it by --set"))
-            }
-            std::cmp::Ordering::Greater => {
-                Err(format!("{key}={from}..{to} is reversed; write the smaller value first"))
-            }
-        }
+        std::cmp::Ordering::Greater => Err(format!("{key}={from}..{to} is reversed; write the smaller value first")),
     }
 }
 

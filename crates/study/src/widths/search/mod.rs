@@ -25,6 +25,7 @@ mod front;
 mod kinds;
 mod knob;
 mod memory;
+pub mod phantom;
 mod refused;
 mod runner;
 mod table;

@@ -24,16 +24,15 @@ pub(super) struct Runner<'a> {
 }
 
 /// Runs a scene; `None` when stopped.
-pub(super) fn run(scene: Scene, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
-    let experiment = Experiment::Axis(scene);
-    let ready = ready(&experiment)?;
+pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
+    let ready = ready(experiment)?;
     let mut trace = ready.trace(&[]);
     let (summary, late) = watched(TIMEOUT, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
     if !summary.complete {
         return if late { Err(format!("timed out after {} s", TIMEOUT.as_secs())) } else { Ok(None) };
     }
     // Nets are told apart by what they are used for here, not by a print of all edges.
-    Ok(Some((Outputs::new(&experiment, &summary, &trace, 0)?, summary)))
+    Ok(Some((Outputs::new(experiment, &summary, &trace, 0)?, summary)))
 }
 
 impl Runner<'_> {
@@ -52,7 +51,9 @@ impl Runner<'_> {
 
     /// Runs; `None` when stopped.
     pub fn run(&self, gains: &Gains, depth: Depth, control: &Control) -> Result<Option<Ran>, String> {
-        let Some((outputs, summary)) = run(self.scene(gains, depth), control)? else { return Ok(None) };
+        let Some((outputs, summary)) = run(&Experiment::Axis(self.scene(gains, depth)), control)? else {
+            return Ok(None);
+        };
         let used = |name: &str| -> Result<SignalUse, String> {
             let net = summary.nets.iter().find(|net| net.signal.name == name);
             Ok(net.ok_or_else(|| format!("the loop has no net {name}"))?.usage)

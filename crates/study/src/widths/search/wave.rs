@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
-use hpu_cosim::scene::Scene;
+use hpu_cosim::scene::{Experiment, Scene};
 
 use super::front::{Merit, front};
 use super::kinds::{Kind, kinds};
@@ -179,8 +179,10 @@ pub fn search<E>(
     let wide = reference(own, knobs, plan.against).map_err(SearchError::Reference)?;
     let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
     let mut first = Kind::new(&scene, wide).map_err(no_reference)?;
-    let reference_scene = wide.scene(&scene).map_err(no_reference)?;
-    let Some((reference, _)) = run(reference_scene, control).map_err(no_reference)? else { return Err(Ended::Stopped) };
+    let reference_scene = Experiment::Axis(wide.scene(&scene).map_err(no_reference)?);
+    let Some((reference, _)) = run(&reference_scene, control).map_err(no_reference)? else {
+        return Err(Ended::Stopped);
+    };
     let outputs = outputs.unwrap_or_else(|| usual(reference.outcome));
     let mut search = Search {
         runner: Runner { scene: &scene, reference: &reference, outputs: &outputs, full_scale: first.full_scale() },

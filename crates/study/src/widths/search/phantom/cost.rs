@@ -1,0 +1,87 @@
+//! What the words of a PHANToM's datapath cost, without tools.
+//!
+//! **Block RAM** is exact for the tables: [`table_rams`] of three joints.
+//!
+//! **Logic cells** are those of the parallel loop, which is mostly its multipliers: of two words each pair of bits costs a full
+//! adder, of a word and a constant about every second pair. One weight makes cells of these pairs. It is fitted to the cells that
+//! yosys and nextpnr count for the iCE40 HX8K of three blocks (`phantom_forward`, `cube_room`, `phantom_torque`) and of three
+//! whole loops (words of 14 and 22 fraction bits, and the default ones) in `testbench/record/phantom-cost.txt`, and is off by at
+//! most [`ESTIMATE_ERROR`] there.
+//!
+//! The shared loop has one multiplier, as wide as its constants whatever the words; its counted loops vary sines, lengths and
+//! positions together, so that nothing can be said of each. It has no estimate, and only what block RAM pays for is varied.
+
+use hpu_datapath::ConfigError;
+use hpu_datapath::phantom::PhantomConfig;
+
+use crate::widths::tables::table_rams;
+
+/// Logic cells of a pair of bits.
+const CELLS: f64 = 3.75;
+
+/// The largest relative error of the estimate on the counts that it is fitted to.
+pub const ESTIMATE_ERROR: f64 = 0.07;
+
+/// Block RAMs of the iCE40 for the tables of three joints.
+///
+/// # Errors
+///
+/// When a table refuses its size.
+pub fn rams(config: &PhantomConfig) -> Result<u64, ConfigError> {
+    let PhantomConfig { position_width, depth_width, turns, formats, .. } = *config;
+    turns.iter().try_fold(0, |sum, &turn| Ok(sum + table_rams(position_width, depth_width, turn, formats.trig)?))
+}
+
+/// Estimated logic cells of the parallel loop's `phantom_forward`, `cube_room`, `phantom_torque`, and of its three
+/// `command_scaler`.
+#[must_use]
+pub fn cells(config: &PhantomConfig) -> [u32; 4] {
+    let formats = &config.formats;
+    // A sine is at most 1: a sign, an integer bit, and the fraction, however many bits its format has.
+    let trig = formats.trig.frac().unsigned_abs() + 2;
+    let [tip, spring, force, torque] =
+        [formats.position, formats.stiffness, formats.force, formats.torque].map(|format| format.width());
+    let [upper, fore] = config.lengths.map(|word| 32 - word.leading_zeros());
+    let gains: u32 = config.gains.iter().map(|gain| 32 - gain.leading_zeros()).sum();
+    let beam = force + 1;
+    let forward = (2 * trig * tip, 2 * trig * (upper + fore));
+    let room = (3 * spring * (tip + 1), 0);
+    let jacobian = (2 * trig * force + 2 * trig * (force + beam) + 2 * (tip + 1) * force, beam * (upper + fore));
+    let scale = (0, torque * gains);
+    [forward, room, jacobian, scale]
+        .map(|(words, constant)| (CELLS * (f64::from(words) + f64::from(constant) / 2.0)).round() as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use hpu_datapath::phantom::PhantomConfig;
+
+    use super::{ESTIMATE_ERROR, cells, rams};
+
+    fn holds(estimated: u32, counted: u32) {
+        let off = f64::from(estimated) / f64::from(counted) - 1.0;
+        assert!(off.abs() <= ESTIMATE_ERROR, "{estimated} instead of {counted}: {off:+.3}");
+    }
+
+    #[test]
+    fn the_estimate_is_as_near_as_it_says_to_every_counted_block_and_loop() {
+        let [forward, room, torque, _] = cells(&PhantomConfig::default());
+        // `cells` of testbench/record/phantom-cost.txt.
+        [(forward, 8532), (room, 5142), (torque, 18630)].map(|(estimated, counted)| holds(estimated, counted));
+        let own = PhantomConfig::default();
+        [(own.fraction(14), 18983), (own.fraction(22), 30885), (own, 35291)]
+            .map(|(config, counted)| holds(cells(&config).iter().sum(), counted));
+    }
+
+    #[test]
+    fn block_ram_is_what_the_counted_loops_have() {
+        let shallow = PhantomConfig { depth_width: 9, ..PhantomConfig::default() };
+        // `bram` of testbench/record/phantom-cost.txt.
+        for (config, counted) in
+            [(shallow.fraction(14), 12), (shallow.fraction(18), 18), (shallow.fraction(22), 18), (shallow.narrow(), 18)]
+        {
+            assert_eq!(rams(&config).expect("a table"), counted, "{config:?}");
+        }
+        assert_eq!(rams(&PhantomConfig::default()).expect("a table"), 330);
+    }
+}
