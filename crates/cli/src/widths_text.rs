@@ -222,7 +222,7 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
     match &page.proved {
         Ok(proved) => {
             line(
-                "proved: for every motion within the device's limits; ! no proof that it never overflows; x exhausted: every input tried",
+                "proved: for every motion within the device's limits; x exhausted: every input within these ranges; ! may overflow",
             );
             // What is said of a few signals only is in the JSON.
             let mut said: Vec<(&str, usize)> = Vec::new();

@@ -186,7 +186,7 @@ fn limits_and_the_first_overflow_say_what_is_proved_and_what_was_measured() {
             assert_eq!(signal(&alone, name)["how"], how, "{name}");
         }
     }
-    assert_eq!(scenes[0]["spring_overflows"]["at_rest_from"], Value::Null, "it does not push to the end of its path");
+    assert_eq!(scenes[0]["spring_overflows"]["at_rest_from"], Value::Null, "the push is too weak for any word");
     let page = stdout(&run(&["widths", "wrap-product", "--no-trials"]));
     for words in ["device's limits: speed ", "it overflows from 114 counts on (proved)", "and overflowed (measured)"] {
         assert!(page.contains(words), "{words} is not in: {page}");
