@@ -10,6 +10,7 @@ use hpu_study::widths::Field;
 use crate::cost::refused;
 use crate::exit::Failure;
 use crate::interrupt;
+use crate::widths_price::on_all_cores;
 
 /// LUT4 and flip-flops that one bit more of a width costs in the whole loop, or why there is no such loop.
 pub type OneMore = Result<[i64; 2], String>;
@@ -18,18 +19,17 @@ pub type OneMore = Result<[i64; 2], String>;
 pub fn one_more(experiment: &Experiment, hdl: &Path, cache: &Cache) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let now = cache.counts(ready.wiring().block(), hdl).map_err(refused)?;
-    let mut all = Vec::new();
-    for field in Field::all(experiment) {
+    let fields = Field::all(experiment);
+    let found = on_all_cores(fields.len(), interrupt::heed(), |index| {
+        let field = fields[index];
         let more = field.with(experiment, field.bits(experiment) + 1).and_then(|more| {
             let ready = Ready::new(&more).map_err(|error| error.to_string())?;
             cache.counts(ready.wiring().block(), hdl).map_err(|error| error.to_string())
         });
-        if interrupt::pressed() {
-            return Ok(None);
-        }
-        all.push((field, more.map(|more| difference(&more, &now))));
-    }
-    Ok(Some(all))
+        (field, more.map(|more| difference(&more, &now)))
+    });
+    // What was killed half-way has no price, but for no reason of its own.
+    Ok(if interrupt::pressed() { None } else { found.into_iter().collect() })
 }
 
 fn difference(more: &Counts, now: &Counts) -> [i64; 2] {

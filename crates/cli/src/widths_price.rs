@@ -92,7 +92,11 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
 }
 
 /// What comes of each of so many pieces of work, which begin in order; nothing of those that were not begun when it was stopped.
-fn on_all_cores<T: Send>(count: usize, control: &Control, work: impl Fn(usize) -> T + Sync) -> Vec<Option<T>> {
+pub(crate) fn on_all_cores<T: Send>(
+    count: usize,
+    control: &Control,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<Option<T>> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::from_iter((0..count).map(|_| None))));
     let worker = || {
         while !control.stop.load(Ordering::Relaxed) {

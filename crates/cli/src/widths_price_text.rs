@@ -134,13 +134,15 @@ fn noticed(found: &Result<Settling, String>) -> String {
         Err(why) => return format!("stability  not looked at: {why}\n"),
     };
     let Settling { clocks: [from, to], outcomes, errors, limits, lost_damping } = found;
-    let errors: Vec<_> = errors.iter().map(|(output, error)| format!("{} off by {error:.1e}", output.name())).collect();
+    let off = |error: f64| if error == 0.0 { "unchanged".to_string() } else { format!("off by {error:.1e}") };
+    let errors: Vec<_> = errors.iter().map(|(output, error)| format!("{} {}", output.name(), off(*error))).collect();
+    let plural = if *to == 1 { "" } else { "s" };
     let limits = limits.each_ref().map(|limit| match limit {
         Ok(limit) => format!("{:.4}", limit.emulated.limit),
         Err(_) => "none".into(),
     });
     format!(
-        "stability  {} held back by {to} clocks instead of {from}: {} instead of {}\n           {}\n           limit in words \
+        "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           limit in words \
          {} instead of {}; to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
         if found.noticed() { "notices:" } else { "does not notice:" },
         outcome_name(Some(outcomes[1])),
