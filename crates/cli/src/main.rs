@@ -41,6 +41,7 @@ mod widths_price;
 mod widths_price_text;
 mod widths_proved;
 mod widths_search;
+mod widths_search_phantom;
 mod widths_search_text;
 mod widths_text;
 

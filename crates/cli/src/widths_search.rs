@@ -2,14 +2,17 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::{io, io::IsTerminal, io::Write};
 
-use hpu_cosim::scene::Loop;
+use hpu_cosim::scene::{Experiment, Loop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
 use hpu_rtl::{Cache, Counts};
 use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::SceneText;
-use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progress, csv, errors_csv, search};
+use hpu_study::widths::search::{
+    Design, Ended, Found, Knob, Plan, Point, Progress, Width, csv, errors_csv, phantom, search,
+};
 
 use crate::cost::refused;
 use crate::exit::{Exit, Failure};
@@ -17,7 +20,7 @@ use crate::files::Folder;
 use crate::journal::{self, Journal};
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::{interrupt, pictures, widths_search_text};
+use crate::{interrupt, pictures, widths_search_phantom, widths_search_text};
 
 /// What a search takes beside the scene.
 #[derive(clap::Args)]
@@ -25,16 +28,67 @@ pub struct Search {
     /// Search the widths of the loop for the front of stable stiffness, error of the outputs, and lookup tables
     #[arg(long)]
     pub search: bool,
-    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4 [default: all but pwm.bits, from some
-    /// bits below the scene's own]
+    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4, of a PHANToM as in depth_bits=9..13 or
+    /// trig.frac=14..22 [default: all but pwm.bits, of a PHANToM tables, tip and forces, from some bits below the scene's own]
     #[arg(long, value_name = "KEY=FROM..TO", requires = "search")]
-    vary: Vec<Knob>,
+    vary: Vec<Vary>,
     /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
     #[arg(long, value_name = "BITS", requires = "search")]
     against: Option<i32>,
     /// How much stable stiffness the smallest design may lose against the reference's
     #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
     lose: f64,
+}
+
+/// A width of either device.
+#[derive(Clone)]
+enum Vary {
+    Axis(Knob),
+    Phantom(phantom::Knob),
+}
+
+impl FromStr for Vary {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let key = text.split('=').next().unwrap_or(text).trim();
+        let bare = key.strip_prefix("method.").unwrap_or(key);
+        if phantom::FIELDS.into_iter().any(|field| phantom::key(field) == bare) {
+            return text.parse().map(Self::Phantom);
+        }
+        let known = Width::ALL.into_iter().any(|width| width.key() == bare);
+        let knob = text.parse::<Knob>();
+        knob.map(Self::Axis).map_err(|why| match known || !text.contains('=') {
+            true => why,
+            false => format!("{why}; of a PHANToM one of {}", phantom::FIELDS.map(phantom::key).join(", ")),
+        })
+    }
+}
+
+impl Search {
+    /// The widths of an axis that are named.
+    fn of_an_axis(&self) -> Result<Vec<Knob>, Failure> {
+        let knob = |vary: &Vary| match vary {
+            Vary::Axis(knob) => Ok(*knob),
+            Vary::Phantom(knob) => Err(Failure::usage(format!("--vary {knob}: an axis has no such width"))),
+        };
+        self.vary.iter().map(knob).collect()
+    }
+
+    /// The widths of a PHANToM that are named.
+    fn of_a_phantom(&self) -> Result<Vec<phantom::Knob>, Failure> {
+        if self.against.is_some() {
+            return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
+        }
+        let knob = |vary: &Vary| match vary {
+            Vary::Phantom(knob) => Ok(*knob),
+            Vary::Axis(knob) => Err(Failure::usage(format!(
+                "--vary {knob}: a PHANToM has no such width; write one of {}",
+                phantom::FIELDS.map(phantom::key).join(", ")
+            ))),
+        };
+        self.vary.iter().map(knob).collect()
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -101,12 +155,16 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let mut load = |file: &str| source.load(file);
     let (text, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
     let within = asked.within.unwrap_or(experiment.accuracy().within);
-    let mut knobs = args.vary.clone();
+    if let Experiment::Phantom(base) = &experiment {
+        return widths_search_phantom::run((&text, base), args.of_a_phantom()?, within, args.lose, asked);
+    }
+    let named = args.of_an_axis()?;
+    let mut knobs = named.clone();
     if let (true, Some(axis)) = (knobs.is_empty(), experiment.axis()) {
         knobs = Knob::usual(&axis);
     }
     let mut command = format!("hpu widths {}{} --search", quoted(name), set_options(set));
-    command.extend(args.vary.iter().map(|knob| format!(" --vary {knob}")));
+    command.extend(named.iter().map(|knob| format!(" --vary {knob}")));
     command += &args.against.map_or(String::new(), |bits| format!(" --against {bits}"));
     command += &asked.within.map_or(String::new(), |within| format!(" --within {within}"));
     let header = {
@@ -122,7 +180,9 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
 
     let plan = Plan { against: args.against, within, jobs };
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
-    let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, tell);
+    let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
+        tell(&format!("{runs} runs; {open} kinds of designs are open"));
+    });
     tell_no_more();
     let found = match ended {
         Ok(found) => found,
@@ -159,13 +219,15 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn tell(Progress { runs, open }: Progress) {
+/// Says on a terminal how far a search is.
+pub fn tell(said: &str) {
     if io::stderr().is_terminal() {
-        let _ = write!(io::stderr(), "\r{runs} runs; {open} kinds of designs are open\x1b[K");
+        let _ = write!(io::stderr(), "\r{said}\x1b[K");
     }
 }
 
-fn tell_no_more() {
+/// Takes that back.
+pub fn tell_no_more() {
     if io::stderr().is_terminal() {
         let _ = write!(io::stderr(), "\r\x1b[K");
     }
