@@ -67,10 +67,13 @@ mod tests {
     fn the_estimate_is_as_near_as_it_says_to_every_counted_block_and_loop() {
         let [forward, room, torque, _] = cells(&PhantomConfig::default());
         // `cells` of testbench/record/phantom-cost.txt.
-        [(forward, 8532), (room, 5142), (torque, 18630)].map(|(estimated, counted)| holds(estimated, counted));
+        for (estimated, counted) in [(forward, 8532), (room, 5142), (torque, 18630)] {
+            holds(estimated, counted);
+        }
         let own = PhantomConfig::default();
-        [(own.fraction(14), 18983), (own.fraction(22), 30885), (own, 35291)]
-            .map(|(config, counted)| holds(cells(&config).iter().sum(), counted));
+        for (config, counted) in [(own.fraction(14), 18983), (own.fraction(22), 30885), (own, 35291)] {
+            holds(cells(&config).iter().sum(), counted);
+        }
     }
 
     #[test]

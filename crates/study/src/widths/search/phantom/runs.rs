@@ -110,7 +110,7 @@ impl<'a> Runs<'a> {
         let (outputs, summary) =
             run(&Experiment::Phantom(scene), control).map_err(Unknown::Failed)?.ok_or(Unknown::Stopped)?;
         let counters =
-            summary.nets.iter().filter(|net| ["position1", "position2", "position3"].contains(&&*net.signal.name));
+            summary.nets.iter().filter(|net| ["position1", "position2", "position3"].contains(&net.signal.name));
         let counts = counters.fold((0, 0), |(least, most), net| (net.usage.min.min(least), net.usage.max.max(most)));
         let error = worst(&outputs.errors(reference), counted);
         Ok(Some(Ran { passive: outputs.outcome == OutcomeKind::Passive, error, counts }))

@@ -200,11 +200,11 @@ impl<'a> Kind<'a> {
     /// Climbs the ladder, if the rung that a design must reach is passive; says whether it may be on the front.
     fn stable(&mut self, point: &mut Point, least: Option<u32>) -> Result<bool, Unknown> {
         let depth = point.design.get(Field::Depth);
-        if let Some(least) = least {
-            if !self.runs.at(least, depth)?.is_some_and(|ran| ran.passive) {
-                self.grid_runs += 1;
-                return Ok(false);
-            }
+        if let Some(least) = least
+            && !self.runs.at(least, depth)?.is_some_and(|ran| ran.passive)
+        {
+            self.grid_runs += 1;
+            return Ok(false);
         }
         while let Some(ran) = self.runs.at(point.rung + 1, depth)? {
             self.grid_runs += 1;
