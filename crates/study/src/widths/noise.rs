@@ -25,7 +25,7 @@ pub enum Asked {
     Share(f64),
 }
 
-/// The law beside the words of a run. See the [module](self).
+/// The law beside the words of a run.
 #[derive(Clone, Debug)]
 pub struct Beside {
     all: Parts,
