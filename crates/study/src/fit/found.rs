@@ -8,7 +8,7 @@ use hpu_cosim::scene::Output;
 #[derive(Clone, PartialEq, Debug)]
 pub struct LeftOut {
     /// What.
-    pub what: &'static str,
+    pub what: String,
     /// The output that it changes most.
     pub output: Output,
     /// By how much, relative.
@@ -21,7 +21,7 @@ pub struct LeftOut {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Kept {
     /// What.
-    pub what: &'static str,
+    pub what: String,
     /// Why.
     pub why: String,
 }

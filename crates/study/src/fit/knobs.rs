@@ -6,13 +6,17 @@ use hpu_cosim::scene::{BridgeModel, Datapath, Device, Experiment, Hand, Loop, Ph
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Simplification {
     /// What is left out, as a noun: "the bridge's switching".
-    pub what: &'static str,
+    pub what: String,
     /// The keys that leave it out.
     pub set: Vec<(String, String)>,
     /// Those that must be left out before, as indices into the list.
     needs: Vec<usize>,
-    /// That of which it is another degree, and with which it does not go together.
-    instead_of: Option<usize>,
+    /// Those of which it is another degree, and with which it does not go together.
+    instead_of: Vec<usize>,
+    /// The next two shorter steps of the same ladder, where it is a fixed step.
+    pub(super) shorter: Vec<usize>,
+    /// Whether it is only there to hold longer steps against.
+    pub(super) probe: bool,
     /// How much it is worth, to say which models to try first: about the logarithm of the gain in speed.
     worth: u32,
 }
@@ -31,18 +35,35 @@ pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
 /// The sets of simplifications that go together, cheapest first by their worth; the last one is empty: the scene as written.
 #[must_use]
 pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
-    let mut models: Vec<Vec<usize>> = (0..1usize << all.len())
-        .map(|bits| (0..all.len()).filter(|index| bits >> index & 1 == 1).collect::<Vec<_>>())
-        .filter(|set| {
-            set.iter().all(|&index| {
-                let one = &all[index];
-                one.needs.iter().all(|need| set.contains(need)) && one.instead_of.is_none_or(|it| !set.contains(&it))
-            })
-        })
-        .collect();
+    let mut models = vec![Vec::new()];
+    for index in (0..all.len()).filter(|&index| !all[index].probe) {
+        let with = |set: &Vec<usize>| [&set[..], &[index]].concat();
+        let more: Vec<_> = models.iter().map(with).filter(|set| go_together(all, set)).collect();
+        models.extend(more);
+    }
     let worth = |set: &Vec<usize>| set.iter().map(|&index| all[index].worth).sum::<u32>();
     models.sort_by_key(|set| std::cmp::Reverse((worth(set), set.len())));
     models
+}
+
+/// Whether a model has all that its simplifications need, and none twice.
+pub(super) fn go_together(all: &[Simplification], model: &[usize]) -> bool {
+    model.iter().map(|&index| &all[index]).all(|one| {
+        one.needs.iter().all(|need| model.contains(need)) && !one.instead_of.iter().any(|it| model.contains(it))
+    })
+}
+
+/// A model without one thing, before and after: first without all that needs the thing, then without the thing itself.
+pub(super) fn on_its_own(all: &[Simplification], model: &[usize], thing: usize) -> [Vec<usize>; 2] {
+    let mut gone = vec![thing];
+    // What is needed comes before what needs it.
+    for &index in model {
+        if all[index].needs.iter().any(|need| gone.contains(need)) {
+            gone.push(index);
+        }
+    }
+    let without = |gone: &[usize]| model.iter().copied().filter(|index| !gone.contains(index)).collect();
+    [without(&gone[1..]), without(&gone)]
 }
 
 /// The keys of a model.
@@ -54,10 +75,11 @@ pub fn overrides(all: &[Simplification], model: &[usize]) -> Vec<(String, String
 struct List(Vec<Simplification>);
 
 impl List {
-    fn add(&mut self, what: &'static str, worth: u32, set: &[(&str, &str)], needs: &[Option<usize>]) -> usize {
+    fn add(&mut self, what: &str, worth: u32, set: &[(&str, &str)], needs: &[Option<usize>]) -> usize {
         let set = set.iter().map(|(key, value)| ((*key).to_string(), (*value).to_string())).collect();
         let needs = needs.iter().flatten().copied().collect();
-        self.0.push(Simplification { what, set, needs, instead_of: None, worth });
+        let (what, instead_of, shorter) = (what.to_string(), Vec::new(), Vec::new());
+        self.0.push(Simplification { what, set, needs, instead_of, shorter, probe: false, worth });
         self.0.len() - 1
     }
 }
@@ -77,19 +99,55 @@ fn axis(scene: &Scene, list: &mut List) {
         let speed = format!("{} {}", friction_speed(scene), if is_motor { "rad/s" } else { "m/s" });
         let set = [("model.friction", "smoothed"), ("model.friction_speed", speed.as_str())];
         let smoothed = list.add("sticking (friction is smoothed)", 2, &set, &[]);
-        list.0[smoothed].instead_of = Some(none);
+        list.0[smoothed].instead_of.push(none);
     }
     let words = scene.model.datapath == Datapath::Words;
+    let mut law = None;
+    let mut between = Vec::new();
     if words && has_law(scene) {
-        let law = list.add(
+        law = Some(list.add(
             "the words of the datapath (rounding, wrapping, latency)",
             2,
             &[("model.datapath", "law")],
             &[averaged],
-        );
+        ));
         let sample = [("model.solver", "sample")];
         let sample = list.add("all that happens between two samples", 5, &sample, &[averaged]);
-        list.add("the encoder's counts", 1, &[("model.encoder", "ideal")], &[Some(law), Some(sample)]);
+        list.add("the encoder's counts", 1, &[("model.encoder", "ideal")], &[law, Some(sample)]);
+        between.push(sample);
+    }
+    if scene.model.solver.is_exact() && (law.is_some() || scene.model.datapath == Datapath::Law) {
+        for (solver, called) in [("midpoint", "implicit midpoint"), ("semi_implicit", "semi-implicit Euler")] {
+            ladder(scene, (solver, called), &[averaged, law], &mut between, list);
+        }
+    }
+}
+
+/// Fixed steps in us, and what they are worth; the last two are there to hold the others against.
+const STEPS: [(u32, u32); 6] = [(300, 5), (100, 4), (30, 3), (10, 2), (3, 1), (1, 1)];
+
+/// The fixed steps of a solver, at least three to a sample period, in place of all of `between`, which they join.
+fn ladder(
+    scene: &Scene,
+    (solver, called): (&str, &str),
+    needs: &[Option<usize>],
+    between: &mut Vec<usize>,
+    list: &mut List,
+) {
+    let (least_s, most_s) = (4.0 * scene.clock.period_s(), scene.sample_period_s() / 3.0);
+    let fits = |&(step_us, _): &(u32, u32)| (least_s..=most_s).contains(&(1e-6 * f64::from(step_us)));
+    let mut rungs = Vec::new();
+    for (step_us, worth) in STEPS.into_iter().filter(fits) {
+        let step = format!("{step_us} us");
+        let set = [("model.solver", solver), ("model.step", &step)];
+        let rung = list.add(&format!("what happens within steps of {step} ({called})"), worth, &set, needs);
+        list.0[rung].instead_of.clone_from(between);
+        between.push(rung);
+        rungs.push(rung);
+    }
+    for (at, &rung) in rungs.iter().enumerate() {
+        list.0[rung].shorter = rungs[at + 1..].iter().copied().take(2).collect();
+        list.0[rung].probe = at + 2 >= rungs.len();
     }
 }
 

@@ -2,14 +2,15 @@
 //!
 //! A scene says which outputs it is about (`[accuracy] outputs`) and how exact they have to be. What its model has beyond what
 //! they need is left out, one simplification at a time ([`simplifications`]): the bridge's switching, the winding's inductance, friction or its sticking,
-//! the words, what happens between samples, the encoder's counts; of a PHANToM its transmission, its amplifiers, its joints.
+//! the words, what happens between samples or within a fixed step, the encoder's counts; of a PHANToM its transmission, its amplifiers, its joints.
 //!
 //! The models are tried from the cheapest up. One is taken when
 //!
 //! 1. every output is within *half* of the tolerance of the reference's (the scene as written, from event to event), with
 //!    the same verdict;
 //! 2. each thing that it leaves out changes no output by more than that either, so that no two errors cancel each other;
-//! 3. it is within the tolerance, with the same verdict, in the scenes around: the wall 5 % softer and stiffer, and moved by a few counts
+//! 3. a fixed step is no lucky one: the next two shorter steps of its ladder are as good, and what they change does not grow;
+//! 4. it is within the tolerance, with the same verdict, in the scenes around: the wall 5 % softer and stiffer, and moved by a few counts
 //!    either way, so that a contact meets the sampling and the counts in another phase. Where a boundary of stability is near,
 //!    one of them lies beyond it, and a model that does not know it shows.
 //!
