@@ -106,7 +106,8 @@ impl Searched<'_> {
             line("", format!("{count}: {short}"));
         }
         let saved = 1.0 - found.runs as f64 / found.grid_runs.max(1) as f64;
-        line("runs", format!("{} of at least {} of the grid: {} saved", found.runs, found.grid_runs, percent(saved)));
+        let saved = if saved > 0.0 { format!("{} saved", percent(saved)) } else { "none saved".into() };
+        line("runs", format!("{}, where the grid takes {} or more: {saved}", found.runs, found.grid_runs));
         for why in found.failed.iter().take(2) {
             line("failed", why.chars().take(98).collect());
         }
@@ -129,8 +130,9 @@ impl Searched<'_> {
             ),
         );
         line(
-            "tip, torque",
-            "proved, for every posture in the tables; torque of its joint's full scale, forces as words".into(),
+            "tip",
+            "and torque: proved, for every posture in the tables; torque of its joint's full scale, forces as words"
+                .into(),
         );
         text += &format!(
             "\n{:<10} {:>5} {:>4} {:>6} {:>8} {:>9} {:>5} {:>6} {:>5} {:>6} {:>9} {:>10} {:>9} {:>8}\n",

@@ -47,7 +47,7 @@ impl Knob {
     }
 
     /// The knobs of a scene when none is named: the tables' depth from three bits below the scene's own, and their words; of a
-    /// parallel loop the tip's and the forces' words too.
+    /// parallel loop the tip's words too.
     #[must_use]
     pub fn usual(scene: &PhantomScene) -> Vec<Self> {
         let own = Design::of(scene);
@@ -57,7 +57,7 @@ impl Knob {
         };
         let mut all = vec![below(Field::Depth, 3, 4), below(Field::TrigFrac, 10, 4)];
         if !scene.method.shared {
-            all.extend([below(Field::Tip, 10, 4), below(Field::Force, 8, 2)]);
+            all.push(below(Field::Tip, 10, 4));
         }
         all
     }

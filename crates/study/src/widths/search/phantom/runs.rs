@@ -4,8 +4,9 @@
 //! up to which every rung is passive; nothing is assumed of the rungs above.
 //!
 //! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth enters a run nowhere else: so if
-//! no count leaves the narrower tables, not one word changes. The scene is aborted at the first count outside, and the decoders,
-//! whose range a run tells, follow the arm by a few edges, hence by one count at most: the range must fit with two to spare.
+//! no count leaves the narrower tables, not one word changes. The scene is aborted at the first count outside. A run tells the
+//! range of the sampled counts; between samples a decoder moves by a count an edge at most, so that the range must fit with a
+//! sample period and two to spare.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +30,7 @@ pub(super) struct Ran {
     pub passive: bool,
     /// Error of its outputs, which stands for something at the scene's own stiffness alone.
     pub error: f64,
-    /// Least and greatest count of any joint.
+    /// Between which the counts of all joints are.
     counts: (i64, i64),
 }
 
@@ -37,7 +38,7 @@ impl Ran {
     /// Whether a run with tables of so many bits is the same.
     fn covers(&self, depth: i32) -> bool {
         let half = 1i64 << (depth - 1);
-        self.counts.0 - 2 >= -half && self.counts.1 + 2 < half
+        self.counts.0 >= -half && self.counts.1 < half
     }
 }
 
@@ -109,9 +110,10 @@ impl<'a> Runs<'a> {
         }
         let (outputs, summary) =
             run(&Experiment::Phantom(scene), control).map_err(Unknown::Failed)?.ok_or(Unknown::Stopped)?;
-        let counters =
-            summary.nets.iter().filter(|net| ["position1", "position2", "position3"].contains(&net.signal.name));
+        let counters = summary.nets.iter().filter(|net| ["count1", "count2", "count3"].contains(&net.signal.name));
         let counts = counters.fold((0, 0), |(least, most), net| (net.usage.min.min(least), net.usage.max.max(most)));
+        let spare = base.period_clocks() as i64 + 2;
+        let counts = (counts.0 - spare, counts.1 + spare);
         let error = worst(&outputs.errors(reference), counted);
         Ok(Some(Ran { passive: outputs.outcome == OutcomeKind::Passive, error, counts }))
     }
