@@ -66,14 +66,15 @@ fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
 }
 
 /// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, `t` the time by which the spring is late. Four clocks
-/// of that are the encoder's way through the FPGA.
+/// of that are the encoder's way through the FPGA. A swing dies by `2 m / (b - k t)`, a third of a second at the least damping here,
+/// fifteen of which the run lasts.
 fn pressed(damping_n_s_per_m: f64) -> Scene {
     let text = format!(
         r#"
 about = "A mass pressed against a wall, 2 mm deep at rest."
 [device]
 kind = "mass"
-mass = 0.1
+mass = 0.05
 damping = {damping_n_s_per_m}
 initial_position = 0.001
 [encoder]
