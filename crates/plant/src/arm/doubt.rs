@@ -1,7 +1,7 @@
 //! How far an arm's angles may be off, and which crossings that leaves in doubt.
 //!
 //! Each segment adds what its series leaves out, which its last terms tell, and what rounding takes; anchors keep their low
-//! parts and add nothing. Against 30 digits the true error stays below the sum (`tests/arm_certified.rs`).
+//! parts and add nothing. Against 30 digits the true error stays below the sum (`tests/all/arm_certified.rs`).
 
 use super::ArmMotion;
 use super::polynomial::{Lanes, derivatives};

@@ -1,0 +1,57 @@
+//! Who may know whom: the manifests against the map in ARCHITECTURE.md.
+
+use std::fs;
+use std::path::Path;
+
+/// Each crate and those of ours that it may depend on.
+const MAY_KNOW: [(&str, &[&str]); 7] = [
+    ("signal", &[]),
+    ("datapath", &["signal"]),
+    ("plant", &["signal"]),
+    ("cosim", &["signal", "datapath", "plant"]),
+    ("rtl", &["signal", "datapath", "plant", "cosim"]),
+    ("study", &["signal", "datapath", "plant", "cosim"]),
+    ("cli", &["signal", "datapath", "plant", "cosim", "rtl", "study"]),
+];
+
+#[test]
+fn crates_know_only_whom_they_may() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let mut found: Vec<String> = fs::read_dir(crates)
+        .expect("crates/ is readable")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
+        .collect();
+    found.sort();
+    let mut listed: Vec<&str> = MAY_KNOW.iter().map(|(name, _)| *name).collect();
+    listed.sort_unstable();
+    assert_eq!(found, listed);
+    for (name, may) in MAY_KNOW {
+        let manifest = fs::read_to_string(crates.join(name).join("Cargo.toml")).expect("a manifest");
+        // Tests may know more than the crate itself does.
+        let own = manifest.split("[dev-dependencies]").next().expect("a part before");
+        for line in own.lines() {
+            let Some(known) = line.strip_prefix("hpu-").and_then(|rest| rest.split(['.', ' ', '=']).next()) else {
+                continue;
+            };
+            assert!(may.contains(&known), "{name} may not know {known}");
+        }
+    }
+}
+
+/// A test file that no `mod` line names would silently never run.
+#[test]
+fn every_test_file_is_a_module_of_its_binary() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    for (name, _) in MAY_KNOW {
+        let folder = crates.join(name).join("tests/all");
+        let main = fs::read_to_string(folder.join("main.rs")).expect("tests/all/main.rs");
+        for entry in fs::read_dir(&folder).expect("tests/all is readable") {
+            let path = entry.expect("an entry").path();
+            let module = path.file_stem().and_then(|stem| stem.to_str()).expect("a name").to_owned();
+            assert!(
+                module == "main" || main.contains(&format!("mod {module};\n")),
+                "{name}: {module} is no module of main.rs"
+            );
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Bad input: what is said, with which exit code, and what is left on disk.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+
+use crate::common::{ROOT, assert_refused, code, hpu, names, run, scratch, stderr, stdout, text};
+
+/// Runs a scene with an output folder and asserts that it is refused and leaves nothing behind.
+fn assert_scene_refused(test: &str, scene: &str, arguments: &[&str], words: &[&str]) {
+    let dir = scratch(test);
+    let file = dir.join("bad.toml");
+    fs::write(&file, scene).expect("a scene");
+    let out = dir.join("out");
+    let arguments = [&["run", text(&file), "-o", text(&out)][..], arguments].concat();
+    assert_refused(&run(&arguments), 4, words);
+    assert_eq!(names(&dir), ["bad.toml"], "nothing is written");
+}
+
+/// The shipped hybrid wall, with one line replaced.
+fn wall_with(line: &str, other: &str) -> String {
+    let scene = fs::read_to_string(format!("{ROOT}/testbench/scenes/hybrid-wall.toml")).expect("a shipped scene");
+    assert!(scene.contains(line), "{scene}");
+    scene.replacen(line, other, 1)
+}
+
+#[test]
+fn malformed_toml_is_refused_with_line_and_column() {
+    let scene = "about = \"A wall.\"\n[device\nkind = \"motor\"\n";
+    assert_scene_refused("malformed", scene, &[], &["bad.toml:2:", "not TOML"]);
+}
+
+#[test]
+fn an_unknown_key_is_refused_with_those_there_are() {
+    let scene = wall_with("stiffness = \"1.5 N.m/rad\"", "stifness = \"1.5 N.m/rad\"");
+    assert_scene_refused("unknown-key", &scene, &[], &["bad.toml:", "wall.stifness", "stiffness, damping"]);
+}
+
+#[test]
+fn a_wrong_unit_is_refused_with_those_accepted() {
+    let scene = wall_with("stiffness = \"1.5 N.m/rad\"", "stiffness = \"1.5 mm\"");
+    assert_scene_refused("wrong-unit", &scene, &[], &["bad.toml:", "wall.stiffness", "N.m/rad"]);
+}
+
+#[test]
+fn a_wrong_sign_is_refused() {
+    let scene = wall_with("stiffness = \"1.5 N.m/rad\"", "stiffness = \"-1.5 N.m/rad\"");
+    assert_scene_refused("wrong-sign", &scene, &[], &["bad.toml:", "wall.stiffness", "-1.5"]);
+}
+
+#[test]
+fn a_format_wider_than_64_bits_is_refused() {
+    let scene = wall_with("damping_format = \"(0,8,4)\"", "damping_format = \"(0,40,25)\"");
+    assert_scene_refused("wide-format", &scene, &[], &["bad.toml:", "method.damping_format", "65", "64"]);
+}
+
+#[test]
+fn a_clock_of_zero_is_refused() {
+    let scene = wall_with("frequency = \"50 MHz\"", "frequency = 0");
+    assert_scene_refused("zero-clock", &scene, &[], &["bad.toml:", "clock.frequency"]);
+}
+
+#[test]
+fn nan_is_refused_in_a_scene_and_in_an_override() {
+    let scene = wall_with("position = \"1.5 rad\"", "position = nan");
+    assert_scene_refused("nan", &scene, &[], &["bad.toml:", "wall.position", "`nan`"]);
+    let scene = wall_with("", "");
+    let words = ["--set wall.position=nan", "wall.position"];
+    assert_scene_refused("nan-set", &scene, &["--set", "wall.position=nan"], &words);
+}
+
+#[test]
+fn a_missing_scene_and_a_missing_data_file_are_told_by_name() {
+    assert_refused(&run(&["run", "no/such.toml"]), 4, &["no/such.toml", "No such file"]);
+    assert_refused(&run(&["run", "no-such-scene"]), 4, &["no-such-scene", "hybrid-wall"]);
+    let set = ["run", "replay-motion", "--set", "hand.file=nowhere.csv"];
+    assert_refused(&run(&set), 4, &["hand.file", "nowhere.csv"]);
+}
+
+#[test]
+fn an_override_without_a_value_is_wrong_usage() {
+    assert_refused(&run(&["run", "hybrid-wall", "--set", "wall.stiffness"]), 2, &["KEY=VALUE"]);
+}
+
+#[test]
+fn a_capture_without_the_named_channels_is_refused_with_those_it_has() {
+    let output = run(&["run", "replay-capture", "--set", "hand.channel_a=D7"]);
+    assert_refused(&output, 4, &["replay-capture.vcd", "D7", "libsigrok.A", "libsigrok.B"]);
+}
+
+#[test]
+fn time_running_backwards_in_a_capture_is_refused_with_its_line() {
+    let dir = scratch("backwards");
+    let file = dir.join("back.vcd");
+    let head = "$timescale 1 us $end\n$scope module libsigrok $end\n$var wire 1 ! A $end\n$var wire 1 \" B $end\n";
+    fs::write(&file, format!("{head}$upscope $end\n$enddefinitions $end\n#0 0! 0\"\n#20 1!\n#10 1\"\n"))
+        .expect("a capture");
+    let set = format!("hand.file={}", text(&file));
+    assert_refused(&run(&["run", "replay-capture", "--set", &set]), 4, &["back.vcd:9", "backwards", "#20", "#10"]);
+}
+
+#[test]
+fn a_vector_file_with_a_stale_first_line_is_refused_with_the_line_expected() {
+    let dir = scratch("stale");
+    let file = dir.join("stale.txt");
+    fs::write(
+        &file,
+        "# position_counter in rst(0,1,0) step(1,1,0) out position(0,11,0) generics WIDTH=11\n# end 0 rows\n",
+    )
+    .expect("vectors");
+    let output = run(&["vectors", "--verify", text(&file)]);
+    assert_refused(&output, 4, &["stale.txt", "line 1", "position(0,12,0)", "position(0,11,0)"]);
+}
+
+#[test]
+fn a_truncated_vector_file_is_refused_wherever_it_is_cut() {
+    let whole = "# position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12\n\
+                 1 0 000\n0 3 fff\n0 1 000\n# end 3 rows\n";
+    let dir = scratch("truncated");
+    let file = dir.join("cut.txt");
+    fs::write(&file, whole).expect("vectors");
+    assert_eq!(code(&run(&["vectors", "--verify", text(&file)])), 0);
+    // Without the last line feed it is whole still.
+    for end in 0..whole.len() - 1 {
+        fs::write(&file, &whole[..end]).expect("vectors");
+        assert_refused(&run(&["vectors", "--verify", text(&file)]), 4, &["cut.txt", "line "]);
+    }
+}
+
+#[test]
+fn without_ghdl_the_package_is_named() {
+    let dir = scratch("no-ghdl");
+    let junit = dir.join("report.xml");
+    let output = hpu().args(["check", "displacement", "-x", text(&junit)]).env("PATH", &dir).output().expect("starts");
+    assert_eq!(code(&output), 3);
+    assert!(stderr(&output).starts_with("error: ") && stderr(&output).contains("ghdl-mcode"), "{}", stderr(&output));
+    assert_eq!(names(&dir), [""; 0], "no report of a check that was none");
+    let output = hpu().args(["run", "hybrid-wall", "--driver", "rtl", "--edges", "10"]).env("PATH", &dir).output();
+    assert_refused(&output.expect("starts"), 3, &["ghdl-mcode"]);
+}
+
+#[test]
+fn a_ghdl_that_fails_is_a_failed_check_that_tells_what_it_said() {
+    let dir = scratch("bad-ghdl");
+    let ghdl = dir.join("ghdl");
+    fs::write(&ghdl, "#!/bin/sh\necho 'ghdl: out of licences' >&2\nexit 1\n").expect("a script");
+    fs::set_permissions(&ghdl, fs::Permissions::from_mode(0o755)).expect("it may run");
+    let junit = dir.join("report.xml");
+    let output = hpu().args(["check", "displacement", "-x", text(&junit)]).env("PATH", &dir).output().expect("starts");
+    assert_eq!(code(&output), 1);
+    assert!(stdout(&output).contains("out of licences"), "{}", stdout(&output));
+    assert!(fs::read_to_string(&junit).expect("a report").contains("out of licences"));
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_written_is_wrong_usage() {
+    let dir = scratch("unwritable");
+    let file = dir.join("file");
+    fs::write(&file, "old").expect("a file");
+    let below = file.join("out");
+    for arguments in [&["run", "free-motion"][..], &["vectors", "pwm"], &["check", "pwm"]] {
+        let arguments = [arguments, &["-o", text(&below)]].concat();
+        assert_refused(&run(&arguments), 2, &["cannot write to", text(&below)]);
+    }
+    assert_refused(&run(&["check", "pwm", "-x", text(&below.join("x.xml"))]), 2, &["cannot write to", text(&below)]);
+    assert_refused(&run(&["run", "free-motion", "-o", "/proc/hpu"]), 2, &["cannot write to /proc/hpu"]);
+    assert_eq!(fs::read_to_string(&file).expect("still there"), "old");
+}
+
+#[test]
+fn wrong_usage_is_told_on_stderr() {
+    assert_refused(&run(&["fly"]), 2, &["fly"]);
+    assert_refused(&run(&["block", "flux_capacitor"]), 2, &["flux_capacitor", "position_counter"]);
+    assert_refused(&run(&["block", "pwm", "--variant", "9_bit"]), 2, &["9_bit", "8_bit"]);
+    let linear = ["run", "hybrid-wall", "--set", "model.datapath=linear"];
+    assert_refused(&run(&linear), 2, &["linear", "hpu limits"]);
+    assert_refused(&run(&["vectors"]), 2, &["sets", "-o"]);
+}

@@ -1,0 +1,205 @@
+//! `hpu block`, `hpu vectors`, `hpu check`.
+
+use std::fs;
+use std::io::Write;
+use std::process::{Output, Stdio};
+
+use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
+
+/// Ticks a block with a table on stdin.
+fn tick(arguments: &[&str], table: &str) -> Output {
+    let mut child = hpu()
+        .args(["block", "--inputs", "-"])
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    child.stdin.take().expect("a pipe").write_all(table.as_bytes()).expect("it reads");
+    child.wait_with_output().expect("ends")
+}
+
+#[test]
+fn a_counter_counts_as_by_hand() {
+    let output = tick(&["position_counter"], "step\n0\n1\n1\n-1\n-1\n-1\n0\n");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(stdout(&output), "step,position\n0,0\n1,1\n1,2\n-1,1\n-1,0\n-1,4095\n0,4095\n");
+    let output = tick(&["position_counter", "--variant", "8_bit"], "step\n-1\n");
+    assert_eq!(stdout(&output), "step,position\n-1,255\n");
+}
+
+#[test]
+fn inputs_come_in_any_order_and_go_out_in_port_order() {
+    // The shortest way round the counter's 4096 steps, as by hand.
+    let table = "# a comment\nreference, position\n4090,10\n10,4090\n\n0,2047\n0,2048\n";
+    let expected = "position,reference,delta\n10,4090,16\n4090,10,-16\n2047,0,2047\n2048,0,-2048\n";
+    assert_eq!(stdout(&tick(&["displacement"], table)), expected);
+}
+
+#[test]
+fn a_multiplier_saturates_and_wraps_as_by_hand() {
+    let table = "a,b\n36,113\n36,114\n4095,4095\n";
+    let saturated = "a,b,product\n36,113,4068\n36,114,4095\n4095,4095,4095\n";
+    assert_eq!(stdout(&tick(&["truncating_multiplier"], table)), saturated);
+    // 4104 - 4096 = 8; 4095^2 = 1 modulo 4096.
+    let wrapped = "a,b,product\n36,113,4068\n36,114,8\n4095,4095,1\n";
+    assert_eq!(stdout(&tick(&["truncating_multiplier", "--variant", "drop_upper"], table)), wrapped);
+}
+
+#[test]
+fn a_ticked_table_comes_as_json_too() {
+    let value = json(&tick(&["position_counter", "--json"], "step\n1\n"));
+    assert_eq!(value["columns"], serde_json::json!(["step", "position"]));
+    assert_eq!(value["rows"], serde_json::json!([[1, 1]]));
+}
+
+#[test]
+fn a_bad_table_is_refused_with_its_line_and_what_is_accepted() {
+    let names = "position,reference";
+    assert_refused(&tick(&["displacement"], ""), 4, &["-:1:", names]);
+    assert_refused(&tick(&["displacement"], "position\n1\n"), 4, &["-:1:", "`reference` is missing", names]);
+    assert_refused(&tick(&["displacement"], "position,reference,x\n1,2,3\n"), 4, &["-:1:", "`x`", names]);
+    assert_refused(&tick(&["displacement"], "position,position\n1,2\n"), 4, &["-:1:", "named twice", names]);
+    let table = "position,reference\n1,2\n1\n";
+    assert_refused(&tick(&["displacement"], table), 4, &["-:3:", "1 columns", "2"]);
+    for cell in ["4096", "-1", "1.5", "x", "", "99999999999999999999999999999999999999999"] {
+        let table = format!("position,reference\n1,2\n{cell},2\n");
+        assert_refused(&tick(&["displacement"], &table), 4, &["-:3:", "position", "from 0 to 4095", "(0,12,0)"]);
+    }
+    assert_refused(&run(&["block", "pwm", "--inputs", "no/such.csv"]), 4, &["no/such.csv"]);
+}
+
+#[test]
+fn the_ports_of_a_block_are_listed_with_format_unit_and_meaning() {
+    let said = stdout(&run(&["block", "velocity_register"]));
+    for word in ["in", "out", "period", "(0,24,0)", "(1,11,0)", "count/sample", "RESCALED", "rescaled_8_bit"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let value = json(&run(&["block", "velocity_register", "--json"]));
+    assert_eq!((&value["name"], &value["clocked"]), (&"velocity_register".into(), &true.into()));
+    let ports: Vec<_> = value["ports"].as_array().expect("ports").iter().map(|port| port["name"].clone()).collect();
+    assert_eq!(ports, ["position", "period", "scale", "velocity"]);
+    assert_eq!(value["ports"][3]["direction"], "out");
+    assert_eq!(value["ports"][3]["format"], serde_json::json!([1, 11, 0]));
+    assert_eq!(value["generics"]["WIDTH"], 12);
+}
+
+#[test]
+fn every_entity_of_the_vhdl_is_a_block_of_the_list() {
+    let blocks = json(&run(&["block", "--json"]))["blocks"].as_array().expect("blocks").clone();
+    let mut listed: Vec<_> =
+        blocks.iter().map(|block| format!("{}.vhd", block["name"].as_str().expect("a name"))).collect();
+    listed.sort();
+    let files = names(format!("{ROOT}/hdl").as_ref());
+    assert_eq!(listed, files.into_iter().filter(|name| name.ends_with(".vhd")).collect::<Vec<_>>());
+}
+
+#[test]
+fn committed_vectors_are_those_that_are_generated_and_verify() {
+    let dir = scratch("vectors");
+    let out = dir.join("out");
+    let output = run(&["vectors", "position_counter", "--count", "96", "-o", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let sets = names(&out.join("position_counter"));
+    assert_eq!(sets, ["32_bit-directed.txt", "8_bit-directed.txt", "default-directed.txt"]);
+    for set in sets {
+        let (new, committed) =
+            (out.join("position_counter").join(&set), format!("{ROOT}/vectors/position_counter/{set}"));
+        assert_eq!(fs::read_to_string(&new).expect("new"), fs::read_to_string(&committed).expect("committed"), "{set}");
+        assert_eq!(code(&run(&["vectors", "--verify", text(&new)])), 0);
+    }
+}
+
+#[test]
+fn an_update_refreshes_what_is_stale_and_nothing_twice() {
+    let dir = scratch("update");
+    let update = || hpu().args(["vectors", "--update"]).current_dir(&dir).output().expect("starts");
+    assert_refused(&update(), 2, &["no hpu project"]);
+    fs::create_dir(dir.join("hdl")).expect("a folder");
+    fs::write(dir.join("hdl/synchronizer.vhd"), "").expect("a mark of the project");
+    let first = stdout(&update());
+    assert!(
+        first.contains("hdl/generated/pwm_pkg.vhd\n") && first.contains("vectors/pwm/8_bit-random.txt\n"),
+        "{first}"
+    );
+    assert_eq!(stdout(&update()), "0 files refreshed\n");
+    fs::write(dir.join("hdl/generated/pwm_pkg.vhd"), "stale").expect("a stale file");
+    assert_eq!(stdout(&update()), "hdl/generated/pwm_pkg.vhd\n1 files refreshed\n");
+}
+
+#[test]
+fn a_word_that_the_emulator_answers_otherwise_is_shown() {
+    let dir = scratch("verify");
+    let file = dir.join("wrong.txt");
+    let wrong = "# position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12\n\
+                 1 0 000\n0 3 fff\n0 1 001\n# end 3 rows\n";
+    fs::write(&file, wrong).expect("vectors");
+    let output = run(&["vectors", "--verify", text(&file)]);
+    assert_eq!(code(&output), 1);
+    assert!(stdout(&output).contains("row 3: position is 1 in the file, 0 in the emulator"), "{}", stdout(&output));
+}
+
+#[test]
+fn vectors_come_in_three_forms_with_the_same_words() {
+    let form = |form: &str| stdout(&run(&["vectors", "displacement", "--count", "1", "--format", form]));
+    // All zeros first.
+    assert!(form("txt").ends_with("\n000 000 000\n# end 1 rows\n"), "{}", form("txt"));
+    assert_eq!(form("csv"), "position,reference,delta\n0,0,0\n");
+    assert!(form("readmemh").ends_with("\n000000000\n"), "{}", form("readmemh"));
+    let random =
+        |seed: &str| stdout(&run(&["vectors", "pwm", "--set-kind", "random", "--count", "50", "--seed", seed]));
+    assert_eq!(random("7"), random("7"));
+    assert_ne!(random("7"), random("8"));
+}
+
+#[test]
+fn a_scene_gives_vectors_of_its_loop_and_of_each_block_in_it() {
+    let dir = scratch("scene-vectors");
+    let out = dir.join("out");
+    let arguments = ["vectors", "--set-kind", "scene", "--scene", "wrap-product", "--count", "500", "-o", text(&out)];
+    assert_eq!(code(&run(&arguments)), 0);
+    let blocks = names(&out);
+    assert!(blocks.contains(&"hybrid_loop".to_string()) && blocks.contains(&"pwm".to_string()), "{blocks:?}");
+    let rows = fs::read_to_string(out.join("hybrid_loop/wrap-product-hybrid_loop.txt")).expect("vectors");
+    assert!(rows.ends_with("# end 501 rows\n"), "one of reset, 500 edges");
+    let arguments = ["vectors", "zero_order_hold", "--set-kind", "scene", "--scene", "wrap-product"];
+    assert_refused(&run(&arguments), 2, &["hybrid_loop", "zero_order_hold"]);
+}
+
+#[test]
+fn a_check_of_one_block_prints_its_table_and_json() {
+    let output = run(&["check", "displacement", "--rows", "50"]);
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    assert!(stdout(&output).contains("all agree"), "{}", stdout(&output));
+    let value =
+        json(&run(&["check", "displacement", "--rows", "50", "--scene", "wrap-product", "--edges", "2000", "--json"]));
+    assert_eq!(value["ok"], true);
+    let block = &value["blocks"][0];
+    assert_eq!((&block["name"], &block["mismatches"], &block["edges"]), (&"displacement".into(), &0.into(), &0.into()));
+    assert!(block["vectors"].as_u64().is_some_and(|rows| rows > 3 * 50), "three variants: {block}");
+    let closed = &value["loops"][0];
+    assert_eq!((&closed["scene"], &closed["edges"]), (&"wrap-product".into(), &2000.into()));
+    assert_eq!(closed["mismatches"], 0);
+}
+
+#[test]
+fn a_broken_line_of_vhdl_is_told_with_row_signal_expected_and_got() {
+    let dir = scratch("broken");
+    let hdl = dir.join("hdl");
+    fs::create_dir(&hdl).expect("a folder");
+    for name in names(format!("{ROOT}/hdl").as_ref()).iter().filter(|name| name.ends_with(".vhd")) {
+        let text = fs::read_to_string(format!("{ROOT}/hdl/{name}")).expect("VHDL");
+        let text = if name == "displacement.vhd" { text.replace(" - unsigned(", " + unsigned(") } else { text };
+        fs::write(hdl.join(name), text).expect("a copy");
+    }
+    let original = fs::read_to_string(format!("{ROOT}/hdl/displacement.vhd")).expect("VHDL");
+    assert!(original.contains(" - unsigned("), "the line to break is there: {original}");
+    let junit = dir.join("report.xml");
+    let output = run(&["check", "displacement", "unilateral", "--hdl", text(&hdl), "-x", text(&junit)]);
+    assert_eq!(code(&output), 1);
+    let said = stdout(&output);
+    assert!(said.contains("first at ") && said.contains("delta expected ") && said.contains(", got "), "{said}");
+    assert!(said.contains("3 of 5 differ") || said.contains("3 of 4 differ"), "only its variants: {said}");
+    assert!(fs::read_to_string(&junit).expect("a report").contains("<failure "));
+}

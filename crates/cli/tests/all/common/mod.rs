@@ -1,0 +1,77 @@
+//! What the tests of the command share: running it, and a folder of their own.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The project's folder.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// The command, in the project's folder.
+pub fn hpu() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hpu"));
+    command.current_dir(ROOT);
+    command
+}
+
+/// What the command did with these arguments.
+pub fn run(arguments: &[&str]) -> Output {
+    hpu().args(arguments).output().expect("the command starts")
+}
+
+/// Its exit code.
+pub fn code(output: &Output) -> i32 {
+    output.status.code().expect("it was not killed")
+}
+
+/// Its stdout.
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("text")
+}
+
+/// Its stderr.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("text")
+}
+
+/// Its stdout as one JSON object.
+pub fn json(output: &Output) -> serde_json::Value {
+    let value: serde_json::Value = serde_json::from_str(&stdout(output)).expect("exactly one JSON value");
+    assert!(value.is_object(), "{value}");
+    value
+}
+
+/// An empty folder for one test.
+pub fn scratch(test: &str) -> PathBuf {
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if dir.exists() {
+        fs::remove_dir_all(&dir).expect("an old folder of this test goes");
+    }
+    fs::create_dir_all(&dir).expect("a folder for this test");
+    dir
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+/// Names of all that is in a folder, sorted.
+pub fn names(dir: &Path) -> Vec<String> {
+    let entries = fs::read_dir(dir).expect("a folder");
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Asserts that the command refused: this code, nothing on stdout, one error on stderr that holds all these words.
+pub fn assert_refused(output: &Output, expected: i32, words: &[&str]) {
+    let said = stderr(output);
+    assert_eq!(code(output), expected, "{said}");
+    assert_eq!(stdout(output), "", "results are for who is not refused");
+    assert!(said.starts_with("error: "), "{said}");
+    for word in words {
+        assert!(said.contains(word), "`{word}` is not in: {said}");
+    }
+}

@@ -1,0 +1,17 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod architecture;
+mod bad_input;
+mod blocks;
+mod chart;
+mod common;
+mod exports;
+mod fit;
+mod map;
+mod on_disk;
+mod phantom;
+mod price;
+mod reproduce;
+mod reproduce_words;
+mod run;
+mod widths;

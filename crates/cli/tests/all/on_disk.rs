@@ -1,0 +1,137 @@
+//! Interrupts, full disks and closed pipes: files are whole, old ones stay, nothing half-written is left.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::{ROOT, assert_refused, code, hpu, names, run, scratch, stderr, stdout, text};
+
+/// An output folder with files of an earlier run.
+fn with_old_files(test: &str) -> std::path::PathBuf {
+    let dir = scratch(test);
+    for name in ["summary.json", "wave.fst", "trace.csv"] {
+        fs::write(dir.join(name), "old").expect("an old file");
+    }
+    dir
+}
+
+fn assert_old_files_alone(dir: &Path) {
+    assert_eq!(names(dir), ["summary.json", "trace.csv", "wave.fst"]);
+    for name in names(dir) {
+        assert_eq!(fs::read_to_string(dir.join(&name)).expect("a file"), "old", "{name}");
+    }
+}
+
+fn interrupt(child: &Child) {
+    let status = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    assert!(status.expect("a shell").success());
+}
+
+/// A run that would take hours, caught while it writes.
+fn long_run(out: &Path) -> Child {
+    let arguments = ["run", "hybrid-wall", "--driver", "clock", "--set", "run.duration=1000 s", "-o", text(out)];
+    let child = hpu().args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let start = Instant::now();
+    while !(out.exists() && names(out).iter().any(|name| name.starts_with(".wave.fst"))) {
+        assert!(start.elapsed() < Duration::from_secs(20), "the run does not begin");
+        sleep(Duration::from_millis(10));
+    }
+    sleep(Duration::from_millis(300));
+    child
+}
+
+#[test]
+fn ctrl_c_ends_a_run_with_its_summary_and_leaves_the_old_files() {
+    let dir = with_old_files("interrupt");
+    let child = long_run(&dir);
+    interrupt(&child);
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!(code(&output), 130, "{}", stderr(&output));
+    let said = stdout(&output);
+    assert!(said.contains("stopped before its end") && said.contains("no files written"), "{said}");
+    assert!(!said.contains("expected"), "half a run is not judged: {said}");
+    assert_old_files_alone(&dir);
+}
+
+#[test]
+fn ctrl_c_in_a_run_into_a_new_folder_leaves_no_folder() {
+    let dir = scratch("interrupt-new");
+    let out = dir.join("out");
+    let child = long_run(&out);
+    interrupt(&child);
+    assert_eq!(code(&child.wait_with_output().expect("ends")), 130);
+    assert_eq!(names(&dir), [""; 0]);
+}
+
+#[test]
+fn ctrl_c_ends_what_has_no_summary_at_once() {
+    let arguments = ["run", "hybrid-wall", "--compare"];
+    let child = hpu().args(arguments).stdout(Stdio::piped()).spawn().expect("starts");
+    sleep(Duration::from_millis(500));
+    interrupt(&child);
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!((code(&output), stdout(&output).as_str()), (130, ""));
+}
+
+#[test]
+fn ctrl_c_ends_a_check_after_its_block_without_a_report() {
+    let dir = scratch("interrupt-check");
+    let (junit, work) = (dir.join("report.xml"), dir.join("work"));
+    fs::create_dir(&work).expect("a folder");
+    let child =
+        hpu().args(["check", "-x", text(&junit)]).env("TMPDIR", &work).stdout(Stdio::piped()).spawn().expect("starts");
+    sleep(Duration::from_millis(500));
+    interrupt(&child);
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!(code(&output), 130, "{}", stdout(&output));
+    assert!(!stdout(&output).contains("all agree"), "{}", stdout(&output));
+    assert_eq!(names(&dir), ["work"], "no report");
+    assert_eq!(names(&work), [""; 0], "no work of GHDL");
+}
+
+#[test]
+fn a_disk_that_fills_up_is_told_with_the_path_and_leaves_the_old_files() {
+    let dir = with_old_files("full");
+    // A limit on the size of files stands for the full disk: the write fails, as there, after some of it is written.
+    for blocks in [0, 1, 64] {
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+        let output = Command::new("sh")
+            .args(["-c", &script, "sh", env!("CARGO_BIN_EXE_hpu"), "run", "wrap-product", "--vcd", "-o", text(&dir)])
+            .current_dir(ROOT)
+            .output()
+            .expect("a shell");
+        assert_refused(&output, 4, &[text(&dir), "File too large"]);
+        assert_old_files_alone(&dir);
+    }
+}
+
+#[test]
+fn a_full_standard_output_is_told() {
+    let full = fs::File::options().write(true).open("/dev/full").expect("the device that is always full");
+    let output = hpu().arg("scenes").stdout(full).output().expect("starts");
+    assert_refused(&output, 4, &["standard output", "No space left"]);
+}
+
+#[test]
+fn a_reader_who_leaves_is_no_error() {
+    let mut child =
+        hpu().arg("block").arg("--json").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("ends");
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+}
+
+#[test]
+fn a_run_replaces_old_files_and_leaves_no_other() {
+    let dir = with_old_files("replace");
+    let output = run(&["run", "wrap-product", "--vcd", "--no-plot", "-o", text(&dir)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let expected = ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw", "wave.vcd"];
+    assert_eq!(names(&dir), expected);
+    for name in expected {
+        assert!(fs::metadata(dir.join(name)).expect("a file").len() > 100, "{name}");
+        assert!(stdout(&output).contains(text(&dir.join(name))), "{name} is listed");
+    }
+}

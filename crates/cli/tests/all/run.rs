@@ -1,0 +1,230 @@
+//! `hpu run`, `hpu scenes`, `hpu limits`: shapes of the JSON, names, overrides, expectations.
+
+use std::fs;
+
+use crate::common::{ROOT, code, json, names, run, scratch, stderr, stdout, text};
+
+#[test]
+fn the_json_of_a_run_has_the_keys_of_the_contract() {
+    let output = run(&["run", "wrap-product", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let value = json(&output);
+    assert_eq!(value["scene"], "wrap-product");
+    assert_eq!(value["driver"], "events");
+    let kinds = ["settled", "limit_cycle", "diverged"];
+    assert!(kinds.contains(&value["outcome"]["kind"].as_str().expect("a kind")));
+    for key in ["motion_s", "wall_s", "edges_per_s", "activity"] {
+        assert!(value[key].as_f64().is_some_and(|number| number > 0.0), "{key}: {}", value[key]);
+    }
+    for key in ["edges", "events"] {
+        assert!(value[key].as_u64().is_some_and(|number| number > 0), "{key}: {}", value[key]);
+    }
+    // 50 MHz, exactly.
+    assert_eq!(value["edges"].as_f64(), value["motion_s"].as_f64().map(|motion_s| (motion_s * 50e6).round()));
+    let energy = |key: &str| value["energy"][key].as_f64().unwrap_or_else(|| panic!("energy.{key}"));
+    let residual_j = energy("supplied_j") - energy("stored_j") - energy("dissipated_j");
+    // Reading a number from JSON may be off by its last bit.
+    assert!((residual_j - energy("residual_j")).abs() <= 4.0 * f64::EPSILON * energy("exchanged_j"));
+    assert_eq!(value["files"], serde_json::json!([]));
+    let signals = value["signals"].as_array().expect("signals");
+    let spring = signals.iter().find(|signal| signal["name"] == "spring").expect("the spring's product");
+    assert_eq!(spring["format"], serde_json::json!([0, 12, 0]));
+    assert!(spring["overflowed"].as_u64().is_some_and(|edges| edges > 0), "the product wraps: {spring}");
+    assert_eq!(spring["rounded"], 0);
+    assert!(spring["max"].as_f64().is_some_and(|most| most <= 4095.0), "{spring}");
+}
+
+#[test]
+fn a_recording_has_edges_and_no_outcome() {
+    let value = json(&run(&["run", "replay-capture", "--json"]));
+    assert!(value["outcome"].is_null());
+    assert!(value["encoder_edges"].as_u64().is_some_and(|edges| edges > 0));
+}
+
+#[test]
+fn every_driver_tells_the_same_run() {
+    let told = |driver: &str| {
+        let mut value = json(&run(&["run", "wrap-product", "--driver", driver, "--edges", "30000", "--json"]));
+        for key in ["driver", "wall_s", "edges_per_s", "events", "activity", "ticks", "rtl"] {
+            value[key].take();
+        }
+        value
+    };
+    assert_eq!(told("events"), told("clock"));
+    assert_eq!(told("events"), told("rtl"));
+}
+
+#[test]
+fn a_scene_runs_by_its_path_as_by_its_name() {
+    let outcome = |scene: &str| json(&run(&["run", scene, "--json"]))["outcome"].clone();
+    assert_eq!(outcome("testbench/scenes/free-motion.toml"), outcome("free-motion"));
+}
+
+#[test]
+fn the_shipped_scenes_are_those_in_the_folder_one_line_each() {
+    let mut expected: Vec<_> = names(format!("{ROOT}/testbench/scenes").as_ref())
+        .into_iter()
+        .filter_map(|name| name.strip_suffix(".toml").map(str::to_string))
+        .collect();
+    let said = stdout(&run(&["scenes"]));
+    let mut listed: Vec<_> = said.lines().map(|line| line.split(' ').next().expect("a name").to_string()).collect();
+    listed.sort();
+    expected.sort();
+    assert_eq!(listed, expected);
+    assert_eq!(stdout(&run(&["run"])), said, "a run of nothing lists them too");
+    let rows = json(&run(&["scenes", "--json"]))["scenes"].as_array().expect("scenes").len();
+    assert_eq!(rows, expected.len());
+}
+
+#[test]
+fn an_override_changes_the_word_that_is_computed_of_it() {
+    // 24 V * 25.9 mN.m/A / 2.3457 Ohm / 4096 a PWM count, 2 pi / 4096 a count: 2 N.m/rad are 47.42 of one a count.
+    let value = json(&run(&["run", "hybrid-wall", "--set", "wall.stiffness=2", "--edges", "10", "--json"]));
+    let signals = value["signals"].as_array().expect("signals").clone();
+    let stiffness = signals.iter().find(|signal| signal["name"] == "stiffness").expect("a stiffness");
+    assert_eq!((stiffness["min"].as_f64(), stiffness["max"].as_f64()), (Some(47.0), Some(47.0)));
+}
+
+#[test]
+fn an_unmet_expectation_is_exit_code_1_and_is_shown() {
+    let output = run(&["run", "free-motion", "--set", "expect={ outcome = \"diverged\" }"]);
+    assert_eq!(code(&output), 1);
+    assert!(stdout(&output).contains("outcome diverged: NOT MET"), "{}", stdout(&output));
+    let expect = "expect={ peak_angle = { value = 0, tolerance = \"1 urad\" } }";
+    let output = run(&["run", "free-motion", "--set", expect, "--json"]);
+    assert_eq!(code(&output), 1);
+    assert_eq!(json(&output)["expected"][0]["met"], false);
+    // A part of the run is not judged.
+    let expect = "expect={ outcome = \"diverged\" }";
+    assert_eq!(code(&run(&["run", "free-motion", "--edges", "1000", "--set", expect])), 0);
+}
+
+#[test]
+fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
+    let dir = scratch("trace");
+    let out = dir.join("out");
+    let arguments = ["run", "hybrid-wall", "--set", "run.duration=50 ms", "--no-plot", "-o", text(&out)];
+    assert!(code(&run(&arguments)) <= 1, "the expectations are those of the whole scene");
+    let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+    let mut lines = trace.lines();
+    let header = lines.next().expect("a header");
+    assert!(header.starts_with("time_s,current_a,speed_rad_per_s,angle_rad,torque_nm,position [count],"), "{header}");
+    assert!(header.ends_with(",command [PWM count]"), "{header}");
+    let columns = header.split(',').count();
+    let times: Vec<_> = lines
+        .map(|line| {
+            assert_eq!(line.split(',').count(), columns, "{line}");
+            line.split(',').next().expect("a time").parse::<f64>().expect("a number")
+        })
+        .collect();
+    // 10 kHz over 50 ms, both ends included.
+    assert_eq!(times.len(), 501);
+    assert!(times.iter().enumerate().all(|(row, time_s)| (time_s - row as f64 * 1e-4).abs() < 1e-12));
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("summary.json")).expect("a summary")).expect("JSON");
+    assert_eq!(summary["files"].as_array().expect("files").len(), names(&out).len());
+}
+
+#[test]
+fn pictures_come_as_svg_and_as_png_and_tell_the_command_that_made_them() {
+    let dir = scratch("pictures");
+    let out = dir.join("out");
+    let output = run(&["run", "wrap-product", "--beside", "wrap-saturated", "-o", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    for name in ["position", "torque", "bits", "side-by-side"] {
+        let svg = fs::read_to_string(out.join(format!("{name}.svg"))).expect("a picture");
+        assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
+        let command = format!("hpu run wrap-product -o {}", text(&out));
+        assert!(svg.contains(&command), "{name} does not say `{command}`");
+        let png = fs::read(out.join(format!("{name}.png"))).expect("a picture");
+        assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n", "{name}");
+    }
+    // A recording has no motion to draw.
+    let out = dir.join("recording");
+    assert_eq!(code(&run(&["run", "replay-capture", "-o", text(&out)])), 0);
+    assert!(out.join("bits.svg").exists() && !out.join("position.svg").exists());
+}
+
+#[test]
+fn a_comparison_of_drivers_prints_edges_and_mismatches() {
+    let output = run(&["run", "wrap-product", "--compare", "--edges", "200000"]);
+    assert_eq!(code(&output), 0);
+    assert!(stdout(&output).contains("200000 edges, 0 mismatches"), "{}", stdout(&output));
+    let value = json(&run(&["run", "wrap-product", "--compare", "--edges", "1000", "--json"]));
+    assert_eq!((&value["edges"], &value["mismatches"]), (&1000.into(), &0.into()));
+}
+
+#[test]
+fn the_json_of_limits_has_the_keys_of_the_contract() {
+    let pushed = "hand={ kind = \"constant_torque\", torque = 0.02 }";
+    let output = run(&["limits", "hybrid-wall", "--set", "wall.damping=0", "--set", pushed, "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let value = json(&output);
+    // The published limit of this motor: the inductance of its winding.
+    let limit = value["emulated"]["limit"].as_f64().expect("a limit");
+    assert!((limit - 2.981_951_18).abs() < 1e-8, "{limit}");
+    assert!(value["emulated"]["uncertainty"].as_f64().is_some_and(|half| half < 1e-8));
+    assert_eq!(value["emulated"]["unit"], "N.m/rad");
+    for criterion in value["criteria"].as_array().expect("criteria") {
+        assert!(criterion["name"].is_string() && criterion["limit"].is_number() && criterion["unit"].is_string());
+        assert!(criterion["assumptions_met"].is_boolean());
+        let not_met = criterion["not_met"].as_array().expect("those not met").len();
+        assert_eq!(not_met == 0, criterion["assumptions_met"] == true, "{criterion}");
+    }
+    // Beside it the limit in words, known to a word: 265 mN.m / 4096 for 2 pi / 4096.
+    let words = &value["emulated_words"];
+    assert!((words["uncertainty"].as_f64().expect("a word") - 0.042_176).abs() < 1e-5, "{words}");
+    assert!(words["limit"].is_number() && words["runs"].is_u64() && value["emulated_words_reason"].is_null());
+    // Without friction there is no criterion of a fall.
+    let silent = value["silent"].as_array().expect("silent criteria");
+    assert!(silent.iter().any(|criterion| criterion["name"] == "drop_threshold" && criterion["reason"].is_string()));
+}
+
+#[test]
+fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet() {
+    let output = run(&["limits", "prescribed-sweep"]);
+    let text = stdout(&output);
+    assert!(text.contains("emulated, in words    the hand imposes the motion"), "{text}");
+    assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
+    let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
+    assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
+}
+
+#[test]
+fn a_scene_runs_by_the_solver_that_its_model_names() {
+    let told = |sets: &[&str]| {
+        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let output = run(&[&["run", "rail-drop", "--edges", "5000000", "--json"][..], &sets].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let value = json(&output);
+        ["driver", "solver", "steps"].map(|key| value[key].to_string())
+    };
+    let words = ["model.solver=rk4", "model.step=1 us"];
+    assert_eq!(told(&["model.solver=clock"]), ["\"clock\"", "\"clock\"", "0"]);
+    assert_eq!(told(&words), ["\"events\"", "\"rk4\"", "100000"]);
+    assert_eq!(told(&[&words[..], &["model.datapath=law"]].concat()), ["\"rk4\"", "\"rk4\"", "100001"]);
+}
+
+#[test]
+fn a_law_in_steps_has_no_driver_to_choose_and_none_to_compare() {
+    for arguments in [&["--driver", "clock"][..], &["--compare"]] {
+        let law = ["run", "rail-drop", "--set", "model.datapath=law", "--set", "model.solver=sample"];
+        let output = run(&[&law[..], arguments].concat());
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("leave out --driver and --compare"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_law_in_steps_leaves_its_trace_and_its_motion_and_no_bits() {
+    let out = scratch("law-in-steps").join("out");
+    let law = ["--set", "model.datapath=law", "--set", "model.solver=rk4", "--set", "model.step=10 us"];
+    let output = run(&[&["run", "rail-drop", "--edges", "5000000", "--vcd", "-o", text(&out)][..], &law].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let written = names(&out);
+    assert!(written.iter().any(|name| name == "position.svg"), "{written:?}");
+    assert!(written.iter().all(|name| name != "bits.svg"), "{written:?}");
+    // 0.1 s at 10 kHz, both ends.
+    let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+    assert_eq!(trace.lines().count(), 1 + 1_001);
+}

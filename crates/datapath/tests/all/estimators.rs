@@ -1,0 +1,189 @@
+//! The velocity estimators, against models that remember everything and compute in plain integers, and FOAW against the
+//! published algorithm in SI units.
+
+use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
+use hpu_datapath::{AnyBlock, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference};
+use hpu_datapath::{Block, edge_timer, foaw};
+use proptest::prelude::*;
+
+/// A velocity of all positions sampled so far, the latest last.
+type Model<'a> = &'a dyn Fn(&[i64]) -> i64;
+
+/// Every position as a sample, then `period - 1` edges of another position that nobody must see.
+fn samples_like(block: &mut dyn AnyBlock, model: Model, positions: &[i64], period: i64) {
+    assert_eq!(block.reset(), [0]);
+    for sampled in 1..=positions.len() {
+        let latest = positions[sampled - 1];
+        let expected = model(&positions[..sampled]);
+        assert_eq!(block.tick(&[latest, period]), [expected], "after {:?}, period {period}", &positions[..sampled]);
+        for _ in 1..period {
+            assert_eq!(block.tick(&[latest ^ 1, period]), [expected]);
+        }
+    }
+}
+
+/// Every history of that many positions of that many bits.
+fn every_history(block: &mut dyn AnyBlock, model: Model, samples: u32, width: u32) {
+    for history in 0..1i64 << (samples * width) {
+        let positions: Vec<_> = (0..samples).map(|sample| history >> (sample * width) & ((1 << width) - 1)).collect();
+        samples_like(block, model, &positions, 1);
+    }
+}
+
+#[test]
+fn the_filter_answers_every_short_history_as_the_recursion_says() {
+    for (shift, out_frac) in [(0, 0), (0, 2), (1, 0), (2, 3), (5, 1)] {
+        let config = FilteredConfig { width: 4, period_width: 4, shift, out_frac };
+        every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 4, 4);
+    }
+}
+
+#[test]
+fn the_window_answers_every_short_history_as_the_two_ends_say() {
+    for window in 1..7 {
+        every_history(&mut WindowDifference::new(3, 4, window).unwrap(), &window_model(3, window as usize), 5, 3);
+    }
+}
+
+#[test]
+fn foaw_answers_every_short_history_as_its_windows_say() {
+    for (window, noise, out_frac) in [(2, 0, 0), (3, 1, 1), (4, 1, 4), (5, 2, 3)] {
+        let config = FoawConfig { width: 3, period_width: 4, window, noise, out_frac };
+        every_history(&mut Foaw::new(config).unwrap(), &foaw_model(config), 5, 3);
+    }
+}
+
+/// Positions that mostly walk, now and then jump: lines, bends and wraps.
+fn walk(width: u32, length: usize) -> impl Strategy<Value = Vec<i64>> {
+    let step = (any::<i64>(), -3i64..4, 0u32..12);
+    prop::collection::vec(step, 1..length).prop_map(move |steps| {
+        let (mut position, mut speed) = (0i64, 0);
+        let walked = steps.into_iter().map(|(jump, change, kind)| {
+            speed = if kind < 3 { speed + change } else { speed };
+            position = if kind == 11 { jump } else { position.wrapping_add(speed) };
+            position & ((1 << width) - 1)
+        });
+        walked.collect()
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_filter_follows_the_recursion(
+        positions in walk(40, 60), shift in 0u32..17, out_frac in 0u32..23, period in 0i64..4
+    ) {
+        let config = FilteredConfig { width: 40, period_width: 4, shift, out_frac };
+        samples_like(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), &positions, period);
+    }
+
+    #[test]
+    fn the_window_is_the_difference_of_its_ends(positions in walk(12, 150), window in 1u32..65, period in 0i64..4) {
+        let mut block = WindowDifference::new(12, 4, window).unwrap();
+        samples_like(&mut block, &window_model(12, window as usize), &positions, period);
+    }
+
+    #[test]
+    fn foaw_is_the_slope_of_the_longest_straight_window(
+        positions in walk(12, 80), window in 2u32..17, noise in 0u32..16, out_frac in 0u32..20, period in 0i64..4
+    ) {
+        let config = FoawConfig { width: 12, period_width: 4, window, noise, out_frac };
+        samples_like(&mut Foaw::new(config).unwrap(), &foaw_model(config), &positions, period);
+    }
+
+    #[test]
+    fn foaw_is_the_published_algorithm_on_smooth_motions(
+        waves in prop::collection::vec((1.0f64..300.0, 0.5f64..40.0, 0.0f64..6.3), 1..5), noise in 1u32..3
+    ) {
+        // The device: counts of 30 um, samples of 1 ms, the motion a few sines of up to 9 mm and 6 Hz.
+        let (count_m, period_s, window) = (30e-6, 1e-3, 16);
+        let config = FoawConfig { width: 12, period_width: 4, window, noise, out_frac: 12 };
+        let mut block = Foaw::new(config).unwrap();
+        let mut seen_m: Vec<f64> = vec![];
+        for k in 0..600u32 {
+            let time_s = f64::from(k) * period_s;
+            let angle = |&(size, rate, phase): &(f64, f64, f64)| size * (rate * time_s + phase).sin();
+            let counts = waves.iter().map(angle).sum::<f64>().floor();
+            let input = foaw::In { position: (counts as i64).rem_euclid(4096), period: 1 };
+            let velocity = Block::tick(&mut block, input).velocity;
+            seen_m.insert(0, counts * count_m);
+            if seen_m.len() <= window as usize {
+                continue;
+            }
+            // b_n = (x_k - x_{k-n}) / (nT), accepted while |x_k - jT b_n - x_{k-j}| <= d for all j = 1 .. n-1. On words of
+            // counts, what is not within d misses it by 1/n of a count at least: a millionth of a count is float's.
+            let slope = |n: usize| (seen_m[0] - seen_m[n]) / (n as f64 * period_s);
+            let noise_m = (f64::from(noise) + 1e-6) * count_m;
+            let line = |n: usize, j: usize| seen_m[0] - j as f64 * period_s * slope(n);
+            let accepted = |n: &usize| (1..*n).all(|j| (line(*n, j) - seen_m[j]).abs() <= noise_m);
+            let n = (1..=window as usize).take_while(accepted).last().unwrap();
+            // The word is that slope's floor, in 2^-12 counts a sample.
+            let lost = slope(n) * period_s / count_m * 4096.0 - velocity as f64;
+            prop_assert!((-1e-6..1.0 + 1e-6).contains(&lost), "window {}, lost {}", n, lost);
+        }
+    }
+}
+
+fn times_like(width: u32, time_width: u32, positions: &[i64]) {
+    let mut block = EdgeTimer::new(width, time_width).unwrap();
+    for edge in 1..=positions.len() {
+        let out = Block::tick(&mut block, edge_timer::In { position: positions[edge - 1] });
+        let expected = timer_model(&positions[..edge], width, time_width);
+        assert_eq!([out.interval, out.forward, out.stopped], expected, "after {:?}", &positions[..edge]);
+    }
+}
+
+#[test]
+fn the_timer_answers_every_short_history_as_the_list_of_changes_says() {
+    for history in 0..1i64 << 16 {
+        let positions: Vec<_> = (0..8).map(|edge| history >> (2 * edge) & 3).collect();
+        times_like(2, 2, &positions);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_timer_times_the_list_of_changes(
+        changes in prop::collection::vec((0usize..40, -2i64..3), 1..20), width in 3u32..6, time_width in 2u32..7
+    ) {
+        let mut position = 0i64;
+        let mut positions = vec![];
+        for (still, step) in changes {
+            positions.extend(vec![position; still]);
+            position = (position + step).rem_euclid(1 << width);
+            positions.push(position);
+        }
+        times_like(width, time_width, &positions);
+    }
+}
+
+#[test]
+fn the_timer_lets_the_speed_fall_while_the_next_count_is_overdue() {
+    let mut block = EdgeTimer::new(8, 4).unwrap();
+    let mut at = |position| {
+        let out = Block::tick(&mut block, edge_timer::In { position });
+        (out.interval, out.stopped)
+    };
+    // Changes at edges 1 and 4 make an interval of 3; from 4 edges after the second on, nothing shorter can come.
+    let shown: Vec<_> = [1, 1, 1, 2, 2, 2, 2, 2, 2].map(&mut at).to_vec();
+    assert_eq!(shown[..3], [(15, 1); 3]);
+    assert_eq!(shown[3..], [(3, 0), (3, 0), (3, 0), (3, 0), (4, 0), (5, 0)]);
+    let last: Vec<_> = (0..12).map(|_| at(2)).collect();
+    assert_eq!((last[8], last[9], last[11]), ((14, 0), (15, 1), (15, 1)));
+    // After standstill, one change tells no time; nor does the one of a reversal.
+    assert_eq!([3, 3, 4, 3, 2].map(at), [(15, 1), (15, 1), (2, 0), (15, 1), (1, 0)]);
+}
+
+#[test]
+fn widths_beyond_the_data_sheet_are_refused() {
+    assert!([0, 65].into_iter().all(|window| WindowDifference::new(12, 24, window).is_err()));
+    let filtered = FilteredConfig::default();
+    assert!(FilteredDifference::new(FilteredConfig { shift: 17, ..filtered }).is_err());
+    assert!(FilteredDifference::new(FilteredConfig { width: 55, ..filtered }).is_err());
+    let foaw = FoawConfig::default();
+    for config in
+        [FoawConfig { window: 1, ..foaw }, FoawConfig { window: 17, ..foaw }, FoawConfig { noise: 16, ..foaw }]
+    {
+        assert!(Foaw::new(config).is_err(), "{config:?}");
+    }
+    assert!(EdgeTimer::new(12, 31).is_err());
+}

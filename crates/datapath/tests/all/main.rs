@@ -1,0 +1,31 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod arithmetic;
+mod clocked;
+mod combinational;
+mod connections;
+mod estimators;
+mod frequency_response;
+mod law;
+mod laws_common;
+mod laws_energy;
+mod laws_lost;
+mod laws_real;
+mod laws_words;
+mod loops;
+mod methods_loops;
+mod methods_shaper;
+mod methods_wall;
+mod oracle;
+mod phantom_blocks;
+mod phantom_bounds;
+mod phantom_connections;
+mod phantom_engine;
+mod phantom_loops;
+mod phantom_trig;
+mod phantom_trig_words;
+mod products;
+mod pwm;
+mod repeats;
+mod shift_and_add;
+mod velocity_noise;

@@ -1,0 +1,18 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod amplifier;
+mod arm_certified;
+mod arm_edges;
+mod arm_flexible;
+mod arm_friction;
+mod arm_judge;
+mod arm_kinematics;
+mod arm_motion;
+mod arm_stepper;
+mod cruise;
+mod decisions;
+mod held;
+mod less_model;
+mod motor;
+mod shaper;
+mod stepper;

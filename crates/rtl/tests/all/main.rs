@@ -1,0 +1,19 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod check;
+mod closed_loop;
+mod cost;
+mod cost_cache;
+mod cost_verilog;
+mod exports;
+mod junit;
+mod phantom_loops;
+mod phantom_waves;
+mod synthesis;
+mod testbench;
+mod vectors;
+mod wave_files;
+mod wave_ghdl;
+mod wave_gtkw;
+mod wave_readback;
+mod wave_run;

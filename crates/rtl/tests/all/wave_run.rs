@@ -1,0 +1,74 @@
+//! Waveforms of whole runs: watching changes nothing, both drivers write the same files, and recorded pins replay.
+
+use std::io::Cursor;
+
+use hpu_cosim::replay::read_capture;
+use hpu_cosim::scene::Scene;
+use hpu_cosim::{Control, Driver, Rig, Session, Summary};
+use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
+use hpu_rtl::wave::{Fst, Layout, Vcd};
+use hpu_signal::{Clock, Cycle, Observe};
+
+/// The shipped hybrid wall, so near that the hand is in it within a tenth of a second.
+fn scene() -> Scene {
+    let text = include_str!("../../../../testbench/scenes/hybrid-wall.toml");
+    let set = |key: &str, value: &str| (key.to_string(), value.to_string());
+    let overrides = [set("wall.position", "0.05 rad"), set("run.duration", "100 ms")];
+    let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+    Scene::parse("hybrid-wall.toml", text, &overrides, &mut load).expect("a shipped scene")
+}
+
+/// Runs it; the wall time, which differs, is set to zero.
+fn run(session: &Session, driver: Driver, observer: &mut impl Observe) -> Summary {
+    let summary = session.run(driver, &mut session.trace(&[]), observer, &Control::default());
+    Summary { wall_s: 0.0, ..summary }
+}
+
+#[test]
+fn a_run_with_a_waveform_equals_one_without_and_both_drivers_write_the_same_files() {
+    let scene = scene();
+    let session = Session::new(&scene).expect("a shipped scene");
+    let end = Cycle(scene.edges());
+    let unwatched = run(&session, Driver::Events, &mut ());
+    assert!(unwatched.output_changes > 100, "the wall is hit: {} gate changes", unwatched.output_changes);
+    let record = |driver| {
+        let layout = Layout::of(&session);
+        let mut vcd = Vcd::new(Vec::new(), &layout, scene.clock).expect("memory");
+        let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, scene.clock).expect("memory");
+        let with_vcd = run(&session, driver, &mut vcd);
+        let with_fst = run(&session, driver, &mut fst);
+        assert_eq!(with_vcd, with_fst);
+        let fst = fst.finish(end).expect("memory").into_inner();
+        (with_vcd, vcd.finish(end).expect("memory"), fst)
+    };
+    let (by_events, events_vcd, events_fst) = record(Driver::Events);
+    let (_, clock_vcd, clock_fst) = record(Driver::Clock);
+    assert_eq!(by_events, unwatched);
+    assert!(events_vcd == clock_vcd, "the VCD files of the two drivers differ");
+    assert!(events_fst == clock_fst, "the FST files of the two drivers differ");
+}
+
+#[test]
+fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
+    let wiring = HybridLoop::new(LoopConfig::default()).expect("valid");
+    let layout = Layout::analyser(&wiring, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
+    // Periods of a whole, of no whole and of a repeating number of picoseconds, and the two ends of the range.
+    for frequency_hz in [50_000_000, 25_175_000, 33_333_333, 1, 10_000_000_000] {
+        let clock = Clock::new(frequency_hz).expect("valid");
+        let mut vcd = Vcd::new(Vec::new(), &layout, clock).expect("memory");
+        let mut words = vec![0; wiring.nets().len()];
+        vcd.nets(Cycle(0), &words);
+        // Gray code forwards, each state one edge longer than the one before.
+        let levels = |count: u64| ((count / 2) % 2 == 1, count.div_ceil(2) % 2 == 1);
+        let edge = |count: u64| count * (count + 1) / 2;
+        for count in 1..=1_000 {
+            let (a, b) = levels(count);
+            (words[0], words[1]) = (a.into(), b.into());
+            vcd.nets(Cycle(edge(count)), &words);
+        }
+        let file = vcd.finish(Cycle(edge(1_001))).expect("memory");
+        let read = read_capture(&file, "A", "B").expect("a capture");
+        let read = read.iter().map(|pins| (clock.first_edge_at(pins.picoseconds), (pins.a, pins.b)));
+        assert!(read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))), "at {frequency_hz} Hz");
+    }
+}
