@@ -11,7 +11,7 @@ use crate::chart::Args;
 use crate::chart_text::rate;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal::{self, Journal};
+use crate::journal;
 use crate::scene::Source;
 use crate::terminal::{print, print_json, with_progress};
 use crate::{interrupt, pictures};
@@ -26,10 +26,9 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
     let command = args.command();
     let files = tour.map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
     let parts = [tour.map.scene.text.as_bytes()].into_iter().chain(files);
-    let header = journal::header("chart", parts, &command)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, tour.units())).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let (mut journal, done) =
+        journal::resume(args.out.as_deref(), tour.units(), || journal::header("chart", parts, &command))?;
 
     let control = interrupt::heed();
     let mut kept = done.len();

@@ -1,5 +1,6 @@
 //! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set goes on.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::fs::{self, File};
 use std::io::{Read, Write};
@@ -13,6 +14,18 @@ use crate::exit::Failure;
 pub struct Journal {
     path: PathBuf,
     file: File,
+}
+
+/// A set's journal and the rows that are in it; without a folder none. `header` is asked only where there is a journal: it
+/// reads the whole program.
+pub fn resume(
+    dir: Option<&Path>,
+    count: usize,
+    header: impl FnOnce() -> Result<String, Failure>,
+) -> Result<(Option<Journal>, BTreeMap<usize, Row>), Failure> {
+    let Some(dir) = dir else { return Ok(Default::default()) };
+    let (journal, read) = Journal::open(dir, &header()?, count)?;
+    Ok((Some(journal), read.rows))
 }
 
 /// What names a set in its journal: a print of all that its rows depend on, this very program included, and the command.
@@ -32,7 +45,7 @@ pub const NAME: &str = "journal.txt";
 impl Journal {
     /// Opens or begins the journal of the set with this header, and returns the rows that are there. Half a line at the
     /// end, as a power cut leaves, is cut off.
-    pub fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, units::Journal), Failure> {
+    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, units::Journal), Failure> {
         let path = dir.join(NAME);
         let at = |error| Failure::at(&path, error);
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;

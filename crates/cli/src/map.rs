@@ -2,6 +2,7 @@
 
 use std::io::BufWriter;
 use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
@@ -12,7 +13,7 @@ use hpu_study::map::{self as study, Axis, Curves, Found, Map, MapError, Method, 
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal::{self, Journal};
+use crate::journal;
 use crate::map_text;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json, with_progress};
@@ -168,25 +169,29 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let timeout = format!("{:?}", args.cell_timeout);
     let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
     let parts = [map.scene.text.as_bytes(), timeout.as_bytes()].into_iter().chain(files);
-    let header = journal::header("map", parts, &command)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, map.len())).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let (mut journal, done) =
+        journal::resume(args.out.as_deref(), map.len(), || journal::header("map", parts, &command))?;
 
     let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let plan = Plan { full: args.full, timeout: args.cell_timeout, jobs };
     let control = interrupt::heed();
     let mut kept = done.len();
-    let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
-        map.run(plan, done, control, |index, row| {
-            kept += 1;
-            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
-        })
-    })?;
-    let Some(found) = found else {
+    let (found, curves) = thread::scope(|scope| {
+        // Beside the cells: behind them one thread would work alone.
+        let curves = scope.spawn(|| (0..map.methods.len()).map(|method| Curves::new(&map, method)).collect());
+        let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
+            map.run(plan, done, control, |index, row| {
+                kept += 1;
+                journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+            })
+        });
+        (found, curves.join())
+    });
+    let Some(found) = found? else {
         return map_text::interrupted(&map, kept, args.out.as_deref(), args.json);
     };
-    let curves = (0..map.methods.len()).map(|method| Curves::new(&map, method)).collect();
+    let curves = curves.unwrap_or_else(|panic| resume_unwind(panic));
     let command = command + &args.options();
     let mut mapped = Mapped { map, found, curves, command, scene: args.scene.clone(), files: Vec::new() };
     if let Some(folder) = folder {

@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
-use crate::journal::{self, Journal};
+use crate::journal;
 use crate::terminal::{print, print_json, with_progress};
 
 /// Where to.
@@ -33,10 +33,9 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let command = format!("hpu reproduce {}", comparison.name);
     let lines = comparison.lines.len();
     let parts: Vec<String> = comparison.lines.iter().map(|line| format!("{}/{}", line.group, line.what)).collect();
-    let header = journal::header("study", parts.iter().map(String::as_bytes), &command)?;
+    let header = || journal::header("study", parts.iter().map(String::as_bytes), &command);
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, lines)).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let (mut journal, done) = journal::resume(args.out.as_deref(), lines, header)?;
     let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;

@@ -12,7 +12,7 @@ use crate::cost::refused;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
-use crate::journal::Journal;
+use crate::journal;
 use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
 
@@ -75,9 +75,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let sources = plan.iter().map(|(name, _)| vhdl(name, &args.hdl).map_err(refused)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);
-    let header = format!("study {} of hpu reproduce phantom-cost by seed", units::fingerprint(parts));
-    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, plan.len())).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let header = || Ok(format!("study {} of hpu reproduce phantom-cost by seed", units::fingerprint(parts)));
+    let (mut journal, done) = journal::resume(args.out.as_deref(), plan.len(), header)?;
 
     let control = interrupt::heed();
     let left = (plan.len() - done.len()) as u64;

@@ -11,7 +11,7 @@ use hpu_study::units;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal::{self, Journal};
+use crate::journal;
 use crate::reproduce_drop_json::{self, Interrupted};
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
@@ -141,10 +141,8 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     let study = args.study(name)?;
     let points = study.points();
     let mut command = args.command(name, &study);
-    let header = header(&study, &points, &command)?;
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let journal = args.out.as_deref().map(|dir| Journal::open(dir, &header, points.len())).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
+    let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), || header(&study, &points, &command))?;
     let before = done.len();
 
     let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);

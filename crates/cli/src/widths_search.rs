@@ -17,7 +17,7 @@ use hpu_study::widths::search::{
 use crate::cost::refused;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal::{self, Journal};
+use crate::journal;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
 use crate::{interrupt, pictures, widths_search_phantom, widths_search_text};
@@ -167,17 +167,14 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     command.extend(named.iter().map(|knob| format!(" --vary {knob}")));
     command += &args.against.map_or(String::new(), |bits| format!(" --against {bits}"));
     command += &asked.within.map_or(String::new(), |within| format!(" --within {within}"));
-    let header = {
+    let folder = out.map(Folder::open).transpose()?;
+    let (mut journal, done) = journal::resume(out, usize::MAX, || {
         let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
-        journal::header("widths", [text.text.as_bytes()].into_iter().chain(files), &command)?
-    };
+        journal::header("widths", [text.text.as_bytes()].into_iter().chain(files), &command)
+    })?;
     if args.lose != 0.01 {
         command += &format!(" --lose {}", args.lose);
     }
-    let folder = out.map(Folder::open).transpose()?;
-    let journal = out.map(|dir| Journal::open(dir, &header, usize::MAX)).transpose()?;
-    let (mut journal, done) = journal.map_or_else(Default::default, |(journal, read)| (Some(journal), read.rows));
-
     let plan = Plan { against: args.against, within, jobs };
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
     let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
