@@ -6,27 +6,19 @@ use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
 use crate::matrix::{State, dot};
 
-/// Terms of a course's polynomial: with (rate τ) at most 1e-3 the next one is 1e-33 of the first.
-const TERMS: usize = 9;
-/// Terms in double-double: the others are below 1e-14 of the first.
-const WIDE: usize = 4;
-/// Over this share of an edge a course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of what an edge
+/// Over this share of an edge a short course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of what an edge
 /// changes, and rounding its slope moves it by some 1e-30, as much as the terms in `f64` do.
 const STRAIGHT: f64 = 1e-14;
 
-/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
-pub(crate) struct Course<'a> {
-    motion: Trajectory<'a>,
-    /// `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …
+/// A motion's Taylor polynomial: `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …, the first ones in double-double.
+struct Series<const WIDE: usize, const REST: usize> {
     wide: [Doubles; WIDE],
-    rest: [State; TERMS - WIDE],
-    short: bool,
+    rest: [State; REST],
 }
 
-impl<'a> Course<'a> {
-    /// The course from a motion's anchor.
+impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
     #[inline(always)]
-    pub(crate) fn new<P: Product>(motion: Trajectory<'a>) -> Self {
+    fn new<P: Product>(motion: &Trajectory) -> Self {
         let system = motion.system;
         let mut wide = [motion.w; WIDE];
         for k in 1..WIDE {
@@ -37,15 +29,12 @@ impl<'a> Course<'a> {
             last = system.a.map(|row| dot(&row, &last) / (WIDE + k + 1) as f64);
             last
         });
-        Self { motion, wide, rest, short: system.rate * system.edge_s < 1e-3 }
+        Self { wide, rest }
     }
 
-    /// The state `tau_s` later, at most one clock period.
+    /// The change of the state over a time.
     #[inline(always)]
-    pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
-        if !self.short {
-            return self.motion.system.spread::<P>(tau_s).times::<P>(&self.motion.w, &self.motion.x);
-        }
+    fn change<P: Product>(&self, tau_s: Double) -> Doubles {
         let mut small = [0.0; 4];
         for term in self.rest.iter().rev() {
             small = std::array::from_fn(|r| (small[r] + term[r]) * tau_s.hi);
@@ -54,7 +43,92 @@ impl<'a> Course<'a> {
         for term in self.wide.iter().rev() {
             change = change.plus(term).scaled::<P>(tau_s);
         }
-        self.motion.x.plus(&change)
+        change
+    }
+
+    /// The same rounded.
+    #[inline(always)]
+    fn rounded(&self, tau_s: f64) -> State {
+        let terms = self.wide.iter().map(|term| &term.hi).chain(&self.rest);
+        terms.rev().fold([0.0; 4], |sum, term| std::array::from_fn(|r| (sum[r] + term[r]) * tau_s))
+    }
+
+    /// How `row · x` goes from a value, by the terms in double-double alone: value and slope after a time.
+    #[inline(always)]
+    fn along(&self, row: &State, before: f64) -> impl Fn(f64) -> (f64, f64) {
+        let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
+        move |t| {
+            let (mut value, mut slope) = (0.0, 0.0);
+            for (power, coefficient) in polynomial.iter().enumerate().rev() {
+                value = value * t + coefficient;
+                slope = slope * t + (power + 1) as f64 * coefficient;
+            }
+            (before + t * value, slope)
+        }
+    }
+}
+
+/// By (rate τ) of one edge.
+enum Terms {
+    /// At most 1e-3: the first term that is left out is 1e-33 of the first of all, the first one in `f64` 1e-14.
+    Short(Series<4, 5>),
+    /// At most a quarter: 5e-35 and 2e-18.
+    Long(Box<Series<13, 10>>),
+    /// Beyond: none, but the exact leap.
+    None,
+}
+
+/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
+pub(crate) struct Course<'a> {
+    motion: Trajectory<'a>,
+    terms: Terms,
+}
+
+impl<'a> Course<'a> {
+    /// The course from a motion's anchor.
+    #[inline(always)]
+    pub(crate) fn new<P: Product>(motion: Trajectory<'a>) -> Self {
+        let system = motion.system;
+        let size = system.rate * system.edge_s;
+        let terms = if size < 1e-3 {
+            Terms::Short(Series::new::<P>(&motion))
+        } else if size < 0.25 {
+            Terms::Long(Box::new(Series::new::<P>(&motion)))
+        } else {
+            Terms::None
+        };
+        Self { motion, terms }
+    }
+
+    /// The state `tau_s` later, at most one clock period.
+    #[inline(always)]
+    pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
+        match &self.terms {
+            Terms::Short(series) => self.motion.x.plus(&series.change::<P>(tau_s)),
+            Terms::Long(series) => self.motion.x.plus(&series.change::<P>(tau_s)),
+            Terms::None => self.motion.system.spread::<P>(tau_s).times::<P>(&self.motion.w, &self.motion.x),
+        }
+    }
+
+    /// Newton's steps within a shrinking bracket, for when a value that is `before` passes zero within an edge.
+    #[inline(always)]
+    fn newton(&self, before: Double, guess_s: f64, value_and_slope: impl Fn(f64) -> (f64, f64)) -> f64 {
+        let edge_s = self.motion.system.edge_s;
+        let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
+        for _ in 0..60 {
+            let (value, slope) = value_and_slope(t);
+            if value.signum() == before.sign() {
+                low_s = t;
+            } else {
+                high_s = t;
+            }
+            let step = t - value / slope;
+            if (step - t).abs() <= 1e-12 * edge_s {
+                return step.clamp(0.0, edge_s);
+            }
+            t = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
+        }
+        t
     }
 
     /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it, and the state
@@ -67,37 +141,16 @@ impl<'a> Course<'a> {
         before: Double,
         guess_s: f64,
     ) -> (Double, Doubles) {
-        let edge_s = self.motion.system.edge_s;
         let row = guard.row();
-        let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
-        let value_and_slope = |t: f64| {
-            if self.short {
-                let (mut value, mut slope) = (0.0, 0.0);
-                for (power, coefficient) in polynomial.iter().enumerate().rev() {
-                    value = value * t + coefficient;
-                    slope = slope * t + (power + 1) as f64 * coefficient;
-                }
-                (before.hi + t * value, slope)
-            } else {
+        let t = match &self.terms {
+            Terms::Short(series) => self.newton(before, guess_s, series.along(row, before.hi)),
+            Terms::Long(series) => self.newton(before, guess_s, series.along(row, before.hi)),
+            Terms::None => self.newton(before, guess_s, |t| {
                 let x = self.at::<P>(t.into());
                 ((guard.exact_value::<P>(&x) - limit).hi, dot(row, &self.motion.slope(&x.hi)))
-            }
+            }),
         };
-        let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
-        for _ in 0..60 {
-            let (value, slope) = value_and_slope(t);
-            if value.signum() == before.sign() {
-                low_s = t;
-            } else {
-                high_s = t;
-            }
-            let step = t - value / slope;
-            if (step - t).abs() <= 1e-12 * edge_s {
-                t = step.clamp(0.0, edge_s);
-                break;
-            }
-            t = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
-        }
+        let edge_s = self.motion.system.edge_s;
         // Each step doubles the digits that are right; a limit only grazed has none to gain.
         let mut exact = Double::from(t);
         let mut x = self.at::<P>(exact);
@@ -109,7 +162,7 @@ impl<'a> Course<'a> {
                 break;
             }
             exact = next;
-            if self.short && step.abs() <= STRAIGHT * edge_s {
+            if matches!(self.terms, Terms::Short(_)) && step.abs() <= STRAIGHT * edge_s {
                 x = x.plus(&slope.map(|slope| -step * slope).into());
                 break;
             }
@@ -125,10 +178,14 @@ impl<'a> Course<'a> {
     #[inline(always)]
     pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
         let (x, w) = (&self.motion.x.hi, &self.motion.w.hi);
-        if !self.short {
-            let mut done = Integrals::default();
-            Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).add(x, w, &mut done);
-            return done;
+        match &self.terms {
+            Terms::Short(_) => {}
+            Terms::Long(series) => return gauss(x, tau_s, |t| series.rounded(t)),
+            Terms::None => {
+                let mut done = Integrals::default();
+                Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).add(x, w, &mut done);
+                return done;
+            }
         }
         // The trapezoid with its ends' slopes: error of order (rate τ)^4.
         let after = self.motion.slope(end);
@@ -142,10 +199,122 @@ impl<'a> Course<'a> {
     }
 }
 
-/// 1/k in double-double, by `k - 1`; the lows of a third is 2⁻⁵⁴ · ⅓ rounded, as 1/3 = hi + 2⁻⁵⁴/3.
-const SHARES: [Double; WIDE] = [
-    Double { hi: 1.0, lo: 0.0 },
-    Double { hi: 0.5, lo: 0.0 },
-    Double { hi: 1.0 / 3.0, lo: f64::EPSILON / 4.0 / 3.0 },
-    Double { hi: 0.25, lo: 0.0 },
-];
+/// Integrals over a time by Gauss's five points, of a motion from `x` that changes so: with (rate τ) at most a quarter they err
+/// by some 1e-15.
+fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
+    // Nodes and weights on [-1, 1], Abramowitz and Stegun, table 25.4.
+    const POINTS: [(f64, f64); 5] = [
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    ];
+    let mut done = Integrals::default();
+    for (node, weight) in POINTS {
+        let change = change(0.5 * tau_s * (1.0 + node));
+        let share_s = 0.5 * tau_s * weight;
+        for k in 0..4 {
+            let there = x[k] + change[k];
+            done.states[k] += share_s * there;
+            done.squares[k] += share_s * there * there;
+        }
+    }
+    done
+}
+
+/// 1/k in double-double, by `k - 1`.
+const SHARES: [Double; 13] = {
+    let mut shares = [Double { hi: 1.0, lo: 0.0 }; 13];
+    let mut k = 1;
+    while k < 13 {
+        let divisor = (k + 1) as f64;
+        let hi = 1.0 / divisor;
+        // Exact: upper and lower half of the digits, each times a small integer.
+        let top = f64::from_bits(hi.to_bits() & !0x7ff_ffff);
+        shares[k] = Double { hi, lo: ((1.0 - divisor * top) - divisor * (hi - top)) / divisor };
+        k += 1;
+    }
+    shares
+};
+
+#[cfg(test)]
+mod tests {
+    use super::{Course, Terms};
+    use crate::double::{Double, Doubles, Halves};
+    use crate::guard::Guard;
+    use crate::leap::{Integrals, Leap, Quadrature};
+    use crate::linear::{Linear, Trajectory};
+    use crate::matrix::{CURRENT, Matrix, SPEED, State, rate};
+
+    /// A motor on a hand, whose current decays in 0.1 ms.
+    const A: Matrix = [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -3e5, 3e5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]];
+    const X: State = [0.7, -3.1, 0.02, 0.05];
+    const F: State = [9e3, 4.0, 0.0, 1.5];
+
+    /// Systems whose edge is so long, from the shortest to the longest that a polynomial is taken for, and one beyond.
+    fn systems() -> [(f64, Linear); 5] {
+        [5e-4, 2e-3, 0.02, 0.249, 0.7].map(|size| (size, Linear::new(A, size / rate(&A), 1 << 20)))
+    }
+
+    fn course(system: &Linear) -> Course<'_> {
+        Course::new::<Halves>(Trajectory::exact_with::<Halves>(system, X.into(), F.into()))
+    }
+
+    #[test]
+    fn a_course_is_the_exact_leap_to_thirty_digits() {
+        for (size, system) in &systems() {
+            let course = course(system);
+            assert_eq!(matches!(course.terms, Terms::None), *size > 0.25);
+            for share in [0.013, 0.37, 1.0] {
+                let tau_s = Double::from(share * system.edge_s);
+                let exact = system.spread::<Halves>(tau_s).times::<Halves>(&course.motion.w, &course.motion.x);
+                let off = course.at::<Halves>(tau_s);
+                for lane in 0..4 {
+                    let apart = (off.lane(lane) - exact.lane(lane)).hi.abs();
+                    let scale = exact.lane(lane).hi.abs().max(course.motion.w.hi[lane].abs() * tau_s.hi);
+                    assert!(apart <= 4e-30 * scale, "{size} {share} lane {lane}: {apart:e} of {scale:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_course_has_the_integrals_of_the_exact_leap() {
+        for (size, system) in &systems() {
+            let course = course(system);
+            for share in [0.2, 1.0] {
+                let tau_s = share * system.edge_s;
+                let mut exact = Integrals::default();
+                Quadrature::of(&Leap::of(system.matrix(), tau_s)).add(&X, &course.motion.w.hi, &mut exact);
+                let found = course.integrals(tau_s, &course.at::<Halves>(tau_s.into()).hi);
+                let same = |found: f64, exact: f64, what: &str| {
+                    assert!(
+                        (found - exact).abs() <= 2e-13 * exact.abs(),
+                        "{size} {share} {what}: {found:e}, not {exact:e}"
+                    );
+                };
+                (0..4).for_each(|lane| same(found.states[lane], exact.states[lane], "state"));
+                for lane in [CURRENT, SPEED] {
+                    same(found.squares[lane], exact.squares[lane], "square");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_crossing_lies_on_the_limit() {
+        let row: State = [0.3, 1.0, 0.0, 0.0];
+        for (size, system) in &systems() {
+            let (course, guard) = (course(system), Guard::new(row, system));
+            let value = |x: &Doubles| guard.exact_value::<Halves>(x);
+            let (begun, ended) = (value(&X.into()), value(&course.at::<Halves>(system.edge_s.into())));
+            // Where a third of the way is done.
+            let limit = Double::from(begun.hi + (ended.hi - begun.hi) / 3.0);
+            let (tau_s, there) = course.crossing::<Halves>(&guard, limit, begun - limit, 0.5 * system.edge_s);
+            assert!(tau_s.hi > 0.0 && tau_s.hi < system.edge_s);
+            let off = (value(&there) - limit).hi.abs();
+            assert!(off <= 1e-29 * (ended.hi - begun.hi).abs().max(begun.hi.abs()), "{size}: {off:e}");
+        }
+    }
+}
