@@ -46,6 +46,7 @@ pub fn verdict(text: &str, good: bool) -> String {
 
 /// Works with a progress bar when stderr is a terminal; `what` names what is counted.
 pub fn with_progress<T>(total: u64, what: &str, control: &Control, work: impl FnOnce() -> T) -> T {
+    control.progress.store(0, Ordering::Relaxed);
     if !io::stderr().is_terminal() {
         return work();
     }

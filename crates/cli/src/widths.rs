@@ -284,7 +284,6 @@ fn recommended(
     for (experiment, run) in experiments.iter().zip(runs) {
         let within = args.within.unwrap_or(experiment.accuracy().within);
         let trials = || recommend(experiment, run, within, jobs, control);
-        control.progress.store(0, std::sync::atomic::Ordering::Relaxed);
         match with_progress(40, "runs", control, trials) {
             Err(why) => return Ok(Some(Err(why))),
             Ok(None) => return Ok(None),

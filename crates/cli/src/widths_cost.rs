@@ -10,6 +10,7 @@ use hpu_study::widths::Field;
 use crate::cost::refused;
 use crate::exit::Failure;
 use crate::interrupt;
+use crate::terminal::with_progress;
 use crate::widths_price::on_all_cores;
 
 /// LUT4 and flip-flops that one bit more of a width costs in the whole loop, or why there is no such loop.
@@ -20,13 +21,16 @@ pub fn one_more(experiment: &Experiment, hdl: &Path, cache: &Cache) -> Result<Op
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let now = cache.counts(ready.wiring().block(), hdl).map_err(refused)?;
     let fields = Field::all(experiment);
-    let found = on_all_cores(fields.len(), interrupt::heed(), |index| {
-        let field = fields[index];
+    let one = |field: Field| {
         let more = field.with(experiment, field.bits(experiment) + 1).and_then(|more| {
             let ready = Ready::new(&more).map_err(|error| error.to_string())?;
             cache.counts(ready.wiring().block(), hdl).map_err(|error| error.to_string())
         });
         (field, more.map(|more| difference(&more, &now)))
+    };
+    let control = interrupt::heed();
+    let found = with_progress(fields.len() as u64, "syntheses", control, || {
+        on_all_cores(fields.len(), control, |index| one(fields[index]))
     });
     // What was killed half-way has no price, but for no reason of its own.
     Ok(if interrupt::pressed() { None } else { found.into_iter().collect() })

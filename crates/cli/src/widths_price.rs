@@ -14,6 +14,7 @@ use hpu_study::widths::settling::{Settling, settling};
 
 use crate::cost::refused;
 use crate::exit::Failure;
+use crate::terminal::with_progress;
 
 /// A loop in the widths of its scene.
 pub struct Price {
@@ -45,7 +46,8 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
     if !wiring.is_hardware() {
         return Err(Failure::file("a law in floats has no price; write model.datapath = \"words\""));
     }
-    let cost = cache.cost(wiring.block(), hdl).map_err(refused)?;
+    // Placed three times by different seeds, while nothing else can begin.
+    let cost = with_progress(1, "loops placed", control, || cache.cost(wiring.block(), hdl)).map_err(refused)?;
     let mut price = Price {
         scene: experiment.name().to_string(),
         block: wiring.name(),
@@ -62,9 +64,12 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
     let (instances, knobs) = (wiring.instances(), knobs(scene));
     let parts = instances.len();
     let changed: Vec<_> = knobs.iter().flat_map(|(_, _, other)| other).map(|(_, scene)| scene).collect();
-    let found = on_all_cores(parts + changed.len(), control, |index| match index.checked_sub(parts) {
-        None => part(scene, index, hdl, cache),
-        Some(index) => counts(changed[index], hdl, cache),
+    let count = parts + changed.len();
+    let found = with_progress(count as u64, "syntheses", control, || {
+        on_all_cores(count, control, |index| match index.checked_sub(parts) {
+            None => part(scene, index, hdl, cache),
+            Some(index) => counts(changed[index], hdl, cache),
+        })
     });
     let Some(mut found) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
     let changed = found.split_off(parts);
@@ -105,6 +110,7 @@ pub(crate) fn on_all_cores<T: Send>(
                 break;
             }
             let done = work(index);
+            control.progress.fetch_add(1, Ordering::Relaxed);
             found.lock().expect("no worker panics with it")[index] = Some(done);
         }
     };
