@@ -57,7 +57,7 @@ while read -r name _; do
 done <"$scratch/settings" >"$scratch/rows"
 
 # A sweep of costly cells by 1 and 2 threads, and one of cheap cells for what a cell leaves in memory.
-sweep="map hybrid-wall --x wall.stiffness=0.1..3N.m/rad:16:log --y wall.damping=0.01..1mN.m.s/rad:16:log --full"
+sweep="map hybrid-wall --x wall.stiffness=0.1..3N.m/rad:32:log --y wall.damping=0.01..1mN.m.s/rad:32:log --full"
 turn=0
 while [ "$turn" -lt "$runs" ]; do
     for jobs in 1 2; do
@@ -100,7 +100,7 @@ done
     one=$(median <"$scratch/elapsed,1")
     two=$(median <"$scratch/elapsed,2")
     echo
-    echo "a sweep of 256 cells of hybrid-wall: 1 thread $one s, 2 threads $two s:" \
+    echo "a sweep of 1024 cells of hybrid-wall: 1 thread $one s, 2 threads $two s:" \
         "$(echo "$one $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }') of perfect scaling on 2 cores"
     busy=$(median <"$scratch/busy,2")
     echo "processor time of both: $(median <"$scratch/busy,1") s and $busy s; the cores were busy" \

@@ -21,7 +21,7 @@ fn counted(work: &mut dyn FnMut()) {
 /// A run: its name, what it is for, and itself.
 type Case = (&'static str, &'static str, fn());
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
         run("hybrid-wall", &[], Driver::Events);
     }),
@@ -36,6 +36,10 @@ const CASES: [Case; 12] = [
     }),
     ("friction", "half a second of friction-wall in contact: stick and slip", || {
         run("friction-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);
+    }),
+    ("slow", "100 ms of the same at 10 MHz, where an edge is long for the winding", || {
+        let slow = [CONTACT, ("clock.frequency", "10 MHz"), ("method.pwm.bits", "10"), ("run.duration", "100 ms")];
+        run("friction-wall", &slow, Driver::Events);
     }),
     ("divider", "half a second of energy-level-wall: a law with a sequential divider", || {
         run("energy-level-wall", &[("run.duration", "500 ms")], Driver::Events);
