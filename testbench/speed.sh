@@ -57,7 +57,7 @@ while read -r name _; do
 done <"$scratch/settings" >"$scratch/rows"
 
 # A sweep of costly cells by 1 and 2 threads, and one of cheap cells for what a cell leaves in memory.
-sweep="map hybrid-wall --x wall.stiffness=0.1..3N.m/rad:32:log --y wall.damping=0.01..1mN.m.s/rad:32:log --full"
+sweep="map hybrid-wall --x wall.stiffness=0.1..3N.m/rad:16:log --y wall.damping=0.01..1mN.m.s/rad:16:log --full"
 turn=0
 while [ "$turn" -lt "$runs" ]; do
     for jobs in 1 2; do
@@ -66,6 +66,10 @@ while [ "$turn" -lt "$runs" ]; do
         awk '{ print $1 }' "$scratch/time" >>"$scratch/elapsed,$jobs"
         awk '{ print $2 + $3 }' "$scratch/time" >>"$scratch/busy,$jobs"
     done
+    # What the machine itself makes of two cores: the same sweep twice, in processes that know nothing of each other.
+    # shellcheck disable=SC2086,SC2016
+    /usr/bin/time -o "$scratch/time" -f '%e' sh -c '"$@" & "$@"; wait' two "$hpu" $sweep --jobs 1 >/dev/null
+    cat "$scratch/time" >>"$scratch/elapsed,apart"
     turn=$((turn + 1))
 done
 for side in 10 32 100; do
@@ -100,8 +104,11 @@ done
     one=$(median <"$scratch/elapsed,1")
     two=$(median <"$scratch/elapsed,2")
     echo
-    echo "a sweep of 1024 cells of hybrid-wall: 1 thread $one s, 2 threads $two s:" \
+    echo "a sweep of 256 cells of hybrid-wall: 1 thread $one s, 2 threads $two s:" \
         "$(echo "$one $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }') of perfect scaling on 2 cores"
+    apart=$(median <"$scratch/elapsed,apart")
+    echo "the same sweep twice, in two processes side by side: $apart s; of the speed that this leaves to two threads they reach" \
+        "$(echo "$apart $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }')"
     busy=$(median <"$scratch/busy,2")
     echo "processor time of both: $(median <"$scratch/busy,1") s and $busy s; the cores were busy" \
         "$(echo "$busy $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }') of the time with 2 threads"
