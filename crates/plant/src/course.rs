@@ -69,6 +69,7 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
 }
 
 /// By (rate τ) of one edge.
+#[expect(clippy::large_enum_variant, reason = "nearly every course is short, and one is begun at each end of a mode")]
 enum Terms {
     /// At most 1e-3: the first term that is left out is 1e-33 of the first of all, the first one in `f64` 1e-14.
     Short(Series<4, 5>),
