@@ -53,6 +53,8 @@ def chart(name, asked):
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         wrong = re.search("no contestant `(.*?)`", done.stderr)
         if not wrong:
+            if done.returncode not in (0, 1):
+                sys.exit(done.stderr)
             return json.loads(done.stdout)
         asked.remove(wrong[1])
     return None

@@ -7,13 +7,13 @@
 //! conventional loop holds.
 //!
 //! The seven weights are least squares of the relative error on 35 loops as Yosys maps them for the iCE40 (positions of 8 to 24
-//! bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them), rounded. It is off by 3.7 % rms there, and by 3.1 % rms on the twelve
-//! other loops of `tests/all/width_search.rs`; nowhere by more than [`ESTIMATE_ERROR`]. An estimate puts designs in an order; it is no
-//! price.
+//! bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them), rounded. It is off by 3.7 % rms
+//! and at most 10.02 % there, and by 3.1 % rms on the twelve other loops of `tests/all/width_search.rs`, nowhere by more than
+//! [`ESTIMATE_ERROR`]. An estimate puts designs in an order; it is no price.
 
 use hpu_datapath::LoopConfig;
 
-/// The largest relative error of the estimate, on the loops of the fit and on others.
+/// What the relative error of the estimate does not exceed on loops that it was not fitted to.
 pub const ESTIMATE_ERROR: f64 = 0.1;
 
 /// Estimated LUT4s of a loop; `held` if the position is held between samples.
