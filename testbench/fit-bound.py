@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""How fast a right model may be, whoever picks it: writes testbench/record/fit-bound.txt.
+"""The fastest contestants that are right: writes testbench/record/fit-bound.txt.
 
 Of every shipped scene all contestants of hpu chart are run, of ladders the rungs from 10 us up: shorter steps are slower than
 events. Those within the scene's tolerance are run again around: at the stiffnesses and places of the wall that the tests hold
-a pick of hpu fit against, where they may be twice as far off. Who is further off there was right by luck. Python's standard
+a pick of hpu fit against, where they may be twice as far off. Who is further off there was right by luck. No bound of what hpu
+fit finds: it times its runs anew, and on runs of about a millisecond the two differ by up to three times. Python's standard
 library; nothing else should be running.
 """
 
@@ -124,6 +125,7 @@ def main():
         "The fastest contestant within the tolerance of every shipped scene, and the fastest of at least 5 x that is also within\n"
         "twice the tolerance around: at 2 % less and 3 % more stiffness, and with the wall 2.6 counts nearer and 1.9 farther\n"
         "$ testbench/fit-bound.py\n\n"
+        "Times are of hpu chart; those of hpu fit differ on runs of about a millisecond: no bound of what it finds\n\n"
         + "\n".join(lines)
         + f"\n\n{counts['right']} of {len(names)} scenes have a contestant that is right there and at least 5 times as fast as events;"
         + f"\n{counts['around']} have one that is right around as well\n"

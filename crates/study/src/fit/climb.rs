@@ -17,12 +17,9 @@ type Set = Vec<(String, String)>;
 /// A model that takes less than so many times as long is no slower: wall times are not finer.
 const WORTH: f64 = 1.05;
 
-/// The share of the tolerance that a model may use up.
-const MOST: f64 = 0.8;
-
-/// Below this share of the tolerance an error of a fixed step may grow with a shorter one, and above it by half: where in a
-/// step a contact falls is chance.
-const NOISE: f64 = 0.25;
+/// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact falls
+/// is chance.
+const NOISE: f64 = 0.05;
 
 /// Finds the least model of a scene (its text under `set`) whose outputs are within `within` of those of the scene as it is
 /// written.
@@ -141,13 +138,13 @@ impl Climb<'_> {
     /// What the model measures and its worst error around, if it answers as the reference does with room to spare.
     fn holds(&mut self, model: &[usize], reference: &Measured) -> Option<(Measured, f64)> {
         let measured = self.told(model).ok()?;
-        if self.worst(&measured, reference) > MOST * self.within {
+        if self.worst(&measured, reference) > self.within / 2.0 {
             return None;
         }
-        // Two errors that cancel each other here will not do so elsewhere: each alone is within the tolerance too.
+        // Two errors that cancel each other here will not do so elsewhere.
         for &index in model {
             let [with, without] = on_its_own(self.all, model, index).map(|model| self.told(&model));
-            if self.worst(&with.ok()?, &without.ok()?) > self.within {
+            if self.worst(&with.ok()?, &without.ok()?) > self.within / 2.0 {
                 return None;
             }
         }
@@ -179,7 +176,7 @@ impl Climb<'_> {
                 Err(why) => return Some(format!("is right by luck: without {what} {why}")),
             };
             let (error, own) = (self.worst(&told, reference), self.worst(&told, &exact));
-            if error > self.within || own > f64::max(1.5 * before, NOISE * self.within) {
+            if error > self.within / 2.0 || own > before.max(NOISE * self.within) {
                 return Some(format!(
                     "is right by luck: without {what} it would be off by {}",
                     percent(error.max(own))
@@ -259,9 +256,9 @@ impl Climb<'_> {
             Output::Verdict => "the verdict would be wrong".to_string(),
             _ => format!("{} would be off by {}", output.name(), percent(error)),
         };
-        let found = [(reference, MOST * self.within), (fuller, self.within)]
+        let found = [reference, fuller]
             .into_iter()
-            .find_map(|(other, most)| worst(self.errors(measured, other)).filter(|found| found.1 > most));
+            .find_map(|other| worst(self.errors(measured, other)).filter(|found| found.1 > self.within / 2.0));
         if let Some(found) = found {
             return said(found);
         }

@@ -163,7 +163,8 @@ fn has_law(scene: &Scene) -> bool {
         Loop::Law(LawMethod::SampledWall(wall)) => wall.estimator == hpu_datapath::Estimator::Difference,
         _ => true,
     };
-    estimator && !matches!(scene.hand, Hand::Capture { .. })
+    let shaped = scene.amplifier.is_some_and(|amplifier| amplifier.shaper.is_some());
+    estimator && !shaped && !matches!(scene.hand, Hand::Capture { .. })
 }
 
 fn phantom(scene: &PhantomScene, list: &mut List) {

@@ -6,11 +6,10 @@
 //!
 //! The models are tried from the cheapest up. One is taken when
 //!
-//! 1. every output is within four fifths of the tolerance of the reference's (the scene as written, from event to event),
-//!    with the same verdict;
-//! 2. each thing that it leaves out is within the tolerance on its own as well, so that it does not live by two errors that cancel;
-//! 3. a fixed step is no lucky one: with the next two shorter steps of its ladder it is within the tolerance too, and what a step
-//!    changes does not grow, but for chance;
+//! 1. every output is within *half* of the tolerance of the reference's (the scene as written, from event to event), with
+//!    the same verdict;
+//! 2. each thing that it leaves out changes no output by more than that either, so that no two errors cancel each other;
+//! 3. a fixed step is no lucky one: the next two shorter steps of its ladder are as good, and what they change does not grow;
 //! 4. it is within the tolerance, with the same verdict, in the scenes around: the wall 5 % softer and stiffer, and moved by a few counts
 //!    either way, so that a contact meets the sampling and the counts in another phase. Where a boundary of stability is near,
 //!    one of them lies beyond it, and a model that does not know it shows.
