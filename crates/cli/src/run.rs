@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
+use hpu_rtl::wave::Aside;
 use hpu_signal::Cycle;
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
@@ -208,14 +209,16 @@ fn simulate<'s>(
         },
     };
     let control = interrupt::heed();
-    let mut trace = session.trace(nets(session));
+    // Without pictures and a table nobody looks at more than the verdict does.
+    let mut trace = if args.out.is_some() { session.trace(nets(session)) } else { session.brief_trace() };
     let summary = match folder {
         None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
         Some(folder) => {
-            let mut waves = Waves::begin(session, folder, args.vcd)?;
+            // Packing a change of a net costs more than the event that makes it: let another core do it.
+            let mut waves = Aside::new(Waves::begin(session, folder, args.vcd)?);
             let run = || session.run(driver, &mut trace, &mut waves, control);
             let summary = with_progress(session.edges(), "edges", control, run);
-            waves.finish(folder, Cycle(summary.edges))?;
+            waves.finish().finish(folder, Cycle(summary.edges))?;
             summary
         }
     };
@@ -267,7 +270,7 @@ fn trace_csv(ran: &Ran) -> String {
     header.extend(ran.session.reals().iter().map(|real| real.name.to_string()));
     header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));
     let mut text = header.join(",") + "\n";
-    for (row, time_s) in trace.times_s().iter().enumerate() {
+    for (row, time_s) in trace.times_s().enumerate() {
         let reals = (0..ran.session.reals().len()).map(|real| trace.real(real)[row].to_string());
         let words =
             nets.iter().enumerate().map(|(net, signal)| signal.format.to_f64(trace.words(net)[row]).to_string());

@@ -3,7 +3,8 @@
 //! At a sample instant, one clock after the start and every sample period from there, the law reads the position, a whole
 //! number of counts or the true one; a live spring reads it at every step too. Its force, within what the actuator gives, is
 //! held over the step. A step that a sample instant would fall into ends there. The hand's knots, a ramp and an analog shaper
-//! are heeded at the next step's start. The rows of the trace lie on the straight line between the ends of a step, and words
+//! are heeded at the next step's start. An averaged bridge changes its duty when its modulator would (see [`Latch`]), within
+//! a step by the mean of both. The rows of the trace lie on the straight line between the ends of a step, and words
 //! are shown with them alone.
 
 use std::sync::atomic::Ordering;
@@ -12,7 +13,8 @@ use std::time::Instant;
 use hpu_plant::{Axis, Device, Drive, Method, State};
 use hpu_signal::{Cycle, Observe};
 
-use crate::actuator::{Actuator, Shaping};
+use crate::actuator::{Actuator, Latch, Shaping};
+use crate::encoder::Encoder;
 use crate::engine::Control;
 use crate::law::{AnyLaw, SampledLaw};
 use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
@@ -48,12 +50,13 @@ struct Course<'d, 'p> {
     law: AnyLaw,
     force_n: f64,
     drive: Drive,
+    latch: Option<Latch>,
+    duty: f64,
     shaping: Option<Shaping>,
     intent_rad_per_s: f64,
     x: State,
-    count: i64,
+    encoder: Encoder,
     start_count: i64,
-    encoder_edges: u64,
     output_changes: u64,
     next_sample: u64,
     next_knot: usize,
@@ -75,8 +78,7 @@ impl Direct<'_> {
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
         let (mut complete, mut over) = (true, None);
         while edge < end {
-            course.act(edge);
-            let next = (edge + self.step).min(course.next_sample).min(end);
+            let next = course.act(edge, end);
             let before = course.x;
             course.x = course.mover.flow((edge, next), self.plant.edge_s, &before);
             if next_row < next {
@@ -120,7 +122,7 @@ impl Direct<'_> {
             wall_s: clock.elapsed().as_secs_f64(),
             ticks: steps,
             steps,
-            encoder_edges: course.encoder_edges,
+            encoder_edges: course.encoder.edges,
             output_changes: course.output_changes,
             mode_changes,
             redecided,
@@ -140,11 +142,13 @@ impl<'d, 'p> Course<'d, 'p> {
         let device = Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad);
         let (x, drive) = (device.state(0), device.drive_now());
         let mover = Mover::new(axis, device, direct.method, direct.step, plant.edge_s);
-        let shaping = match plant.actuator {
-            Actuator::Amplified { shaping, .. } => shaping,
-            _ => None,
+        let (shaping, latch) = match plant.actuator {
+            Actuator::Amplified { shaping, .. } => (shaping, None),
+            Actuator::Averaged { latch, .. } => (None, latch),
+            Actuator::Switching => (None, None),
         };
-        let mut course = Self {
+        let encoder = Encoder::new(plant.count_rad, x[2]);
+        Self {
             direct,
             axis,
             edge_s: plant.edge_s,
@@ -152,27 +156,17 @@ impl<'d, 'p> Course<'d, 'p> {
             law: direct.law.law.clone(),
             force_n: 0.0,
             drive,
+            latch,
+            duty: 0.0,
             shaping,
             intent_rad_per_s: 0.0,
             x,
-            count: 0,
-            start_count: 0,
-            encoder_edges: 0,
+            start_count: encoder.count(),
+            encoder,
             output_changes: 0,
             next_sample: 1,
             next_knot: 0,
-        };
-        course.start_count = course.counts(x[2]);
-        course.count = course.start_count;
-        course
-    }
-
-    /// The encoder's count.
-    #[inline(always)]
-    fn counts(&self, position_m: f64) -> i64 {
-        let counts = position_m / self.direct.law.count_m;
-        let whole = counts as i64;
-        whole - i64::from(counts < whole as f64)
+        }
     }
 
     /// The position beyond the wall's surface, as the law reads it.
@@ -181,15 +175,13 @@ impl<'d, 'p> Course<'d, 'p> {
         if let Some(wall_rad) = self.direct.ideal_wall_rad {
             return self.x[2] - wall_rad;
         }
-        let count = self.counts(self.x[2]);
-        self.encoder_edges += count.abs_diff(self.count);
-        self.count = count;
-        (count - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
+        self.encoder.sense(self.x[2]);
+        (self.encoder.count() - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
     }
 
-    /// All that is due at the start of a step.
+    /// All that is due at the start of a step, which ends by `end`; returns where.
     #[inline(always)]
-    fn act(&mut self, edge: u64) {
+    fn act(&mut self, edge: u64, end: u64) -> u64 {
         let knots = match &self.direct.plant.kind {
             Kind::Axis { knots, .. } => &knots[..],
             Kind::Capture { .. } => &[],
@@ -209,12 +201,14 @@ impl<'d, 'p> Course<'d, 'p> {
                 self.force_n = wall.force_n(x_m);
             }
         }
-        let drive = if edge == 0 { self.drive } else { self.output(edge) };
+        let next = (edge + self.direct.step).min(self.next_sample).min(end);
+        let drive = if edge == 0 { self.drive } else { self.output(edge, next) };
         if fed || drive != self.drive {
             self.output_changes += u64::from(drive != self.drive);
             self.drive = drive;
             self.x = self.mover.driven(self.axis, edge, drive, &self.x, self.intent_rad_per_s);
         }
+        next
     }
 
     fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
@@ -239,13 +233,15 @@ impl<'d, 'p> Course<'d, 'p> {
         self.next_sample += self.direct.period;
     }
 
-    /// What the actuator makes of the force.
+    /// What the actuator makes of the force in a step.
     #[inline(always)]
-    fn output(&mut self, edge: u64) -> Drive {
+    fn output(&mut self, edge: u64, next: u64) -> Drive {
         let limit_n = self.direct.law.limit_n;
         let force_n = self.force_n.clamp(-limit_n, limit_n);
         match (self.direct.plant.actuator, &mut self.shaping) {
-            (Actuator::Averaged { .. }, _) => Drive::Average(force_n / self.direct.law.full_scale_n),
+            (Actuator::Averaged { .. }, _) => {
+                Drive::Average(self.mean_duty(edge, next, force_n / self.direct.law.full_scale_n))
+            }
             (_, None) => Drive::Current(-force_n),
             (_, Some(shaping)) => match shaping.take(edge, force_n) {
                 Some(shaped_n) => Drive::Current(-shaped_n),
@@ -255,30 +251,48 @@ impl<'d, 'p> Course<'d, 'p> {
         }
     }
 
+    /// What the duty is in a step on an average, when it is wanted so from the step's start.
+    #[inline(always)]
+    fn mean_duty(&mut self, edge: u64, next: u64, wanted: f64) -> f64 {
+        let Some(latch) = &mut self.latch else { return wanted };
+        if latch.next <= edge {
+            self.duty = latch.take();
+        }
+        latch.give(edge, wanted);
+        if latch.next >= next {
+            return self.duty;
+        }
+        let share = (next - latch.next) as f64 / (next - edge) as f64;
+        self.duty + share * (wanted - self.duty)
+    }
+
     /// Rows of the trace, and the words at them.
     #[inline(always)]
     fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut impl Observe) {
         let law = &self.direct.law;
-        let command = law.command(self.force_n);
+        let command = || law.command(self.force_n);
         let words = |reals: &[f64; 4]| {
-            let position = self.counts(reals[2]) - self.start_count;
+            let position = Encoder::new(self.direct.plant.count_rad, reals[2]).count() - self.start_count;
             let pins = Pins::at(position);
             let mut words = [0; NETS];
             (words[0], words[1]) = (pins.a, pins.b);
             words[POSITION] = position;
             words[PENETRATION] = (position - law.surface).max(0);
-            words[COMMAND] = command;
+            words[COMMAND] = command();
             words
         };
         let all = |net| match net {
             0 | 1 | POSITION | PENETRATION => None,
-            COMMAND => Some(command),
+            COMMAND => Some(command()),
             _ => Some(0),
         };
         trace.extend(lines, all, |net, reals| words(reals)[net]);
+        let watched = observer.follows(0..NETS);
         for row in 0..lines.rows {
             let (edge, reals) = (Cycle(lines.first + u64::from(row) * lines.stride), lines.at(row));
-            observer.nets(edge, &words(&reals));
+            if watched {
+                observer.nets(edge, &words(&reals));
+            }
             observer.reals(edge, &reals);
         }
     }

@@ -61,7 +61,7 @@ impl Encoder {
     fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
         let step = self.step_rad;
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
-        let mut count = (angle_rad / step).floor() as i64;
+        let mut count = (angle_rad / step) as i64;
         while angle_rad.is_finite() {
             match side(band(count)) {
                 0 => break,

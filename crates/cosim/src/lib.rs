@@ -36,6 +36,7 @@ pub use direct::Direct;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};
 pub use linear::LinearLoop;
+pub use method::law_as_asked;
 pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};
 pub use random::SplitMix64;

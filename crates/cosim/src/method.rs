@@ -16,7 +16,9 @@ use crate::session::SessionError;
 /// What closes the scene's loop, as it stands before reset.
 pub(crate) fn wiring(scene: &Scene, words: &LoopWords) -> Result<TheLoop, SessionError> {
     if scene.model.datapath == Datapath::Law {
-        return Ok(TheLoop::Law(LawLoop::new(law_config(scene, words)?)));
+        let Realised { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } = words.realised;
+        let config = law_config(scene, words, (stiffness_nm_per_rad, damping_nm_s_per_rad))?;
+        return Ok(TheLoop::Law(LawLoop::new(config)));
     }
     let widths = LawWidths {
         width: words.config.position_width,
@@ -174,8 +176,26 @@ impl Units<'_> {
     }
 }
 
-/// The reference law of a scene, and what its loop needs.
-fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionError> {
+/// The reference law of a scene with the stiffness and damping that it asks for, however finely its words can hold them: what
+/// the words are measured against. In a loop of its own (`model.datapath = "law"`) the law has those that the words realise, as
+/// its wall stands at a whole count: what it leaves out there is what words do to a motion.
+///
+/// # Errors
+///
+/// When the scene has no words, or its method no law.
+pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SessionError> {
+    let words = scene.words().map_err(SessionError::Scene)?;
+    let gains = match scene.method.kind {
+        Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
+            (coupling_nm_per_rad, coupling_nm_s_per_rad)
+        }
+        _ => (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad),
+    };
+    law_config(scene, &words, gains)
+}
+
+/// The reference law of a scene with these stiffness and damping, of the coupling where there is one, and what its loop needs.
+fn law_config(scene: &Scene, words: &LoopWords, (k, b): (f64, f64)) -> Result<LawConfig, SessionError> {
     let Realised { torque_quantum_nm, count_rad, .. } = words.realised;
     let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;
     let surface = Format::signed(words.config.position_width).wrap(words.reference.into());
@@ -184,7 +204,6 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
         EncoderModel::Ideal => scene.initial_angle_rad() - scene.wall.position_rad,
     };
     let period_s = scene.sample_period_s();
-    let (k, b) = (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
     let wall = |ratio| Wall::new(k, b, ratio, period_s, start_m);
     let law = match scene.method.kind {
         Loop::Hybrid | Loop::Conventional => AnyLaw::Wall(wall(1)),
@@ -198,10 +217,9 @@ fn law_config(scene: &Scene, words: &LoopWords) -> Result<LawConfig, SessionErro
             wall.relief_n_s_per_m = method.relief_nm_s_per_rad;
             AnyLaw::Wall(wall)
         }
-        Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid }) => {
-            let environment = if rigid { f64::INFINITY } else { k };
-            let (coupling, damper) = (coupling_nm_per_rad, coupling_nm_s_per_rad);
-            AnyLaw::VirtualCoupling(law::VirtualCoupling::new(coupling, damper, environment, period_s))
+        Loop::Law(LawMethod::VirtualCoupling { rigid, .. }) => {
+            let environment = if rigid { f64::INFINITY } else { scene.wall.stiffness_nm_per_rad };
+            AnyLaw::VirtualCoupling(law::VirtualCoupling::new(k, b, environment, period_s))
         }
         Loop::Law(LawMethod::PassivityController { observer, credit_j, .. }) => {
             let credit_j = credit_j.unwrap_or(f64::INFINITY);

@@ -234,6 +234,11 @@ impl Rig for PhantomSession<'_> {
         self.scene.model.solver.into()
     }
 
+    fn judged(&self) -> Vec<usize> {
+        let axis = self.scene.drop.axis.index();
+        vec![axis, 3 + axis]
+    }
+
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
         judge_drop(trace.real(3 + self.scene.drop.axis.index()), aborted)
     }

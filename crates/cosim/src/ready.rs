@@ -89,6 +89,10 @@ impl Rig for Ready<'_> {
         forward!(self, rig => rig.driver())
     }
 
+    fn judged(&self) -> Vec<usize> {
+        forward!(self, rig => rig.judged())
+    }
+
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
         forward!(self, rig => rig.judge(trace, aborted))
     }

@@ -163,6 +163,8 @@ pub trait Rig {
     fn direct(&self) -> Option<Direct<'_>> {
         None
     }
+    /// The plant's outputs that verdicts and metrics are made of, as indices into [`reals`](Self::reals).
+    fn judged(&self) -> Vec<usize>;
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 
@@ -180,12 +182,17 @@ pub trait Rig {
     fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.wiring().nets();
         let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
-        Trace::new(self.clock(), self.stride(), self.reals().len(), picks)
+        Trace::new(self.clock(), self.stride(), (0..self.reals().len()).collect(), picks)
     }
 
-    /// Runs the scene to its end, or until stopped, filling the trace and showing everything to the observer.
+    /// An empty trace of only what [`judge`](Self::judge) and [`metric`](crate::metric) look at.
+    fn brief_trace(&self) -> Trace {
+        Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
+    }
+
+    /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer.
     fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
-        trace.reserve(self.edges() / self.stride() + 1);
+        trace.begin(self.edges() / self.stride() + 1);
         let (end, stride, modulated) = (self.edges(), self.stride(), self.gates_drive());
         let (mut summary, over) = match self.direct() {
             Some(direct) => direct.run(end, stride, trace, observer, control),

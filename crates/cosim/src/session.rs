@@ -14,7 +14,7 @@ use crate::plant::{Plant, PlantError};
 use crate::rig::{Rig, TheLoop, Visit};
 use crate::scene::{EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
 use crate::summary::Abort;
-use crate::trace::Trace;
+use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Verdict, judge};
 use crate::world::World;
 
@@ -170,6 +170,10 @@ impl Rig for Session<'_> {
             period: self.scene.period_clocks(),
             ideal_wall_rad: (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad),
         })
+    }
+
+    fn judged(&self) -> Vec<usize> {
+        vec![ANGLE, TORQUE]
     }
 
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {

@@ -4,7 +4,7 @@ use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
 use crate::scene::{Experiment, Metric, OutcomeKind};
-use crate::trace::Trace;
+use crate::trace::{TORQUE, Trace};
 use crate::verdict::Verdict;
 
 /// Where the energy went, in J.
@@ -161,7 +161,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
             Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
-        Metric::PeakTorque => trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs())),
+        Metric::PeakTorque => trace.real(TORQUE).iter().fold(0.0, |most: f64, torque| most.max(torque.abs())),
         Metric::SpringOverflowShare => {
             let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64

@@ -5,39 +5,53 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
-/// Recorded rows at a fixed interval, each of the plant's outputs and of selected nets.
+/// Index of an axis's angle among its outputs.
+pub(crate) const ANGLE: usize = 2;
+/// Index of the torque or force of its actuator.
+pub(crate) const TORQUE: usize = 3;
+
+/// Recorded rows at a fixed interval, the first of edge 0, each of selected outputs of the plant and of selected nets.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
-    interval_s: f64,
     clock: Clock,
+    stride: u64,
+    rows: usize,
+    kept: Vec<usize>,
+    reals: Vec<Vec<f64>>,
     picks: Vec<usize>,
     now: Vec<i64>,
-    times_s: Vec<f64>,
-    reals: Vec<Vec<f64>>,
     words: Vec<Vec<i64>>,
 }
 
 impl Trace {
-    /// A trace of so many outputs of the plant every `stride` edges, and of the nets at these indices.
+    /// A trace, every `stride` edges, of the plant's outputs and of the nets at these indices.
     #[must_use]
-    pub fn new(clock: Clock, stride: u64, reals: usize, picks: Vec<usize>) -> Self {
+    pub fn new(clock: Clock, stride: u64, kept: Vec<usize>, picks: Vec<usize>) -> Self {
         Self {
-            interval_s: stride as f64 * clock.period_s(),
             clock,
+            stride,
+            rows: 0,
+            reals: vec![Vec::new(); kept.len()],
+            kept,
             now: vec![0; picks.len()],
             words: vec![Vec::new(); picks.len()],
             picks,
-            times_s: Vec::new(),
-            reals: vec![Vec::new(); reals],
         }
     }
 
-    /// Makes room for so many rows.
-    pub(crate) fn reserve(&mut self, rows: u64) {
+    /// Begins anew, with room for so many rows: what an earlier run has left is gone, and its memory is used again.
+    pub(crate) fn begin(&mut self, rows: u64) {
         let rows = usize::try_from(rows).unwrap_or(0).min(1 << 20);
-        self.times_s.reserve(rows);
-        self.reals.iter_mut().for_each(|column| column.reserve(rows));
-        self.words.iter_mut().for_each(|column| column.reserve(rows));
+        self.rows = 0;
+        self.now.fill(0);
+        for column in &mut self.reals {
+            column.clear();
+            column.reserve(rows);
+        }
+        for column in &mut self.words {
+            column.clear();
+            column.reserve(rows);
+        }
     }
 
     /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask for each.
@@ -48,11 +62,12 @@ impl Trace {
         all: impl Fn(usize) -> Option<i64>,
         each: impl Fn(usize, &[f64; N]) -> i64,
     ) {
-        let frequency_hz = self.clock.frequency_hz() as f64;
-        let edge = |row: u32| (lines.first + u64::from(row) * lines.stride).cast_signed() as f64;
-        self.times_s.extend((0..lines.rows).map(|row| edge(row) / frequency_hz));
-        for ((column, &start), &change) in self.reals.iter_mut().zip(&lines.start).zip(&lines.change) {
-            column.extend((0..lines.rows).map(|row| start + change * f64::from(row)));
+        debug_assert_eq!((self.rows as u64 * self.stride, self.stride), (lines.first, lines.stride));
+        self.rows += lines.rows as usize;
+        for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
+            let (start, change) = (lines.start[at], lines.change[at]);
+            // Signed, for that is what processors make many floats of at once.
+            column.extend((0..lines.rows.cast_signed()).map(|row| start + change * f64::from(row)));
         }
         for (column, &pick) in self.words.iter_mut().zip(&self.picks) {
             match all(pick) {
@@ -65,25 +80,45 @@ impl Trace {
     /// Seconds between rows.
     #[must_use]
     pub fn interval_s(&self) -> f64 {
-        self.interval_s
+        self.stride as f64 * self.clock.period_s()
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The time of a row in seconds.
+    #[must_use]
+    pub fn time_s(&self, row: usize) -> f64 {
+        self.clock.seconds(Cycle(row as u64 * self.stride))
     }
 
     /// Times of the rows in seconds.
-    #[must_use]
-    pub fn times_s(&self) -> &[f64] {
-        &self.times_s
+    pub fn times_s(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
+        (0..self.rows).map(|row| self.time_s(row))
     }
 
     /// One output of the plant, by its index in the world's list.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
     #[must_use]
     pub fn real(&self, index: usize) -> &[f64] {
-        &self.reals[index]
+        let column = self.kept.iter().position(|&kept| kept == index);
+        &self.reals[column.expect("an output that the trace keeps")]
     }
 
     /// The shaft's angle, of an axis.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
     #[must_use]
     pub fn angles_rad(&self) -> &[f64] {
-        &self.reals[2]
+        self.real(ANGLE)
     }
 
     /// The words of the picked net number `index`.
@@ -99,6 +134,7 @@ pub(crate) struct Lines<const N: usize> {
     pub(crate) first: u64,
     /// Edges from one row to the next.
     pub(crate) stride: u64,
+    /// Fewer than 2^31.
     pub(crate) rows: u32,
     /// The first row.
     pub(crate) start: [f64; N],
@@ -128,9 +164,10 @@ impl Observe for Trace {
 
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.times_s.push(self.clock.seconds(cycle));
-        for (column, &value) in self.reals.iter_mut().zip(values) {
-            column.push(value);
+        debug_assert_eq!(self.rows as u64 * self.stride, cycle.0);
+        self.rows += 1;
+        for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
+            column.push(values[at]);
         }
         for (column, &word) in self.words.iter_mut().zip(&self.now) {
             column.push(word);

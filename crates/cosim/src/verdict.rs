@@ -58,9 +58,30 @@ pub enum Verdict {
     },
 }
 
+/// Half of the range of numbers, all of which are finite.
 fn half_range(angles: &[f64]) -> f64 {
-    let (low, high) = angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    let range = |(l, h): (f64, f64), &x: &f64| (if x < l { x } else { l }, if x > h { x } else { h });
+    let (low, high) = angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
     0.5 * (high - low)
+}
+
+/// The mean of a term over all numbers. Every eighth is summed apart: a single sum would wait for each addition.
+#[inline(always)]
+fn mean_of(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
+    let mut sums = [0.0; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        for (sum, &x) in sums.iter_mut().zip(eight) {
+            *sum += term(x);
+        }
+    }
+    (sums.iter().sum::<f64>() + rest.iter().map(|&x| term(x)).sum::<f64>()) / values.len() as f64
+}
+
+/// The rms about the mean, and the mean.
+fn rms_about_mean(values: &[f64]) -> (f64, f64) {
+    let mean = mean_of(values, |x| x);
+    (mean_of(values, |x| (x - mean) * (x - mean)).sqrt(), mean)
 }
 
 /// Judges a recorded motion; `count_rad` is the angle of one encoder count.
@@ -68,12 +89,12 @@ fn half_range(angles: &[f64]) -> f64 {
 pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let angles = trace.angles_rad();
     let window = last_three_tenths(angles);
-    let at_s = trace.times_s()[angles.len() - window.len()];
-    if window.iter().any(|x| !x.is_finite()) {
+    let at_s = trace.time_s(angles.len() - window.len());
+    // What is not finite leaves something over.
+    if mean_of(window, |x| 0.0 * x) != 0.0 {
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
     }
-    let mean = window.iter().sum::<f64>() / window.len() as f64;
-    let rms_rad = (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
+    let (rms_rad, mean) = rms_about_mean(window);
     if rms_rad < count_rad {
         return Verdict::Settled { rms_rad };
     }
@@ -110,8 +131,7 @@ pub fn judge_drop(logged_m: &[f64], aborted: Option<Abort>) -> Verdict {
         return Verdict::HighlyUnstable { at_s };
     }
     let window = last_three_tenths(logged_m);
-    let mean = window.iter().sum::<f64>() / window.len() as f64;
-    let rms_m = (window.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / window.len() as f64).sqrt();
+    let (rms_m, _) = rms_about_mean(window);
     if rms_m < PASSIVE_RMS_M { Verdict::Passive { rms_m } } else { Verdict::NonPassive { rms_m } }
 }
 

@@ -98,7 +98,7 @@ fn recorded(duration: &str) -> (Experiment, Clock) {
 }
 
 fn observed(ready: &Ready, driver: Driver, observer: &mut impl Observe) -> Summary {
-    let mut trace = ready.trace(&[]);
+    let mut trace = ready.brief_trace();
     ready.run(driver, &mut trace, observer, &Control::default())
 }
 

@@ -168,7 +168,7 @@ fn halving_the_hold_of_the_shaper_changes_a_run_by_less_than_the_bound() {
     let of = |hold| {
         let scene = parsed("impulse-engine-shaped", &[("run.duration", "200 ms"), ("amplifier.shaper.hold", hold)]);
         let trace = run(&scene).1;
-        (trace.angles_rad().to_vec(), trace.words(0).to_vec(), trace.times_s().to_vec())
+        (trace.angles_rad().to_vec(), trace.words(0).to_vec(), trace.times_s().collect::<Vec<_>>())
     };
     let ((full, commands, times_s), (half, others, _)) = (of("1 us"), of("500 ns"));
     // As long as the counts give the same commands, the forces differ by what the shaper moves in half a hold.

@@ -1,6 +1,6 @@
 //! Every solver: drivers agree on stepped worlds, and what a scene shows comes to the exact flow's as the step shrinks.
 
-use hpu_cosim::scene::{Experiment, Metric, Scene, Solver, shipped};
+use hpu_cosim::scene::{Device, Experiment, Metric, Scene, Solver, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, metric};
 use hpu_signal::{Cycle, Observe};
 
@@ -158,6 +158,22 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
     converges("rail-drop", &drop, [("20 us", 20e-6), ("4 us", 4e-6)]);
     let strike = [law, ("model.bridge", "averaged"), ("run.duration", "0.7 s"), ("record.plant_rate", "100 kHz")];
     converges("hybrid-wall", &strike, [("10 us", 10e-6), ("2 us", 2e-6)]);
+    // A modulator of 82 us takes the command of a sample up to a period late: 3 mrad at 40 rad/s, ten times what is allowed here.
+    let thrown = [law, ("model.bridge", "averaged"), ("run.duration", "0.1 s"), ("record.plant_rate", "100 kHz")];
+    converges("conventional-wall-100hz", &thrown, [("10 us", 10e-6), ("2 us", 2e-6)]);
+}
+
+#[test]
+fn a_law_without_a_clock_starts_at_the_count_of_one_with_a_clock() {
+    // 5 mm are 500 counts of 10 um, though their quotient in floats is less.
+    let deepest = |solver: &[(&str, &str)]| {
+        let scene =
+            parsed("weak-wall", &[&[("model.datapath", "law"), ("record.plant_rate", "100 kHz")], solver].concat());
+        let (summary, trace) = run(&scene);
+        number(Metric::PeakPenetration, &scene, &summary, &trace)
+    };
+    let (by_events, in_steps) = (deepest(&[]), deepest(&[("model.solver", "midpoint"), ("model.step", "1 us")]));
+    assert!((by_events - in_steps).abs() < 1e-6, "{by_events} {in_steps}");
 }
 
 #[test]
@@ -181,8 +197,12 @@ fn an_ideal_encoder_rests_where_the_springs_balance() {
     let model = [("model.bridge", "averaged"), ("model.datapath", "law"), ("model.encoder", "ideal")];
     let scene = parsed("hybrid-wall", &[&model[..], &[("model.solver", "rk4"), ("model.step", "10 us")]].concat());
     let (summary, trace) = run(&scene);
-    // 0.3 (1.8 - x) = 1.5 (x - 1.5).
-    assert!((number(Metric::FinalAngle, &scene, &summary, &trace) - 1.55).abs() < 1e-12);
+    // 0.3 (1.8 - x) = k (x - 1.5), where k is a whole number of PWM counts a count, 36 for 1.5 N.m/rad: as many 4096ths of the stall
+    // torque on the 4096th of a turn.
+    let Device::Motor(motor) = &scene.device else { panic!("a motor") };
+    let stiffness = 36.0 * (24.0 * motor.torque_constant_nm_per_a / motor.resistance_ohm) / std::f64::consts::TAU;
+    let rest = (0.3 * 1.8 + stiffness * 1.5) / (0.3 + stiffness);
+    assert!((number(Metric::FinalAngle, &scene, &summary, &trace) - rest).abs() < 1e-12);
     assert_eq!(summary.encoder_edges, 0);
 }
 

@@ -12,7 +12,7 @@ const ROWS: u64 = 100_000;
 
 fn verdict(angle_rad: impl Fn(f64) -> f64) -> Verdict {
     let clock = Clock::new(1_000_000).unwrap();
-    let mut trace = Trace::new(clock, 100, 4, Vec::new());
+    let mut trace = Trace::new(clock, 100, vec![2], Vec::new());
     for row in 0..ROWS {
         let cycle = Cycle(100 * row);
         trace.reals(cycle, &[0.0, 0.0, angle_rad(clock.seconds(cycle)), 0.0]);

@@ -2,17 +2,19 @@
 //!
 //! A [`Layout`] says which variables a file has; it is the hierarchy that GHDL shows for the same design, with the
 //! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats; [`gtkw`] arranges
-//! it on the screen.
+//! it on the screen. [`Aside`] lets them write on a thread of their own.
 //!
 //! The edge of cycle `n` stands at [`Clock::picoseconds`](hpu_signal::Clock::picoseconds) of `n`, in a timescale of 1 ps; the
 //! words after that edge change at the same instant. `rst` is 0 throughout: the reset edge is before the recording.
 
+mod aside;
 mod fst;
 mod gtkw;
 mod layout;
 mod recording;
 mod vcd;
 
+pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
 

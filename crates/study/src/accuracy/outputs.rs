@@ -115,7 +115,7 @@ impl Outputs {
     /// Why it cannot be run.
     pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), String> {
         let ready = ready(experiment)?;
-        let mut trace = ready.trace(&[]);
+        let mut trace = ready.brief_trace();
         let mut print = Print { last: Vec::new(), hash: 0 };
         let summary = ready.run(driver, &mut trace, &mut print, control);
         let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace, print.hash)?) } else { None };

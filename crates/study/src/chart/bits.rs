@@ -28,7 +28,7 @@ pub(super) fn bits(run: &Run) -> Picture {
         let (top, x) = (top + net as i32 * pitch, 0.0..run.summary.motion_s);
         let panel = Panel { left: 170, top, right: RIGHT, bottom: top + pitch - 66, x, y };
         let overflows = run.overflowed(name);
-        let overflowed = run.trace.times_s().iter().copied().zip(overflows.iter().copied());
+        let overflowed = run.trace.times_s().zip(overflows.iter().copied());
         panel.shade(&mut canvas, overflowed.clone(), RED, 0.22);
         let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };
         above.shade(&mut canvas, overflowed, RED, 1.0);

@@ -31,7 +31,7 @@ fn conditions(scene: &PhantomScene) -> String {
 /// The pictures of a drop test.
 #[must_use]
 pub fn drop_pictures(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
-    if trace.times_s().is_empty() {
+    if trace.rows() == 0 {
         return Vec::new();
     }
     vec![drop(scene, trace, summary, command), force(scene, trace, summary, command)]
@@ -39,7 +39,7 @@ pub fn drop_pictures(scene: &PhantomScene, trace: &Trace, summary: &Summary, com
 
 /// Times and values of a column of the trace, by `scale`.
 fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
-    trace.times_s().iter().copied().zip(trace.real(real).iter().map(move |value| value * scale))
+    trace.times_s().zip(trace.real(real).iter().map(move |value| value * scale))
 }
 
 /// The last stretch of a run.

@@ -105,8 +105,7 @@ pub(super) fn torque(run: &Run) -> Picture {
         let near = &rows[row.saturating_sub(half)..(row + half + 1).min(rows.len())];
         near.iter().sum::<f64>() / near.len() as f64
     };
-    let means: Vec<(f64, f64)> =
-        run.trace.times_s().iter().enumerate().map(|(row, &t)| (t, -1e3 * mean(row))).collect();
+    let means: Vec<(f64, f64)> = run.trace.times_s().enumerate().map(|(row, t)| (t, -1e3 * mean(row))).collect();
     let end_s = run.summary.motion_s;
     let (near, near_label) = close_up(run);
     let (asked_label, mean_label) = match run.scene.device {

@@ -50,7 +50,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
         let middle = Panel { left, top: 640, right, bottom: 900, x, y: spring_range.clone() };
         let overflowed = run.overflowed(run.push());
-        middle.shade(&mut canvas, run.trace.times_s().iter().copied().zip(overflowed), RED, 0.22);
+        middle.shade(&mut canvas, run.trace.times_s().zip(overflowed), RED, 0.22);
         let label = format!("{} in PWM counts", run.push());
         middle.frame(&mut canvas, &[(&label, ORANGE), ("overflowed", RED)], Some("time in s"));
         middle.steps(&mut canvas, push(run), ORANGE, 3);

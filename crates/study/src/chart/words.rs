@@ -19,7 +19,7 @@ impl<'a> Run<'a> {
 
     /// Times and words of one of the nets.
     pub(super) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
-        self.trace.times_s().iter().copied().zip(self.words_in(net).iter().copied())
+        self.trace.times_s().zip(self.words_in(net).iter().copied())
     }
 
     /// The net that says how hard the wall pushes: the spring, where it has a net of its own.
@@ -37,7 +37,7 @@ impl<'a> Run<'a> {
 
     /// Times and values of one of the plant's outputs, by `scale`.
     pub(super) fn reals_of(&self, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
-        self.trace.times_s().iter().copied().zip(self.trace.real(real).iter().map(move |value| value * scale))
+        self.trace.times_s().zip(self.trace.real(real).iter().map(move |value| value * scale))
     }
 
     /// When the wall is touched, as the datapath sees it.
@@ -76,14 +76,14 @@ impl<'a> Run<'a> {
             COMMAND if nets(self.scene).contains(&"shaped") => {
                 words("shaped").map(|torque| torque.abs() > unsigned.max()).collect()
             }
-            _ if !is_plain => vec![false; self.trace.times_s().len()],
+            _ if !is_plain => vec![false; self.trace.rows()],
             SPRING => product(PENETRATION, self.words.stiffness, method.stiffness_format.frac(), unsigned),
             "drag" => product("velocity", self.words.damping, method.damping_format.frac(), signed),
             COMMAND => words(PENETRATION)
                 .zip(words(SPRING).zip(words("drag")))
                 .map(|(depth, (spring, drag))| depth != 0 && (spring + drag).abs() > unsigned.max())
                 .collect(),
-            _ => vec![false; self.trace.times_s().len()],
+            _ => vec![false; self.trace.rows()],
         }
     }
 }

@@ -7,7 +7,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
 use super::found::{Fit, FitError, Kept, LeftOut, percent};
-use super::knobs::{Simplification, go_together, models, on_its_own, overrides, simplifications};
+use super::knobs::{Simplification, go_together, models, on_its_own, overrides, simplifications, worth};
 use super::measured::Measured;
 use crate::accuracy::usual;
 use crate::map::SceneText;
@@ -16,6 +16,9 @@ type Set = Vec<(String, String)>;
 
 /// A model that takes less than so many times as long is no slower: wall times are not finer.
 const WORTH: f64 = 1.05;
+
+/// By how much less a model may be worth and yet be the faster one.
+const NEARLY: u32 = 2;
 
 /// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact falls
 /// is chance.
@@ -51,14 +54,22 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     }
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
-    for model in models(&all).into_iter().filter(|model| !model.is_empty()) {
+    // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at too.
+    let mut least = 1;
+    for model in models(&all) {
         if control.stop.load(Ordering::Relaxed) {
             return Err(FitError::Stopped);
         }
-        tried += 1;
-        if let Some((measured, around)) = climb.holds(&model, &reference) {
-            pick = (model, measured, around);
+        let worth = worth(&all, &model);
+        if worth < least {
             break;
+        }
+        tried += 1;
+        if climb.told(&model).is_ok_and(|told| WORTH * told.wall_s < pick.1.wall_s)
+            && let Some((measured, around)) = climb.holds(&model, &reference)
+        {
+            pick = (model, measured, around);
+            least = least.max(worth.saturating_sub(NEARLY));
         }
     }
     // What gains nothing is kept.

@@ -41,9 +41,13 @@ pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
         let more: Vec<_> = models.iter().map(with).filter(|set| go_together(all, set)).collect();
         models.extend(more);
     }
-    let worth = |set: &Vec<usize>| set.iter().map(|&index| all[index].worth).sum::<u32>();
-    models.sort_by_key(|set| std::cmp::Reverse((worth(set), set.len())));
+    models.sort_by_key(|set| std::cmp::Reverse((worth(all, set), set.len())));
     models
+}
+
+/// What a model is worth: about the logarithm of its gain in speed.
+pub(super) fn worth(all: &[Simplification], model: &[usize]) -> u32 {
+    model.iter().map(|&index| all[index].worth).sum()
 }
 
 /// Whether a model has all that its simplifications need, and none twice.
@@ -124,9 +128,9 @@ fn axis(scene: &Scene, list: &mut List) {
 }
 
 /// Fixed steps in us, and what they are worth; the last two are there to hold the others against.
-const STEPS: [(u32, u32); 6] = [(300, 5), (100, 4), (30, 3), (10, 2), (3, 1), (1, 1)];
+const STEPS: [(u32, u32); 7] = [(1000, 6), (300, 5), (100, 4), (30, 3), (10, 2), (3, 1), (1, 1)];
 
-/// The fixed steps of a solver, at least three to a sample period, in place of all of `between`, which they join.
+/// The fixed steps of a solver, none longer than a sample period, in place of all of `between`, which they join.
 fn ladder(
     scene: &Scene,
     (solver, called): (&str, &str),
@@ -134,7 +138,7 @@ fn ladder(
     between: &mut Vec<usize>,
     list: &mut List,
 ) {
-    let (least_s, most_s) = (4.0 * scene.clock.period_s(), scene.sample_period_s() / 3.0);
+    let (least_s, most_s) = (4.0 * scene.clock.period_s(), scene.sample_period_s());
     let fits = |&(step_us, _): &(u32, u32)| (least_s..=most_s).contains(&(1e-6 * f64::from(step_us)));
     let mut rungs = Vec::new();
     for (step_us, worth) in STEPS.into_iter().filter(fits) {
@@ -163,8 +167,7 @@ fn has_law(scene: &Scene) -> bool {
         Loop::Law(LawMethod::SampledWall(wall)) => wall.estimator == hpu_datapath::Estimator::Difference,
         _ => true,
     };
-    let shaped = scene.amplifier.is_some_and(|amplifier| amplifier.shaper.is_some());
-    estimator && !shaped && !matches!(scene.hand, Hand::Capture { .. })
+    estimator && !matches!(scene.hand, Hand::Capture { .. })
 }
 
 fn phantom(scene: &PhantomScene, list: &mut List) {

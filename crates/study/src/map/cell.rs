@@ -110,7 +110,7 @@ impl Cell {
                 "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
             ));
         }
-        let mut trace = ready.trace(&[]);
+        let mut trace = ready.brief_trace();
         let (summary, late) = watched(timeout, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
         if !summary.complete {
             return if late { Err(format!("timed out after {} s", timeout.as_secs_f64())) } else { Ok(None) };

@@ -24,7 +24,7 @@ pub(super) fn run(name: &str, set: &Set, control: &Control) -> Option<Result<Mad
     };
     let (summary, trace) = match Ready::new(&experiment) {
         Ok(ready) => {
-            let mut trace = ready.trace(&[]);
+            let mut trace = ready.brief_trace();
             (ready.run(Driver::Events, &mut trace, &mut (), control), trace)
         }
         Err(error) => return Some(Err(error.to_string())),
@@ -75,7 +75,7 @@ impl Made {
 
     /// Index of the row at a time.
     pub fn row(&self, time_s: f64) -> usize {
-        self.trace.times_s().partition_point(|time| *time < time_s)
+        self.trace.times_s().take_while(|time| *time < time_s).count()
     }
 }
 

@@ -207,7 +207,7 @@ fn motion(made: &Made) -> String {
     let left = leaves(made);
     let left = match left + 1 == angles.len() {
         true => "never leaves it".into(),
-        false => format!("first leaves it at {:.2} s", made.trace.times_s()[left]),
+        false => format!("first leaves it at {:.2} s", made.trace.time_s(left)),
     };
     let most_n = made.pushes_n().fold(0.0, f64::max);
     let [last, low, high] = [angles[angles.len() - 1], low, high].map(length);
@@ -225,7 +225,7 @@ fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<String
             pairs.fold(0.0, |most: f64, (one, other)| most.max((one - other).abs()))
         };
         let left = leaves(&stiffness).min(leaves(&scale));
-        let time_s = stiffness.trace.times_s()[left];
+        let time_s = stiffness.trace.time_s(left);
         Ok(format!(
             "{} until it leaves the fixture at {time_s:.2} s, {} to the end",
             length(apart(left)),

@@ -84,7 +84,7 @@ impl Trial {
 pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, String> {
     let experiment = scene().parse(overrides).map_err(|error| error.to_string())?;
     let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-    let mut trace = ready.trace(&[]);
+    let mut trace = ready.brief_trace();
     let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
     if !summary.complete {
         return Ok(None);

@@ -1,7 +1,7 @@
 //! What happened to every signal of a scene: in one run, in a set of scenes, in random motion.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Experiment, Loop, OutcomeKind, Scene};
-use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Session, TheLoop, Visit, World};
+use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
+use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Visit, World, law_as_asked};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -46,7 +46,7 @@ pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
 pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, String> {
     let ready = ready(experiment)?;
     let mut beside = beside(experiment, &ready);
-    let mut trace = ready.trace(&[]);
+    let mut trace = ready.brief_trace();
     let summary = ready.run(ready.driver(), &mut trace, &mut beside, control);
     if !summary.complete {
         return Ok(None);
@@ -105,14 +105,7 @@ pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
 /// The reference law in floats of a scene whose method has one.
 fn law_of(scene: &Scene) -> Option<LawConfig> {
     let Loop::Law(_) = scene.method.kind else { return None };
-    let mut copy = scene.clone();
-    copy.model.datapath = Datapath::Law;
-    copy.model.bridge = BridgeModel::Averaged;
-    let session = Session::new(&copy).ok()?;
-    match session.wiring() {
-        TheLoop::Law(law) => Some(law.config().clone()),
-        _ => None,
-    }
+    law_as_asked(scene).ok()
 }
 
 /// The rows of a wiring's nets.

@@ -30,7 +30,7 @@ pub fn speeds(trace: &Trace) -> &[f64] {
 
 /// The rows from `from_s` to `to_s`.
 pub fn rows(trace: &Trace, from_s: f64, to_s: f64) -> std::ops::Range<usize> {
-    let row = |t_s: f64| ((t_s / trace.interval_s()).round() as usize).min(trace.times_s().len());
+    let row = |t_s: f64| ((t_s / trace.interval_s()).round() as usize).min(trace.rows());
     row(from_s)..row(to_s)
 }
 

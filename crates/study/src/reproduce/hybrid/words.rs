@@ -51,7 +51,7 @@ fn torque(product: &str, control: &Control) -> Result<String, String> {
     )?;
     let experiment = Experiment::Axis(scene);
     let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-    let mut trace = ready.trace(&[]);
+    let mut trace = ready.brief_trace();
     ready.run(Driver::Events, &mut trace, &mut (), control);
     let torques = &trace.real(3)[trace.real(3).len() / 2..];
     let mean = -torques.iter().sum::<f64>() / torques.len() as f64;

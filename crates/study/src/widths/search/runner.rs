@@ -26,7 +26,7 @@ pub(super) struct Runner<'a> {
 /// Runs a scene; `None` when stopped.
 pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
     let ready = ready(experiment)?;
-    let mut trace = ready.trace(&[]);
+    let mut trace = ready.brief_trace();
     let (summary, late) = watched(TIMEOUT, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
     if !summary.complete {
         return if late { Err(format!("timed out after {} s", TIMEOUT.as_secs())) } else { Ok(None) };
