@@ -87,7 +87,8 @@ impl Direct<'_> {
                 let gone = (next_row - edge).cast_signed() as f64;
                 let start = std::array::from_fn(|k| before[k] + rate[k] * gone);
                 let change = rate.map(|rate| rate * stride.cast_signed() as f64);
-                let rows = u32::try_from((next - 1 - next_row) / stride + 1).expect("a trace fits in memory");
+                let rows =
+                    i32::try_from((next - 1 - next_row) / stride + 1).expect("a trace fits in memory").cast_unsigned();
                 let (start, change) = (course.axis.reals(&start), course.axis.reals(&change));
                 course.show(&Lines { first: next_row, stride, rows, start, change }, trace, observer);
                 next_row += u64::from(rows) * stride;

@@ -1,7 +1,8 @@
 //! A loop whose law is computed in floats: what the datapaths in words are held against.
 //!
 //! It reads the encoder's lines as every loop does, counts at once, and makes the law's force a command of 40 bits, beside
-//! which no other word of a loop is fine. What is left is the encoder's count and the sampling. It drives an averaged bridge or an
+//! which no other word of a loop is fine. What is left is the encoder's count, the sampling, and the gains, which are those that
+//! words realise. It drives an averaged bridge or an
 //! amplifier; it has no PWM, and no VHDL.
 
 use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};

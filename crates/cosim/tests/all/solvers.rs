@@ -158,7 +158,7 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
     converges("rail-drop", &drop, [("20 us", 20e-6), ("4 us", 4e-6)]);
     let strike = [law, ("model.bridge", "averaged"), ("run.duration", "0.7 s"), ("record.plant_rate", "100 kHz")];
     converges("hybrid-wall", &strike, [("10 us", 10e-6), ("2 us", 2e-6)]);
-    // A modulator of 82 us takes the command of a sample up to a period late: 3 mrad at 40 rad/s, ten times what is allowed here.
+    // A modulator of 82 us takes the command of a sample up to a period late: 3 mrad at 40 rad/s, four and twenty times what is allowed here.
     let thrown = [law, ("model.bridge", "averaged"), ("run.duration", "0.1 s"), ("record.plant_rate", "100 kHz")];
     converges("conventional-wall-100hz", &thrown, [("10 us", 10e-6), ("2 us", 2e-6)]);
 }

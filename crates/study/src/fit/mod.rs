@@ -16,8 +16,9 @@
 //!    one of them lies beyond it, and a model that does not know it shows.
 //!
 //! What is measured is a run from a parsed scene to its verdict, the best of a few while they are short; the memory of the
-//! rows is that of the run before. Then its neighbours are looked at: those with one thing less left out, for what each costs in accuracy, and whether it gains any time;
-//! those with one thing more, for why that had to stay. Nothing is taken on trust: each figure is of a run against a run.
+//! rows is that of the run before. Then its neighbours are looked at: those with one thing less left out, for what each costs
+//! in accuracy, and whether it gains any time; those with one thing more, for why that had to stay. Nothing is taken on trust:
+//! each figure is of a run against a run.
 
 mod climb;
 mod found;
