@@ -158,9 +158,23 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
     converges("rail-drop", &drop, [("20 us", 20e-6), ("4 us", 4e-6)]);
     let strike = [law, ("model.bridge", "averaged"), ("run.duration", "0.7 s"), ("record.plant_rate", "100 kHz")];
     converges("hybrid-wall", &strike, [("10 us", 10e-6), ("2 us", 2e-6)]);
-    // A modulator of 82 us takes the command of a sample up to a period late: 3 mrad at 40 rad/s, four and twenty times what is allowed here.
-    let thrown = [law, ("model.bridge", "averaged"), ("run.duration", "0.1 s"), ("record.plant_rate", "100 kHz")];
-    converges("conventional-wall-100hz", &thrown, [("10 us", 10e-6), ("2 us", 2e-6)]);
+}
+
+#[test]
+fn an_averaged_bridge_without_a_clock_takes_its_duty_when_its_modulator_does() {
+    // The modulator of 82 us takes the command of a sample late; without that the peak is off by 1.5 mrad. Within a step it does so by
+    // the mean: at 4e4 rad/s2 and 10 us that is 4 urad a sample. Methods of the first order would read other counts at samples.
+    let peak = |solver: &[(&str, &str)]| {
+        let model = [("model.datapath", "law"), ("model.bridge", "averaged"), ("run.duration", "50 ms")];
+        let scene = parsed("thrown-conventional", &[&model[..], solver].concat());
+        let (summary, trace) = run(&scene);
+        number(Metric::PeakPenetration, &scene, &summary, &trace)
+    };
+    let by_events = peak(&[]);
+    for method in ["midpoint", "rk4"] {
+        let in_steps = peak(&[("model.solver", method), ("model.step", "10 us")]);
+        assert!((by_events - in_steps).abs() < 2e-5, "{method}: {by_events} {in_steps}");
+    }
 }
 
 #[test]
