@@ -1,7 +1,7 @@
 //! The world of a PHANToM: the arm with its three encoders, motors behind DACs, and, on some platforms, a host computer.
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
-use hpu_plant::arm::{Arm, kinematics};
+use hpu_plant::arm::{Arm, ArmState as MotionState, kinematics};
 use hpu_plant::{Band, Method};
 use hpu_signal::Real;
 
@@ -56,6 +56,11 @@ pub(crate) fn is_singular(lengths_m: [f64; 2], angles_rad: [f64; 3]) -> bool {
 }
 
 impl ArmPlant {
+    /// Angles as counters tell them.
+    pub(crate) fn counted_rad(&self, angles_rad: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|joint| (angles_rad[joint] / self.count_rad[joint]).floor() * self.count_rad[joint])
+    }
+
     /// The joints as the counts tell them.
     fn angles_rad(&self, counts: [i64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|joint| counts[joint] as f64 * self.count_rad[joint])
@@ -76,14 +81,14 @@ pub(crate) struct ArmState<'p> {
     pub(crate) edge: u64,
     /// The edge of the motion's next event, as long as nothing drives it otherwise.
     ahead: Option<u64>,
-    command: [i64; 3],
+    pub(crate) command: [i64; 3],
     /// Crossings too near a clock edge for plain `f64`.
     redecided: u64,
     over: Option<&'static str>,
 }
 
 impl<'p> ArmState<'p> {
-    fn new(plant: &'p ArmPlant) -> Self {
+    pub(crate) fn new(plant: &'p ArmPlant) -> Self {
         let encoder = |i: usize| Encoder::new(plant.count_rad[i], plant.start_rad[i]);
         Self {
             plant,
@@ -97,11 +102,11 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    fn counts(&self) -> [i64; 3] {
+    pub(crate) fn counts(&self) -> [i64; 3] {
         [0, 1, 2].map(|i| self.encoders[i].count())
     }
 
-    fn pins(&self) -> [i64; 6] {
+    pub(crate) fn pins(&self) -> [i64; 6] {
         let [first, second, third] = [0, 1, 2].map(|i| self.encoders[i].pins());
         [first.a, first.b, second.a, second.b, third.a, third.b]
     }
@@ -154,7 +159,7 @@ impl<'p> ArmState<'p> {
     }
 
     /// Flows to an edge.
-    fn go(&mut self, edge: u64) {
+    pub(crate) fn go(&mut self, edge: u64) {
         self.edge = edge;
         if self.ahead.is_some_and(|ahead| ahead <= edge) {
             self.ahead = None;
@@ -175,15 +180,26 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    fn reals(&self, edge: u64) -> [f64; 9] {
+    /// Flows to an edge, up to which nothing but the encoders changes: the continuous outputs there.
+    pub(crate) fn pass(&mut self, edge: u64) -> [f64; 9] {
+        self.edge = edge;
         let state = self.motion.state(edge);
+        self.sense(state.motor_angles_rad);
+        self.shown(&state)
+    }
+
+    fn reals(&self, edge: u64) -> [f64; 9] {
+        self.shown(&self.motion.state(edge))
+    }
+
+    fn shown(&self, state: &MotionState) -> [f64; 9] {
         let tip = kinematics::tip_m(self.plant.arm.model().lengths_m, state.angles_rad);
         let logged = self.plant.logged_m(self.counts());
         let [t1, t2, t3] = state.torques_nm;
         [tip[0], tip[1], tip[2], logged[0], logged[1], logged[2], t1, t2, t3]
     }
 
-    fn audit(&self) -> EnergyAudit {
+    pub(crate) fn audit(&self) -> EnergyAudit {
         let energy = self.motion.energy(self.edge);
         let stored_j = self.motion.stored_j(self.edge);
         let dissipated_j = energy.viscous_j + energy.coulomb_j + energy.transmission_j;
@@ -201,7 +217,12 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    fn encoder_edges(&self) -> u64 {
+    /// Why it cannot go on, if it cannot.
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        self.over
+    }
+
+    pub(crate) fn encoder_edges(&self) -> u64 {
         self.encoders.iter().map(|encoder| encoder.edges).sum()
     }
 }
@@ -283,6 +304,8 @@ impl World for FpgaWorld<'_> {
 pub struct HostWorld<'p> {
     state: ArmState<'p>,
     host: HostState<'p>,
+    /// What the counters show.
+    positions: [i64; 3],
 }
 
 impl<'p> HostWorld<'p> {
@@ -294,14 +317,16 @@ impl<'p> HostWorld<'p> {
     #[must_use]
     pub fn new(plant: &'p ArmPlant) -> Self {
         let host = plant.host.as_ref().expect("a plant with a host");
-        Self { state: ArmState::new(plant), host: HostState::new(host) }
+        Self { state: ArmState::new(plant), host: HostState::new(host), positions: [0; 3] }
     }
 
     /// What the host does at the present edge.
     fn due(&mut self) {
-        let Self { state, host } = self;
+        let Self { state, host, positions } = self;
+        let law = host.host();
         while host.due() <= state.edge {
-            host.act(state.edge, || state.motion.state(state.edge).motor_angles_rad);
+            let angles_rad = || state.motion.state(state.edge).motor_angles_rad;
+            host.act(state.edge, || law.counted_rad(*positions), angles_rad);
         }
     }
 }
@@ -337,7 +362,7 @@ impl World for HostWorld<'_> {
 
     fn drive(&mut self, out: PhantomIoOut<i64>, _: &[i64]) {
         self.state.drive([out.command1, out.command2, out.command3]);
-        self.host.read([out.position1, out.position2, out.position3]);
+        self.positions = [out.position1, out.position2, out.position3];
     }
 
     fn reals(&self, edge: u64) -> Self::Row {

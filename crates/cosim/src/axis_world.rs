@@ -282,6 +282,26 @@ impl World for AxisWorld<'_> {
         self.device.as_ref().map_or([0.0; REALS.len()], |device| device.reals(edge))
     }
 
+    fn rows(&self, first: u64, stride: u64, count: u64, mut show: impl FnMut(u64, &Self::Row)) {
+        if count == 1 {
+            return show(first, &self.reals(first));
+        }
+        let mut rows = [[0.0; REALS.len()]; 32];
+        let mut from = first;
+        let mut left = count;
+        while left != 0 {
+            let some = &mut rows[..left.min(32) as usize];
+            if let Some(device) = &self.device {
+                device.rows(from, stride, some);
+            }
+            for row in some.iter() {
+                show(from, row);
+                from += stride;
+            }
+            left -= some.len() as u64;
+        }
+    }
+
     fn audit(&self) -> EnergyAudit {
         let Some(device) = &self.device else {
             return EnergyAudit::default();

@@ -39,6 +39,18 @@ impl Body<'_> {
         forward!(self, body => body.reals(edge))
     }
 
+    /// The outputs at such an edge, `stride` after it, and so on.
+    pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
+        match self {
+            Self::Exact(body) => body.rows(first, stride, rows),
+            Self::Stepped(body) => {
+                for (row, index) in rows.iter_mut().zip(0..) {
+                    *row = body.reals(first + index * stride);
+                }
+            }
+        }
+    }
+
     /// From `edge` on the hand means to be at this angle and to move at this speed.
     pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         forward!(self, body => body.intend(edge, angle_rad, speed_rad_per_s));

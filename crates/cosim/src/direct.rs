@@ -14,6 +14,7 @@ use hpu_plant::{Axis, Device, Drive, Method, State};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Latch, Shaping};
+use crate::arm_direct::ArmDirect;
 use crate::encoder::Encoder;
 use crate::engine::Control;
 use crate::law::{AnyLaw, SampledLaw};
@@ -26,8 +27,34 @@ use crate::summary::{EnergyAudit, Summary};
 use crate::trace::{Lines, Trace};
 use crate::world::Pins;
 
-/// A law in floats, closed around a device in steps.
-pub struct Direct<'p> {
+/// A scene's loop without wiring and clock.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub enum Direct<'p> {
+    /// An axis's.
+    Axis(AxisDirect<'p>),
+    /// A PHANToM's.
+    Arm(ArmDirect<'p>),
+}
+
+impl Direct<'_> {
+    /// Runs to edge `end`, or until stopped, or until it cannot go on, and says why in that case.
+    pub(crate) fn run(
+        &self,
+        end: u64,
+        stride: u64,
+        trace: &mut Trace,
+        observer: &mut impl Observe,
+        control: &Control,
+    ) -> (Summary, Option<&'static str>) {
+        match self {
+            Self::Axis(direct) => direct.run(end, stride, trace, observer, control),
+            Self::Arm(direct) => direct.run(end, stride, trace, observer, control),
+        }
+    }
+}
+
+/// A law in floats, closed around an axis in steps.
+pub struct AxisDirect<'p> {
     pub(crate) plant: &'p Plant,
     pub(crate) law: LawConfig,
     pub(crate) schedule: Schedule,
@@ -43,7 +70,7 @@ pub struct Direct<'p> {
 
 /// A run of it.
 struct Course<'d, 'p> {
-    direct: &'d Direct<'p>,
+    direct: &'d AxisDirect<'p>,
     axis: &'p Axis,
     edge_s: f64,
     mover: Mover<'p>,
@@ -62,9 +89,9 @@ struct Course<'d, 'p> {
     next_knot: usize,
 }
 
-impl Direct<'_> {
+impl AxisDirect<'_> {
     /// Runs to edge `end`, or until stopped, or until the steps diverge, and says why in that case.
-    pub(crate) fn run(
+    fn run(
         &self,
         end: u64,
         stride: u64,
@@ -135,7 +162,7 @@ impl Direct<'_> {
 }
 
 impl<'d, 'p> Course<'d, 'p> {
-    fn new(direct: &'d Direct<'p>) -> Self {
+    fn new(direct: &'d AxisDirect<'p>) -> Self {
         let plant = direct.plant;
         let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind else {
             unreachable!("a recording has no steps");
@@ -172,11 +199,11 @@ impl<'d, 'p> Course<'d, 'p> {
 
     /// The position beyond the wall's surface, as the law reads it.
     #[inline(always)]
-    fn position_m(&mut self) -> f64 {
+    fn position_m(&mut self, angle_rad: f64) -> f64 {
         if let Some(wall_rad) = self.direct.ideal_wall_rad {
-            return self.x[2] - wall_rad;
+            return angle_rad - wall_rad;
         }
-        self.encoder.sense(self.x[2]);
+        self.encoder.sense(angle_rad);
         (self.encoder.count() - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
     }
 
@@ -196,13 +223,11 @@ impl<'d, 'p> Course<'d, 'p> {
         }
         if edge == self.next_sample {
             self.sample(edge);
-        } else if let (true, true, AnyLaw::Wall(_)) = (self.direct.law.live, edge > 0, &self.law) {
-            let x_m = self.position_m();
-            if let AnyLaw::Wall(wall) = &self.law {
-                self.force_n = wall.force_n(x_m);
-            }
         }
         let next = (edge + self.direct.step).min(self.next_sample).min(end);
+        if self.direct.law.live && edge > 0 {
+            self.follow(edge, next);
+        }
         let drive = if edge == 0 { self.drive } else { self.output(edge, next) };
         if fed || drive != self.drive {
             self.output_changes += u64::from(drive != self.drive);
@@ -217,7 +242,9 @@ impl<'d, 'p> Course<'d, 'p> {
         self.x = self.mover.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
     }
 
-    fn sample(&mut self, edge: u64) {
+    /// The words that change by themselves, as they are then.
+    #[inline(always)]
+    fn vary(&mut self, edge: u64) {
         let schedule = self.direct.schedule;
         if schedule != Schedule::default() {
             let [stiffness, scale] = [(schedule.stiffness, 0), (schedule.scale, 1)].map(|(ramp, index)| {
@@ -226,12 +253,28 @@ impl<'d, 'p> Course<'d, 'p> {
             });
             self.law.vary(&self.direct.law.law, stiffness, scale);
         }
-        let x_m = self.position_m();
+    }
+
+    fn sample(&mut self, edge: u64) {
+        self.vary(edge);
+        let x_m = self.position_m(self.x[2]);
         self.force_n = self.law.sample(x_m);
-        if let (true, AnyLaw::Wall(wall)) = (self.direct.law.live, &self.law) {
+        self.next_sample += self.direct.period;
+    }
+
+    /// The force of a live spring in a step: that at its middle, by the stiffness then and of where the device will be by its
+    /// present speed; a method that moves on by the new speed has the middle in itself.
+    #[inline(always)]
+    fn follow(&mut self, edge: u64, next: u64) {
+        self.vary(edge + (next - edge) / 2);
+        let ahead_s = match self.direct.method {
+            Some(Method::SemiImplicit) => 0.0,
+            _ => 0.5 * (next - edge) as f64 * self.edge_s,
+        };
+        let x_m = self.position_m(self.x[2] + self.x[1] * ahead_s);
+        if let AnyLaw::Wall(wall) = &self.law {
             self.force_n = wall.force_n(x_m);
         }
-        self.next_sample += self.direct.period;
     }
 
     /// What the actuator makes of the force in a step.

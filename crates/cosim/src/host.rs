@@ -7,17 +7,21 @@
 
 use std::collections::VecDeque;
 
-use hpu_plant::arm::kinematics;
+use hpu_plant::arm::kinematics::Pose;
 use hpu_signal::Format;
 
 use crate::random::SplitMix64;
+
+/// Edges from an encoder's pins to a host that reads its counter.
+pub(crate) const COUNTING: u64 = 4;
 
 /// The immutable part of a host.
 pub(crate) struct Host {
     pub(crate) lengths_m: [f64; 2],
     pub(crate) count_rad: [f64; 3],
     pub(crate) command_nm: [f64; 3],
-    pub(crate) command: Format,
+    /// The least and the greatest command, in counts of the DACs.
+    pub(crate) commands: [f64; 2],
     pub(crate) position: Format,
     pub(crate) distance_m: f64,
     pub(crate) walls: [bool; 3],
@@ -34,9 +38,20 @@ pub(crate) struct Host {
 }
 
 impl Host {
-    /// The command for these angles: wall force, Jacobian transpose, DAC counts.
+    /// The joints as the words of the counters tell them.
+    pub(crate) fn counted_rad(&self, positions: [i64; 3]) -> [f64; 3] {
+        let counts = Format::signed(self.position.width());
+        [0, 1, 2].map(|i| counts.from_bits(self.position.bits(positions[i])) as f64 * self.count_rad[i])
+    }
+
+    /// The command for these angles: the law's torques in DAC counts.
     fn law(&self, angles_rad: [f64; 3]) -> [i64; 3] {
-        let tip = kinematics::tip_m(self.lengths_m, angles_rad);
+        self.words(self.torques_nm(&Pose::of(self.lengths_m, angles_rad)))
+    }
+
+    /// The law's torques in a pose: wall force, Jacobian transpose.
+    pub(crate) fn torques_nm(&self, pose: &Pose) -> [f64; 3] {
+        let tip = pose.tip_m();
         let mut force = [0.0; 3];
         for axis in 0..3 {
             let penetration = if tip[axis] > self.distance_m {
@@ -48,9 +63,19 @@ impl Host {
                 force[axis] = (-self.stiffness_n_per_m * penetration).clamp(-self.force_limit_n, self.force_limit_n);
             }
         }
-        let torque = kinematics::torques_nm(self.lengths_m, angles_rad, force);
-        let (least, most) = (self.command.min() as f64, self.command.max() as f64);
-        [0, 1, 2].map(|i| (torque[i] / self.command_nm[i]).round().clamp(least, most) as i64)
+        if force == [0.0; 3] { force } else { pose.torques_nm(force) }
+    }
+
+    /// Torques in DAC counts.
+    pub(crate) fn words(&self, torques_nm: [f64; 3]) -> [i64; 3] {
+        let [least, most] = self.commands;
+        [0, 1, 2].map(|i| (torques_nm[i] / self.command_nm[i]).round().clamp(least, most) as i64)
+    }
+
+    /// Torques within what the DACs give.
+    pub(crate) fn within(&self, torques_nm: [f64; 3]) -> [f64; 3] {
+        let [least, most] = self.commands;
+        [0, 1, 2].map(|i| torques_nm[i].clamp(least * self.command_nm[i], most * self.command_nm[i]))
     }
 }
 
@@ -64,7 +89,6 @@ pub(crate) struct HostState<'p> {
     sample: u64,
     /// Commands under way, the earliest first.
     pending: VecDeque<(u64, [i64; 3])>,
-    positions: [i64; 3],
     command: [i64; 3],
 }
 
@@ -76,7 +100,6 @@ impl<'p> HostState<'p> {
             nominal: host.first,
             sample: host.first,
             pending: VecDeque::new(),
-            positions: [0; 3],
             command: [0; 3],
         };
         state.sample += state.late();
@@ -97,28 +120,23 @@ impl<'p> HostState<'p> {
         self.command
     }
 
-    /// What the counters show.
-    pub(crate) fn read(&mut self, positions: [i64; 3]) {
-        self.positions = positions;
+    pub(crate) fn host(&self) -> &'p Host {
+        self.host
     }
 
-    /// Does what is due at an edge.
-    pub(crate) fn act(&mut self, edge: u64, angles_rad: impl FnOnce() -> [f64; 3]) {
+    /// Does what is due at an edge, where the joints are `counted_rad` by the counters, and `angles_rad` in truth.
+    pub(crate) fn act(
+        &mut self,
+        edge: u64,
+        counted_rad: impl FnOnce() -> [f64; 3],
+        angles_rad: impl FnOnce() -> [f64; 3],
+    ) {
         if self.sample <= edge {
             let taken = self.host.missed == 0 || self.random.below(1 << 32) >= self.host.missed;
             if taken {
-                let host = self.host;
-                let signed = |word: i64| {
-                    let bits = host.position.width();
-                    Format::signed(bits).from_bits(host.position.bits(word))
-                };
-                let angles_rad = if host.ideal {
-                    angles_rad()
-                } else {
-                    [0, 1, 2].map(|i| signed(self.positions[i]) as f64 * host.count_rad[i])
-                };
+                let read_rad = if self.host.ideal { angles_rad() } else { counted_rad() };
                 // Every command takes as long, so the order stays.
-                self.pending.push_back((edge + host.delay, host.law(angles_rad)));
+                self.pending.push_back((edge + self.host.delay, self.host.law(read_rad)));
             }
             self.nominal += self.host.period;
             self.sample = self.nominal + self.late();

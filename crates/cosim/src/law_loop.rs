@@ -53,6 +53,8 @@ pub struct LawLoop {
     left: u64,
     phase: Option<i64>,
     force_n: f64,
+    /// Stiffness and scale as they stand.
+    wanted: [i64; 2],
     words: [i64; NETS],
     meter: Meter<NETS>,
 }
@@ -67,7 +69,16 @@ impl LawLoop {
     #[must_use]
     pub fn new(config: LawConfig) -> Self {
         let law = config.law.clone();
-        Self { config, law, left: 0, phase: None, force_n: 0.0, words: [0; NETS], meter: Meter::default() }
+        Self {
+            config,
+            law,
+            left: 0,
+            phase: None,
+            force_n: 0.0,
+            wanted: [0; 2],
+            words: [0; NETS],
+            meter: Meter::default(),
+        }
     }
 
     /// What it is made of.
@@ -136,15 +147,20 @@ impl Block for LawLoop {
         let moved = self.count(&input);
         let sampled = self.left == 0;
         self.left = if sampled { Self::period(&input) } else { self.left } - 1;
-        let [stiffness, scale] = [(input.stiffness, 0), (input.scale, 1)].map(|(word, index)| {
-            let start = self.config.start[index];
-            if start == 0 { 1.0 } else { word as f64 / start as f64 }
-        });
-        if sampled {
+        let wanted = [input.stiffness, input.scale];
+        let varied = std::mem::replace(&mut self.wanted, wanted) != wanted;
+        // A live spring takes its stiffness as it is, a sampled law at its samples.
+        if sampled || self.config.live && varied {
+            let [stiffness, scale] = [0, 1].map(|index| {
+                let start = self.config.start[index];
+                if start == 0 { 1.0 } else { wanted[index] as f64 / start as f64 }
+            });
             self.law.vary(&self.config.law, stiffness, scale);
+        }
+        if sampled {
             self.force_n = self.law.sample(self.position_m());
         }
-        if let (true, AnyLaw::Wall(wall)) = (self.config.live && (moved || sampled), &self.law) {
+        if let (true, AnyLaw::Wall(wall)) = (self.config.live && (moved || sampled || varied), &self.law) {
             self.force_n = wall.force_n(self.position_m());
         }
         let mut port = self.words.iter_mut();

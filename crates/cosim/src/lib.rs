@@ -6,6 +6,7 @@ pub mod scene;
 
 mod actuator;
 mod arm_body;
+mod arm_direct;
 mod arm_world;
 mod axis_world;
 mod body;
@@ -30,9 +31,10 @@ mod trace;
 mod verdict;
 mod world;
 
+pub use arm_direct::ArmDirect;
 pub use arm_world::{ARM_REALS, FpgaWorld, HostWorld};
 pub use axis_world::AxisWorld;
-pub use direct::Direct;
+pub use direct::{AxisDirect, Direct};
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};
 pub use linear::LinearLoop;

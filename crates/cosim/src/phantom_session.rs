@@ -4,12 +4,14 @@ use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, Phan
 use hpu_plant::arm::{Arm, ArmModel, Transmission};
 use hpu_signal::{Clock, Format, Ports, Real};
 
+use crate::arm_direct::ArmDirect;
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
+use crate::direct::Direct;
 use crate::engine::Driver;
-use crate::host::Host;
+use crate::host::{COUNTING, Host};
 use crate::random::SplitMix64;
 use crate::rig::{Rig, TheLoop, Visit};
-use crate::scene::{PhantomScene, PhantomWords, Platform, Premium, Record};
+use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session::SessionError;
 use crate::summary::Abort;
 use crate::trace::Trace;
@@ -83,9 +85,14 @@ impl<'s> PhantomSession<'s> {
     }
 }
 
-/// Whether the force is computed outside the FPGA: by a host, or by the ideal law of the fidelity ladder.
+/// Whether the force is computed outside the FPGA: by a host, or in floats where the scene leaves the words out.
 fn by_host(scene: &PhantomScene) -> bool {
-    scene.platform.is_host() || scene.model.ideal
+    scene.platform.is_host() || scene.model.law != PhantomLaw::Words
+}
+
+/// Edges that the FPGA's law takes from a sample to the command: to its capture, and through the one multiplier.
+fn latency(scene: &PhantomScene) -> u64 {
+    u64::from(scene.method.config.delay) + if scene.method.shared { 32 } else { 0 }
 }
 
 /// The arm of a scene: friction and transmission as felt at the tip become torques and stiffnesses about the joints by the
@@ -146,27 +153,32 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
     let lever_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]][axis];
     start_rad_per_s[axis] = (RELEASE_M_PER_S * (2.0 * unit() - 1.0) - scene.drop.speed_m_per_s) / lever_m;
     let period = scene.period_clocks();
-    let first = 1 + (unit() * period as f64) as u64;
+    // The FPGA's own samples begin with its reset.
+    let by_itself = !scene.platform.is_host() && scene.model.law == PhantomLaw::Floats;
+    let first = if by_itself { 1 } else { 1 + (unit() * period as f64) as u64 };
 
     let edges = |seconds: f64| scene.clock.edges(seconds);
-    let irregular = scene.platform == Platform::Pmos1 && !scene.model.ideal;
+    let ideal = scene.model.law == PhantomLaw::Ideal;
+    let irregular = scene.platform == Platform::Pmos1 && !ideal;
     let host = by_host(scene).then(|| Host {
         lengths_m: model.lengths_m,
         count_rad,
         command_nm,
-        command: Format::signed(config.command_width),
+        commands: [-full, full - 1.0],
         position: Format::unsigned(config.position_width),
         distance_m: scene.room.distance_m,
         walls: scene.room.walls,
         stiffness_n_per_m: scene.room.stiffness_n_per_m,
         force_limit_n: FORCE_LIMIT_N,
-        ideal: scene.model.ideal,
+        ideal,
         period,
         first,
         delay: if scene.platform.is_host() {
             (scene.model.delay_samples * period as f64).round() as u64 + edges(scene.model.latency_s)
-        } else {
+        } else if ideal {
             0
+        } else {
+            latency(scene)
         },
         jitter: if irregular { edges(scene.irregularity.jitter_s) } else { 0 },
         missed: if irregular { (scene.irregularity.missed * (1u64 << 32) as f64) as u64 } else { 0 },
@@ -232,6 +244,19 @@ impl Rig for PhantomSession<'_> {
 
     fn driver(&self) -> Driver {
         self.scene.model.solver.into()
+    }
+
+    fn direct(&self) -> Option<Direct<'_>> {
+        if self.scene.model.law == PhantomLaw::Words {
+            return None;
+        }
+        let (_, step) = self.plant.stepping?;
+        let (period, edge_s) = (self.scene.period_clocks(), self.scene.clock.period_s());
+        // A command is held for a period once it is there, which takes the ideal law no time.
+        let late = if self.scene.model.law == PhantomLaw::Ideal { 0 } else { COUNTING + latency(self.scene) };
+        let age_s = (late as f64 + 0.5 * period as f64) * edge_s;
+        let follows = (!self.scene.platform.is_host() && step > period).then_some(age_s);
+        Some(Direct::Arm(ArmDirect { plant: &self.plant, step, edge_s, follows }))
     }
 
     fn judged(&self) -> Vec<usize> {

@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Real};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
-use crate::direct::Direct;
+use crate::direct::{AxisDirect, Direct};
 use crate::engine::Driver;
 use crate::method;
 use crate::plant::{Plant, PlantError};
@@ -161,7 +161,7 @@ impl Rig for Session<'_> {
             return None;
         };
         let model = self.scene.model;
-        Some(Direct {
+        Some(Direct::Axis(AxisDirect {
             plant: &self.plant,
             law: law.config().clone(),
             schedule: self.words.schedule,
@@ -169,7 +169,7 @@ impl Rig for Session<'_> {
             step: stepping.edges,
             period: self.scene.period_clocks(),
             ideal_wall_rad: (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad),
-        })
+        }))
     }
 
     fn judged(&self) -> Vec<usize> {

@@ -40,6 +40,12 @@ pub trait World: Clone {
     }
     /// The continuous outputs at an edge which the world has not left yet; zeros for a recording.
     fn reals(&self, edge: u64) -> Self::Row;
+    /// The same at `first`, `stride` after it, and so on.
+    fn rows(&self, first: u64, stride: u64, count: u64, mut show: impl FnMut(u64, &Self::Row)) {
+        for edge in (0..count).map(|index| first + index * stride) {
+            show(edge, &self.reals(edge));
+        }
+    }
     /// Where the energy has gone until the present edge.
     fn audit(&self) -> EnergyAudit;
     /// Changes of encoders' counts so far (edges of their lines).

@@ -141,7 +141,25 @@ impl<'a> Device<'a> {
     /// The outputs named by [`REALS`] at an edge.
     #[must_use]
     pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
-        let x = self.state(edge);
+        self.shown(&self.state(edge))
+    }
+
+    /// The outputs at an edge, `stride` after it, and so on: each those of [`reals`](Self::reals), to the bit.
+    pub fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
+        if self.cruise.is_some() {
+            for (row, index) in rows.iter_mut().zip(0..) {
+                *row = self.reals(first + index * stride);
+            }
+            return;
+        }
+        self.motion.rows(first - self.anchor, stride, rows);
+        for row in rows {
+            *row = self.shown(row);
+        }
+    }
+
+    #[inline(always)]
+    fn shown(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 

@@ -154,22 +154,33 @@ impl Linear {
 
     /// State and slope after so many times 128 edges.
     #[inline(always)]
-    fn prefix(&self, mut x: State, mut w: State, block: u64) -> (State, State) {
-        if block != 0 {
-            let mut level = block.ilog2() / BITS + 1;
+    fn prefix(&self, x: State, w: State, block: u64) -> (State, State) {
+        self.coarse::<1>(x, w, block)
+    }
+
+    /// State and slope after so many times 128 to the power of `LEAST` edges.
+    #[inline(always)]
+    fn coarse<const LEAST: u32>(&self, mut x: State, mut w: State, blocks: u64) -> (State, State) {
+        if blocks != 0 {
+            let mut level = blocks.ilog2() / BITS + LEAST;
             loop {
-                let digit = (block >> ((level - 1) * BITS) & MASK) as usize;
+                let digit = (blocks >> ((level - LEAST) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    let Digit { p, turn } = self.digit(level, digit);
-                    (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
+                    (x, w) = self.turned(level, digit, &x, &w);
                 }
-                level -= 1;
-                if level == 0 {
+                if level == LEAST {
                     break;
                 }
+                level -= 1;
             }
         }
         (x, w)
+    }
+
+    #[inline(always)]
+    fn turned(&self, level: u32, digit: usize, x: &State, w: &State) -> (State, State) {
+        let Digit { p, turn } = self.digit(level, digit);
+        (plus(x, &p.hi.times(w)), plus(w, &turn.hi.times(w)))
     }
 
     /// The state up to 127 edges after a [`prefix`](Self::prefix).
@@ -186,8 +197,7 @@ impl Linear {
         if digit == 0 {
             return (x, w);
         }
-        let Digit { p, turn } = self.digit(0, digit);
-        (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)))
+        self.turned(0, digit, &x, &w)
     }
 
     /// The state alone.
@@ -402,6 +412,30 @@ impl<'a> Trajectory<'a> {
     #[inline(always)]
     fn at_with<P: Product>(&self, edges: u64) -> State {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
+    }
+
+    versions! {
+        /// The states after `first` edges, `stride` more, and so on: each that of [`at`](Self::at), to the bit.
+        pub(crate) fn rows[rows_fused, rows_with](self: &Self, first: u64, stride: u64, rows: &mut [State])
+    }
+
+    #[inline(always)]
+    fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
+        // Neighbours share all but their two lowest digits.
+        let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
+        for (row, index) in rows.iter_mut().zip(0..) {
+            let edges = first + index * stride;
+            if edges >> (2 * BITS) != blocks {
+                blocks = edges >> (2 * BITS);
+                shared = self.system.coarse::<2>(self.x.hi, self.w.hi, blocks);
+            }
+            let (mut x, mut w) = shared;
+            let digit = (edges >> BITS & MASK) as usize;
+            if digit != 0 {
+                (x, w) = self.system.turned(1, digit, &x, &w);
+            }
+            *row = self.within(&(x, w), edges & MASK);
+        }
     }
 
     versions! {

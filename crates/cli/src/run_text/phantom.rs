@@ -1,6 +1,6 @@
 //! What the summary of a run says of a PHANToM.
 
-use hpu_cosim::scene::PhantomScene;
+use hpu_cosim::scene::{PhantomLaw, PhantomScene};
 use hpu_cosim::{PhantomSession, Trace};
 
 use crate::units::si;
@@ -9,8 +9,10 @@ use crate::units::si;
 pub fn platform(scene: &PhantomScene) -> String {
     let (name, period) = (scene.platform.name(), scene.period_clocks());
     let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
-    let how = if scene.model.ideal {
+    let how = if scene.model.law == PhantomLaw::Ideal {
         "the law in floats on the true position".to_string()
+    } else if scene.model.law == PhantomLaw::Floats && !scene.platform.is_host() {
+        "the law in floats on the counts".to_string()
     } else if scene.platform.is_host() {
         let (samples, latency_s) = (scene.model.delay_samples, scene.model.latency_s);
         let late = if latency_s > 0.0 { format!(" and {}", si(latency_s, "s")) } else { String::new() };

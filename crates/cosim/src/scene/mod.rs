@@ -70,7 +70,8 @@ pub use parts::{
     Run, Units, Wall,
 };
 pub use phantom::{
-    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform, Premium, Room,
+    Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
+    Premium, Room,
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;

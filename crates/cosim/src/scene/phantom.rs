@@ -9,7 +9,7 @@
 //! | `[clock]` | `frequency`, a whole number of hertz |
 //! | `[method]` | `architecture` \[`parallel`\] (`shared`), `words` \[`fitted`\] (`narrow`, `plain_q22`), `depth_bits` \[13\] of the tables |
 //! | `[room]` | `distance` \[2 cm\] of the walls, `stiffness`, `walls` \[those of the axis\] (`"x"`, `"xy"`, `"xyz"` ...) |
-//! | `[model]` | `solver` \[`events`\] (`clock`; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps of `step`), `law` \[`words`\] (`ideal`), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
+//! | `[model]` | `solver` \[`events`\] (`clock`; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps of `step`), `law` \[`words`\] (`floats`: the same from the counts, unquantised; `ideal`: from the true angles; both with a solver of fixed steps: without a clock), `joints` \[`all`\] (`tested`), `friction` \[true\], `delay` \[1\] samples and `latency` \[0\] of a host, `amplifier_lag` \[0\], `transmission_stiffness` at the tip \[0: rigid\], `transmission_damping` \[0.1 N.s/m\], `motor_share` \[50 %\] of the apparent mass when flexible |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[1 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
@@ -166,6 +166,32 @@ pub struct Room {
     pub walls: [bool; 3],
 }
 
+/// How the force is computed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum PhantomLaw {
+    /// As the platform does it: in the FPGA's words, or by the host.
+    Words,
+    /// In floats, from the counts.
+    Floats,
+    /// In floats, from the angles themselves.
+    Ideal,
+}
+
+impl PhantomLaw {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Words, Self::Floats, Self::Ideal];
+
+    /// `model.law`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Words => "words",
+            Self::Floats => "floats",
+            Self::Ideal => "ideal",
+        }
+    }
+}
+
 /// How much is modelled.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomModel {
@@ -173,8 +199,8 @@ pub struct PhantomModel {
     pub solver: Solver,
     /// Step of the solvers that have one, as asked for; [`PhantomScene::step_clocks`] is what the clock makes of it.
     pub step_s: Option<f64>,
-    /// Whether the force is computed from the continuous position, in floats, and not from counts.
-    pub ideal: bool,
+    /// How the force is computed.
+    pub law: PhantomLaw,
     /// Whether only the joint under test moves.
     pub tested_joint_only: bool,
     /// Whether there is Coulomb friction.
@@ -253,6 +279,12 @@ impl PhantomScene {
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / f64::from(self.platform.rate_hz()))
+    }
+
+    /// The sample period.
+    #[must_use]
+    pub fn sample_period_s(&self) -> f64 {
+        1.0 / f64::from(self.platform.rate_hz())
     }
 
     /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.

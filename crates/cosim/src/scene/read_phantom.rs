@@ -9,7 +9,7 @@ use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::model::Solver;
 use super::phantom::{
-    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
+    Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
 };
 use super::quantity as q;
 use super::read::{clock, record, run, scene_name};
@@ -226,7 +226,7 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
         "motor_share",
     ])?;
     let delay_samples = s.quantity("delay", &q::RATIO, NotNegative, Some(1.0))?;
-    let ideal = s.choice("law", &[("words", false), ("ideal", true)], Some(false))?;
+    let law = s.choice("law", &PhantomLaw::ALL.map(|law| (law.name(), law)), Some(PhantomLaw::Words))?;
     let latency_s = s.quantity("latency", &q::TIME, NotNegative, Some(0.0))?;
     if latency_s > 0.1 {
         return Err(s.error("latency", "at most 100 ms"));
@@ -249,7 +249,7 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     Ok(PhantomModel {
         solver,
         step_s: step(s, solver)?,
-        ideal,
+        law,
         tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
         friction: s.flag("friction", true)?,
         delay_samples,

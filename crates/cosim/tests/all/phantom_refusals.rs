@@ -118,7 +118,7 @@ fn a_choice_that_is_none_is_refused_with_the_choices() {
         "words = \"wide\"",
         "15:9: method.words: `wide` is none of \"fitted\", \"narrow\", \"plain_q22\"",
     );
-    says_with("model", "law = 1", "15:7: model.law: `1` is none of \"words\", \"ideal\"");
+    says_with("model", "law = 1", "15:7: model.law: `1` is none of \"words\", \"floats\", \"ideal\"");
     says_with("model", "joints = \"y\"", "15:10: model.joints: `y` is none of \"all\", \"tested\"");
     says_with("model", "friction = 1", "15:12: model.friction: `1` is not true or false");
     says_with(

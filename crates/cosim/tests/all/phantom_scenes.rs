@@ -1,8 +1,8 @@
 //! Scenes of a PHANToM: every key is read, every default is the documented one.
 
 use hpu_cosim::scene::{
-    Direction, Expectation, Experiment, Metric, OutcomeKind, PhantomModel, PhantomScene, Platform, Premium, Solver,
-    shipped,
+    Direction, Expectation, Experiment, Metric, OutcomeKind, PhantomLaw, PhantomModel, PhantomScene, Platform, Premium,
+    Solver, shipped,
 };
 use hpu_datapath::phantom::{PhantomConfig, Turn};
 
@@ -45,7 +45,7 @@ fn what_a_scene_does_not_say_is_as_documented() {
     let model = PhantomModel {
         solver: Solver::Events,
         step_s: None,
-        ideal: false,
+        law: PhantomLaw::Words,
         tested_joint_only: false,
         friction: true,
         delay_samples: 1.0,
@@ -105,7 +105,7 @@ fn every_key_is_read_in_the_unit_it_is_written_in() {
     let model = PhantomModel {
         solver: Solver::Events,
         step_s: None,
-        ideal: true,
+        law: PhantomLaw::Ideal,
         tested_joint_only: true,
         friction: false,
         delay_samples: 0.5,

@@ -257,3 +257,31 @@ fn a_summary_counts_steps_and_says_what_an_event_is() {
     assert_eq!((steps, events, ticks), (10_001, 10_001, 10_001));
     assert_eq!(counts("law", Solver::Sample).0, 101);
 }
+
+#[test]
+fn a_live_spring_of_a_law_takes_its_stiffness_whenever_that_changes() {
+    // Its wall has no damping, so that the sample rate means nothing.
+    let at = |rate: &str| {
+        let law = [("model.datapath", "law"), ("method.sample_rate", rate), ("run.duration", "1 s")];
+        run(&parsed("stiffening-wall", &law)).1
+    };
+    let (slow, fast) = (at("1 kHz"), at("8 kHz"));
+    assert_eq!(slow.angles_rad(), fast.angles_rad());
+}
+
+#[test]
+fn a_live_spring_without_a_clock_is_of_the_second_order() {
+    // An undamped swing inside a wall that stiffens, of the true position: halved steps leave a quarter of the error.
+    let at = |method: &str, step: &str| {
+        let law = [("model.datapath", "law"), ("model.encoder", "ideal"), ("run.duration", "1 s")];
+        let steps = [("model.solver", method), ("model.step", step)];
+        let (_, trace) = run(&parsed("stiffening-wall", &[&law[..], &steps].concat()));
+        trace.angles_rad().to_vec()
+    };
+    for method in ["midpoint", "rk4"] {
+        let [coarse, fine, finest] = ["40 us", "20 us", "10 us"].map(|step| at(method, step));
+        let worst = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let ratio = worst(&coarse, &fine) / worst(&fine, &finest);
+        assert!((ratio - 4.0).abs() < 0.6, "{method}: {ratio}");
+    }
+}

@@ -24,10 +24,10 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// Of angles and speeds, of which there are three at least.
-    pub(super) fn of(arm: &Arm, q: &[f64], v: &[f64]) -> Self {
+    /// Of the sines and cosines of angles, and of speeds.
+    pub(super) fn of(arm: &Arm, sines: [(f64, f64); 3], v: [f64; 3]) -> Self {
         let model = &arm.model;
-        let [(s1, c1), (s2, c2), (s3, c3)] = [q[0], q[1], q[2]].map(libm::sincos);
+        let [(s1, c1), (s2, c2), (s3, c3)] = sines;
         let ([a0, a2, a3], p, [a, b], g) =
             (model.turning_kg_m2, model.coupling_kg_m2, model.moments_kg_m, model.gravity_m_per_s2);
         let (away, along) = (g[0] * s1 + g[2] * c1, g[0] * c1 - g[2] * s1);
@@ -84,7 +84,8 @@ impl Arm {
             };
         }
         if open != [false; 3] {
-            let pose = Pose::of(self, &x.q, &x.v);
+            let [q, v] = [x.q, x.v].map(|[a, b, c, _]| [a, b, c]);
+            let pose = Pose::of(self, q.map(libm::sincos), v);
             for (drive_nm, bias_nm) in drive_nm.iter_mut().zip(pose.bias_nm) {
                 *drive_nm += bias_nm;
             }

@@ -10,39 +10,98 @@ const LIMITS_1_5_DEG: [[f64; 2]; 3] = [[-90.0, 90.0], [-124.0, 119.0], [-29.0, 2
 /// Least and greatest of joint 2 less joint 3, in degrees, from the same source.
 const DIFFERENCE_1_5_DEG: [f64; 2] = [-55.0, 65.0];
 
-/// Distance of the tip from the vertical axis, and the sines and cosines of the joints.
-struct Pose {
+/// Links in a pose: their sines and cosines, and the tip's distance from the vertical axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pose {
+    lengths_m: Lengths,
     radius_m: f64,
     sine: [f64; 3],
     cosine: [f64; 3],
 }
 
+/// Three angles with their sines and cosines, from which follow those of angles nearby.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sines {
+    angles_rad: [f64; 3],
+    pairs: [(f64, f64); 3],
+}
+
+impl Sines {
+    /// Of these angles.
+    #[must_use]
+    pub fn of(angles_rad: [f64; 3]) -> Self {
+        Self { angles_rad, pairs: angles_rad.map(libm::sincos) }
+    }
+
+    /// Sines and cosines of other angles: by series in the difference up to 0.03 rad, whose next terms are below 1e-19.
+    #[must_use]
+    #[inline]
+    pub fn near(&self, angles_rad: [f64; 3]) -> [(f64, f64); 3] {
+        let changes: [f64; 3] = std::array::from_fn(|i| angles_rad[i] - self.angles_rad[i]);
+        // Not a number is not near.
+        if !changes.iter().all(|change| change.abs() < 0.03) {
+            return angles_rad.map(libm::sincos);
+        }
+        std::array::from_fn(|i| {
+            let (change, (sine, cosine)) = (changes[i], self.pairs[i]);
+            let square = change * change;
+            let along = change * (1.0 + square * (-1.0 / 6.0 + square * (1.0 / 120.0 - square * (1.0 / 5040.0))));
+            let lost = square * (0.5 + square * (-1.0 / 24.0 + square * (1.0 / 720.0 - square * (1.0 / 40320.0))));
+            (sine + (cosine * along - sine * lost), cosine - (sine * along + cosine * lost))
+        })
+    }
+}
+
 impl Pose {
-    fn of([upper_m, fore_m]: Lengths, angles_rad: [f64; 3]) -> Self {
-        let pairs = angles_rad.map(libm::sincos);
+    /// Of links of these lengths, the joints at these angles.
+    #[must_use]
+    pub fn of(lengths_m: Lengths, angles_rad: [f64; 3]) -> Self {
+        Self::by(lengths_m, angles_rad.map(libm::sincos))
+    }
+
+    /// The same of sines and cosines.
+    #[must_use]
+    pub fn by(lengths_m: Lengths, pairs: [(f64, f64); 3]) -> Self {
         let (sine, cosine) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1));
-        Self { radius_m: upper_m * cosine[1] + fore_m * sine[2], sine, cosine }
+        Self { lengths_m, radius_m: lengths_m[0] * cosine[1] + lengths_m[1] * sine[2], sine, cosine }
+    }
+
+    /// The tip's position.
+    #[must_use]
+    pub fn tip_m(&self) -> [f64; 3] {
+        let Self { lengths_m: [upper_m, fore_m], radius_m, sine, cosine } = *self;
+        [sine[0] * radius_m, fore_m - fore_m * cosine[2] + upper_m * sine[1], cosine[0] * radius_m - upper_m]
+    }
+
+    /// Change of the tip's position per change of each joint; rows x, y, z.
+    #[must_use]
+    pub fn jacobian_m(&self) -> [[f64; 3]; 3] {
+        let Self { lengths_m: [upper_m, fore_m], radius_m, sine: [s1, s2, s3], cosine: [c1, c2, c3] } = *self;
+        [
+            [c1 * radius_m, -upper_m * s1 * s2, fore_m * s1 * c3],
+            [0.0, upper_m * c2, fore_m * s3],
+            [-s1 * radius_m, -upper_m * c1 * s2, fore_m * c1 * c3],
+        ]
+    }
+
+    /// The joint torques that a force on the tip amounts to.
+    #[must_use]
+    pub fn torques_nm(&self, force_n: [f64; 3]) -> [f64; 3] {
+        let rows = self.jacobian_m();
+        std::array::from_fn(|joint| (0..3).map(|axis| rows[axis][joint] * force_n[axis]).sum())
     }
 }
 
 /// The tip's position.
 #[must_use]
 pub fn tip_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [f64; 3] {
-    let [upper_m, fore_m] = lengths_m;
-    let Pose { radius_m, sine, cosine } = Pose::of(lengths_m, angles_rad);
-    [sine[0] * radius_m, fore_m - fore_m * cosine[2] + upper_m * sine[1], cosine[0] * radius_m - upper_m]
+    Pose::of(lengths_m, angles_rad).tip_m()
 }
 
 /// Change of the tip's position per change of each joint; rows x, y, z.
 #[must_use]
 pub fn jacobian_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
-    let [upper_m, fore_m] = lengths_m;
-    let Pose { radius_m, sine: [s1, s2, s3], cosine: [c1, c2, c3] } = Pose::of(lengths_m, angles_rad);
-    [
-        [c1 * radius_m, -upper_m * s1 * s2, fore_m * s1 * c3],
-        [0.0, upper_m * c2, fore_m * s3],
-        [-s1 * radius_m, -upper_m * c1 * s2, fore_m * c1 * c3],
-    ]
+    Pose::of(lengths_m, angles_rad).jacobian_m()
 }
 
 /// Determinant of the Jacobian, in m³: 0 where the arm is stretched, folded, or reaches its own axis.
@@ -56,8 +115,7 @@ pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
 /// The joint torques that a force on the tip amounts to.
 #[must_use]
 pub fn torques_nm(lengths_m: Lengths, angles_rad: [f64; 3], force_n: [f64; 3]) -> [f64; 3] {
-    let rows = jacobian_m(lengths_m, angles_rad);
-    std::array::from_fn(|joint| (0..3).map(|axis| rows[axis][joint] * force_n[axis]).sum())
+    Pose::of(lengths_m, angles_rad).torques_nm(force_n)
 }
 
 /// The angles that bring the tip to a position, elbow up; `None` when the links do not reach it.

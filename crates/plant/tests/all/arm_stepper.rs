@@ -131,3 +131,105 @@ fn steps_that_are_too_long_lose_the_arm_and_leave_it_where_it_was() {
     let angles = stepped.step(4_000_000_000);
     assert!(stepped.is_lost() && angles.iter().all(|angle| angle.is_finite()));
 }
+
+/// One joint that moves, without any coupling: its inertia, and the arm. Coulomb friction is 0.01 N.m.
+fn lone(viscous: f64) -> (f64, ArmModel) {
+    let model = ArmModel {
+        free: [false, true, false],
+        viscous_nm_s_per_rad: [viscous; 3],
+        coulomb_nm: [0.01; 3],
+        ..ArmModel::premium_1_5().balanced()
+    };
+    (model.swinging_kg_m2[0] + model.rotor_kg_m2[1], model)
+}
+
+/// Motor 2's angle after so many planned steps.
+fn planned(arm: &Arm, method: Method, edges: u64, steps: u64, speed: f64, torque: impl Fn(f64) -> f64) -> (f64, u64) {
+    let mut stepped = SteppedArm::new(arm, method, edges, [0.0; 3], [0.0, speed, 0.0]);
+    let command = |p: &[f64; 3], _: &[f64; 3]| [0.0, torque(p[1]), 0.0];
+    for step in 1..=steps {
+        let now = command(stepped.motor_angles_rad(), stepped.motor_speeds_rad_per_s());
+        stepped.plan(edges, now, command);
+        stepped.step(step * edges);
+    }
+    (stepped.motor_angles_rad()[1], stepped.mode_changes())
+}
+
+#[test]
+fn a_joint_of_a_planned_step_turns_or_stops_where_its_speed_is_0() {
+    // Thrown at 0.1 rad/s against a torque: it slows down by (torque + friction) / inertia, turns after v²/2a, and comes back
+    // by (torque - friction) / inertia, or stays if friction is the greater. All methods are exact for such parabolas but
+    // the two of Euler.
+    let (inertia, model) = lone(0.0);
+    let arm = Arm::new(model, EDGE_S).unwrap();
+    for method in [Method::Midpoint, Method::Rk4] {
+        for (torque, edges) in [(0.025, 50_000), (0.025, 7001), (0.004, 50_000)] {
+            let (brake, back) = ((torque + 0.01) / inertia, (torque - 0.01f64).max(0.0) / inertia);
+            let steps = 2_500_000 / edges;
+            let left_s = (steps * edges) as f64 * EDGE_S - 0.1 / brake;
+            assert!(left_s > 0.0);
+            let expected = 0.5 * 0.1 * 0.1 / brake - 0.5 * back * left_s * left_s;
+            let (angle, changes) = planned(&arm, method, edges, steps, 0.1, |_| -torque);
+            assert!((angle - expected).abs() < 1e-12, "{method:?} {torque} {edges}: {angle} {expected}");
+            assert_eq!(changes, 1);
+        }
+    }
+}
+
+#[test]
+fn a_command_that_follows_the_arm_is_a_part_of_the_method() {
+    // A spring at the motor, viscous friction, no other: a damped oscillator's closed form, and the method's order.
+    let (inertia, model) = lone(2e-4);
+    let arm = Arm::new(ArmModel { coulomb_nm: [0.0; 3], ..model }, EDGE_S).unwrap();
+    let stiffness = 5.0;
+    let decay = 2e-4 / (2.0 * inertia);
+    let swing = (stiffness / inertia - decay * decay).sqrt();
+    let end_s = 3_200_000.0 * EDGE_S;
+    let exact = (-decay * end_s).exp() * (swing * end_s).sin() / swing;
+    for (method, order) in [(Method::Midpoint, 2), (Method::Rk4, 4)] {
+        let error =
+            |edges: u64| (planned(&arm, method, edges, 3_200_000 / edges, 1.0, |p| -stiffness * p).0 - exact).abs();
+        let ratio = error(20_000) / error(10_000);
+        let expected = 2f64.powi(order);
+        assert!((ratio / expected - 1.0).abs() < 0.25, "{method:?}: {ratio}, not {expected}");
+    }
+}
+
+#[test]
+fn joints_at_rest_are_held_together_and_not_one_by_one() {
+    // In this pose motor 2 pulls at joint 3, which no torque of its own would move, by m23 times the acceleration of joint 2.
+    let model = ArmModel { coulomb_nm: [0.01; 3], ..ArmModel::premium_1_5().balanced() };
+    let arm = Arm::new(model, EDGE_S).unwrap();
+    let pose = [0.0, 1.2, 0.2];
+    let run = |edges: Option<u64>| {
+        let torques = [0.0, 0.2, 0.0];
+        if let Some(edges) = edges {
+            let mut stepped = SteppedArm::new(&arm, Method::Rk4, edges, pose, [0.0; 3]);
+            stepped.drive(torques);
+            return stepped.step(1_000_000);
+        }
+        let mut exact = ArmMotion::new(&arm, pose, [0.0; 3]);
+        exact.drive(0, torques);
+        exact.step(1_000_000)
+    };
+    let (exact, stepped) = (run(None), run(Some(1000)));
+    assert!((exact[2] - pose[2]).abs() > 1e-3, "{exact:?}: joint 3 has to move for this to say anything");
+    for joint in 0..3 {
+        assert!((exact[joint] - stepped[joint]).abs() < 1e-6, "{exact:?} {stepped:?}");
+    }
+}
+
+#[test]
+fn sines_of_angles_nearby_are_those_of_the_angles() {
+    use hpu_plant::arm::kinematics::Sines;
+    for at in [-3.0, -0.4, 0.0, 0.7, 1.5] {
+        let near = Sines::of([at; 3]);
+        for step in -400..=400 {
+            let angle = at + f64::from(step) * 1e-4;
+            let [(sine, cosine), ..] = near.near([angle, at, at]);
+            assert!((sine - angle.sin()).abs() < 3e-16 && (cosine - angle.cos()).abs() < 3e-16, "{at} {angle}");
+        }
+    }
+    let none = Sines::of([0.0; 3]).near([f64::NAN, 0.0, 0.0]);
+    assert!(none[0].0.is_nan() && none[1] == (0.0, 1.0));
+}

@@ -1,6 +1,8 @@
 //! Every way to run a scene that is not the scene as it is written.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, Experiment, Hand, PhantomModel, PhantomScene, Scene};
+use hpu_cosim::scene::{
+    BridgeModel, Datapath, Device, Experiment, Hand, PhantomLaw, PhantomModel, PhantomScene, Scene,
+};
 
 use crate::criteria;
 
@@ -149,11 +151,17 @@ fn smooth_speed(scene: &Scene) -> String {
 /// Steps from a clock edge to the sample period, by about a half of a decade each.
 fn ladder(scene: &Scene) -> Vec<f64> {
     let (least_s, most_s) = (scene.clock.period_s(), scene.sample_period_s());
+    // A rung hardly longer than an edge is that once more.
+    let between = rungs(4.0 * least_s, most_s);
+    std::iter::once(least_s).chain(between).collect()
+}
+
+/// Steps from one time on to another, by about a half of a decade each; one hardly shorter than the last is that.
+fn rungs(least_s: f64, most_s: f64) -> Vec<f64> {
     let rungs = (-9..=0).flat_map(|decade| [1.0, 3.0].map(|digit| format!("{digit}e{decade}")));
     let rungs = rungs.filter_map(|rung| rung.parse::<f64>().ok());
-    // A rung hardly longer than an edge, or hardly shorter than a sample, is that once more.
-    let between = rungs.filter(|step_s| (4.0 * least_s..0.9 * most_s).contains(step_s));
-    std::iter::once(least_s).chain(between).chain(std::iter::once(most_s)).collect()
+    let between = rungs.filter(|step_s| (least_s..0.9 * most_s).contains(step_s));
+    between.chain(std::iter::once(most_s)).collect()
 }
 
 /// A time as a scene takes it, in the largest unit that leaves it at one or above.
@@ -170,7 +178,7 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
     let model = &scene.model;
     let host = scene.platform.is_host();
     let plainest = PhantomModel {
-        ideal: true,
+        law: PhantomLaw::Ideal,
         tested_joint_only: true,
         friction: false,
         delay_samples: 0.0,
@@ -180,7 +188,9 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
         ..*model
     };
     let parts = [
-        ("law", PhantomModel { ideal: true, ..*model }),
+        // A host's law is in floats as it is.
+        ("law", PhantomModel { law: if host { model.law } else { PhantomLaw::Floats }, ..*model }),
+        ("ideal", PhantomModel { law: PhantomLaw::Ideal, ..*model }),
         ("one-joint", PhantomModel { tested_joint_only: true, ..*model }),
         ("frictionless", PhantomModel { friction: false, ..*model }),
         ("undelayed", PhantomModel { delay_samples: if host { 0.0 } else { model.delay_samples }, ..*model }),
@@ -189,7 +199,7 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
         ("rigid", PhantomModel { transmission_n_per_m: 0.0, ..*model }),
         ("one-joint+rigid", PhantomModel { tested_joint_only: true, transmission_n_per_m: 0.0, ..*model }),
         (
-            "law+one-joint+rigid",
+            "ideal+one-joint+rigid",
             PhantomModel { amplifier_lag_s: model.amplifier_lag_s, friction: model.friction, ..plainest },
         ),
         ("plainest", plainest),
@@ -203,12 +213,22 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
             all.push(Contestant::new(name, &[("model", &all_of_it)]));
         }
     }
+    // A host's samples end the steps of a law without a clock; an FPGA's law follows the arm within them.
+    let most_s = if host { scene.sample_period_s() } else { 1e-3 };
+    let ladder = rungs(1e-6, most_s);
+    let mut variants = vec![Variant::new("", &[])];
+    if model.law == PhantomLaw::Words {
+        variants.push(Variant::new("+law", &[("model.law", PhantomLaw::Floats.name())]));
+    }
+    for (variant, solver) in variants.iter().flat_map(|variant| SOLVERS.map(|solver| (variant, solver))) {
+        all.extend(ladder.iter().map(|step_s| Contestant::solver(solver, Some(*step_s), variant)));
+    }
     all
 }
 
 /// The whole section: some of its keys are refused beside others.
 fn in_toml(model: &PhantomModel) -> String {
-    let law = if model.ideal { "ideal" } else { "words" };
+    let law = model.law.name();
     let joints = if model.tested_joint_only { "tested" } else { "all" };
     let mut text = format!(
         "{{ law = \"{law}\", joints = \"{joints}\", friction = {}, delay = {:?}, latency = {:?}, amplifier_lag = {:?}",

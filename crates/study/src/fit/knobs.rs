@@ -1,6 +1,8 @@
 //! What may be left out of a scene, and which of it goes together.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, Experiment, Hand, Loop, PhantomScene, Scene};
+use std::ops::RangeInclusive;
+
+use hpu_cosim::scene::{BridgeModel, Datapath, Device, Experiment, Hand, Loop, PhantomLaw, PhantomScene, Scene};
 
 /// One thing that a cheaper model leaves out.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -121,30 +123,39 @@ fn axis(scene: &Scene, list: &mut List) {
         between.push(sample);
     }
     if scene.model.solver.is_exact() && (law.is_some() || scene.model.datapath == Datapath::Law) {
+        let steps_s = 4.0 * scene.clock.period_s()..=scene.sample_period_s();
         for (solver, called) in [("midpoint", "implicit midpoint"), ("semi_implicit", "semi-implicit Euler")] {
-            ladder(scene, (solver, called), &[averaged, law], &mut between, list);
+            let what = |step: &str| format!("what happens within steps of {step} ({called})");
+            ladder(&steps_s, what, &[("model.solver", solver)], &[averaged, law], &mut between, list);
         }
     }
 }
 
 /// Fixed steps in us, and what they are worth; the last two are there to hold the others against.
-const STEPS: [(u32, u32); 7] = [(1000, 6), (300, 5), (100, 4), (30, 3), (10, 2), (3, 1), (1, 1)];
+const STEPS: [(f64, u32); 7] = [(1000.0, 6), (300.0, 5), (100.0, 4), (30.0, 3), (10.0, 2), (3.0, 1), (1.0, 1)];
 
-/// The fixed steps of a solver, none longer than a sample period, in place of all of `between`, which they join.
+/// The fixed steps of a solver within these bounds, the longest cut to the upper one, in place of all of `between`, which
+/// they join.
 fn ladder(
-    scene: &Scene,
-    (solver, called): (&str, &str),
+    steps_s: &RangeInclusive<f64>,
+    what: impl Fn(&str) -> String,
+    solver: &[(&str, &str)],
     needs: &[Option<usize>],
     between: &mut Vec<usize>,
     list: &mut List,
 ) {
-    let (least_s, most_s) = (4.0 * scene.clock.period_s(), scene.sample_period_s());
-    let fits = |&(step_us, _): &(u32, u32)| (least_s..=most_s).contains(&(1e-6 * f64::from(step_us)));
+    let most_us = 1e6 * steps_s.end();
+    let within = STEPS.map(|(step_us, worth)| (step_us.min(most_us), worth));
+    // Of those that are cut to the same, or nearly so, the least.
+    let apart = |at: usize| within.get(at + 1).is_none_or(|next| next.0 < 0.7 * within[at].0);
     let mut rungs = Vec::new();
-    for (step_us, worth) in STEPS.into_iter().filter(fits) {
+    for (at, (step_us, worth)) in within.into_iter().enumerate() {
+        if !apart(at) || 1e-6 * step_us < *steps_s.start() {
+            continue;
+        }
         let step = format!("{step_us} us");
-        let set = [("model.solver", solver), ("model.step", &step)];
-        let rung = list.add(&format!("what happens within steps of {step} ({called})"), worth, &set, needs);
+        let set = [solver, &[("model.step", step.as_str())]].concat();
+        let rung = list.add(&what(&step), worth, &set, needs);
         list.0[rung].instead_of.clone_from(between);
         between.push(rung);
         rungs.push(rung);
@@ -184,7 +195,15 @@ fn phantom(scene: &PhantomScene, list: &mut List) {
     if !model.tested_joint_only {
         list.add("the joints that are not under test", 3, &[("model.joints", "tested")], &[]);
     }
-    if !model.ideal {
-        list.add("the words of the datapath", 1, &[("model.law", "ideal")], &[]);
+    if model.solver.is_exact() {
+        // A host's samples end steps; an FPGA's law follows the arm within them.
+        let most_s = if scene.platform.is_host() { scene.sample_period_s() } else { f64::INFINITY };
+        let (mut set, mut words) = (vec![("model.solver", "rk4")], "");
+        if model.law == PhantomLaw::Words {
+            set.push(("model.law", "floats"));
+            words = if scene.platform.is_host() { "the FPGA's clock, and " } else { "the words of the datapath, and " };
+        }
+        let what = |step: &str| format!("{words}what happens within steps of {step} (Runge-Kutta)");
+        ladder(&(4.0 * scene.clock.period_s()..=most_s), what, &set, &[], &mut Vec::new(), list);
     }
 }

@@ -1,6 +1,6 @@
 //! The widths of a scene, each by itself: integer bits and fraction bits apart.
 
-use hpu_cosim::scene::{Experiment, LawMethod, Loop};
+use hpu_cosim::scene::{Experiment, LawMethod, Loop, PhantomLaw};
 use hpu_signal::{Format, Rounding};
 
 /// A width of a scene's datapath.
@@ -87,7 +87,9 @@ impl Field {
                 };
                 Self::OF_AN_AXIS.into_iter().filter(has).collect()
             }
-            Experiment::Phantom(scene) if scene.platform.is_host() || scene.model.ideal => Vec::new(),
+            Experiment::Phantom(scene) if scene.platform.is_host() || scene.model.law != PhantomLaw::Words => {
+                Vec::new()
+            }
             Experiment::Phantom(_) => Self::OF_A_PHANTOM.to_vec(),
         }
     }

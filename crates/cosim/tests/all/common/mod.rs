@@ -1,6 +1,6 @@
 //! What the tests of PHANToM scenes share: running them densely, and the textbook's law in floats.
 
-use hpu_cosim::scene::{PhantomScene, Platform, shipped};
+use hpu_cosim::scene::{PhantomLaw, PhantomScene, Platform, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary};
 use hpu_signal::{Cycle, Observe};
 
@@ -13,7 +13,7 @@ pub fn phantom(name: &str, overrides: &[(&str, &str)]) -> PhantomScene {
 
 /// Whether the force is computed outside the FPGA.
 pub fn by_host(scene: &PhantomScene) -> bool {
-    !matches!(scene.platform, Platform::Fpga(_)) || scene.model.ideal
+    !matches!(scene.platform, Platform::Fpga(_)) || scene.model.law != PhantomLaw::Words
 }
 
 /// Every change of the nets, and every row of the plant.

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard};
 use std::thread;
 
 use hpu_cosim::Control;
-use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene};
+use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomLaw, PhantomScene};
 use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::{PhantomLoop, PhantomSharedLoop};
 
@@ -274,8 +274,9 @@ fn searchable(experiment: Experiment) -> Result<PhantomScene, SearchError> {
     if scene.platform.is_host() {
         return refused("a host computes the force in floats; write one of the platforms FPGA-20, FPGA-100, FPGA-400");
     }
-    if scene.model.ideal {
-        return refused("model.law = \"ideal\" is computed in floats; write \"words\"");
+    if scene.model.law != PhantomLaw::Words {
+        let law = scene.model.law.name();
+        return refused(&format!("model.law = \"{law}\" is computed in floats; write \"words\""));
     }
     if scene.room.stiffness_n_per_m == 0.0 {
         return refused("room.stiffness = 0: without a wall there is no stable stiffness");

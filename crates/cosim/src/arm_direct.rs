@@ -1,0 +1,175 @@
+//! A PHANToM's law in floats, closed around the arm in steps: no words, no wiring and no clock.
+//!
+//! The law is that of the [host](crate::host), whoever computes it. At its sample instants it reads the counts, or the angles
+//! themselves; its commands come as late as they do with a clock, and what counters show is as old. A step that an instant of
+//! the host would fall into ends there.
+//!
+//! An FPGA samples far more often than an arm needs steps. Where its period is shorter than a step, its law follows the arm:
+//! at every state at which the method asks for slopes it reads the angles as they were half a period and the datapath's
+//! latency before, by the present speeds. That is the mean age of what a sampled and held command is made of. Counts are
+//! read by their mean too, half a count below the angles, and commands are not rounded.
+//!
+//! Within a step angles go on the straight line between its ends; rows of the trace and changes of counts are of that line.
+//! Words are shown with the rows alone, the decoders at rest.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use hpu_plant::arm::kinematics::{Pose, Sines};
+use hpu_signal::{Cycle, Observe};
+
+use crate::arm_body::ArmBody;
+use crate::arm_world::{ArmPlant, ArmState};
+use crate::engine::Control;
+use crate::host::{COUNTING, HostState};
+use crate::summary::Summary;
+use crate::trace::Trace;
+
+/// Nets of the wiring around a host: pins, the host's commands, positions, commands, synchronised lines, the decoders' outputs.
+const NETS: usize = 27;
+
+/// A PHANToM's law in floats, closed around the arm in steps.
+pub struct ArmDirect<'p> {
+    pub(crate) plant: &'p ArmPlant,
+    /// Clock edges of a step.
+    pub(crate) step: u64,
+    pub(crate) edge_s: f64,
+    /// How old the angles are, on the average, that a command is made of, where the law follows the arm and has no sample
+    /// instants.
+    pub(crate) follows: Option<f64>,
+}
+
+/// A run of it.
+struct Course<'d, 'p> {
+    direct: &'d ArmDirect<'p>,
+    state: ArmState<'p>,
+    host: HostState<'p>,
+    output_changes: u64,
+}
+
+impl ArmDirect<'_> {
+    /// Runs to edge `end`, or until stopped, or until the arm cannot go on, and says why in that case.
+    pub(crate) fn run(
+        &self,
+        end: u64,
+        stride: u64,
+        trace: &mut Trace,
+        observer: &mut impl Observe,
+        control: &Control,
+    ) -> (Summary, Option<&'static str>) {
+        let clock = Instant::now();
+        let mut course = Course::new(self);
+        let (mut steps, mut next_row, mut complete) = (0u64, 0, true);
+        while course.state.edge < end && course.state.over().is_none() {
+            let next = course.begin(end);
+            while next_row < next {
+                course.show(next_row, trace, observer);
+                next_row += stride;
+            }
+            course.state.go(next);
+            steps += 1;
+            if steps % 4096 == 0 {
+                control.progress.store(next, Ordering::Relaxed);
+                if control.stop.load(Ordering::Relaxed) {
+                    complete = false;
+                    break;
+                }
+            }
+        }
+        if next_row == course.state.edge {
+            course.show(next_row, trace, observer);
+        }
+        let state = &course.state;
+        control.progress.store(state.edge, Ordering::Relaxed);
+        let summary = Summary {
+            verdict: None,
+            aborted: None,
+            complete,
+            edges: state.edge,
+            motion_s: 0.0,
+            wall_s: clock.elapsed().as_secs_f64(),
+            ticks: steps,
+            steps,
+            encoder_edges: state.encoder_edges(),
+            output_changes: course.output_changes,
+            mode_changes: state.motion.mode_changes(),
+            redecided: 0,
+            energy: state.audit(),
+            nets: Vec::new(),
+        };
+        (summary, state.over())
+    }
+}
+
+impl<'d, 'p> Course<'d, 'p> {
+    fn new(direct: &'d ArmDirect<'p>) -> Self {
+        let host = direct.plant.host.as_ref().expect("a law in floats is a host's");
+        Self { direct, state: ArmState::new(direct.plant), host: HostState::new(host), output_changes: 0 }
+    }
+
+    /// Begins a step, which ends by `end`; returns where.
+    fn begin(&mut self, end: u64) -> u64 {
+        let ArmDirect { plant, step, edge_s, follows } = *self.direct;
+        let Self { state, host, output_changes, .. } = self;
+        let (edge, before, law) = (state.edge, state.command, host.host());
+        let ArmBody::Stepped(arm) = &mut state.motion else { unreachable!("an arm without a clock is stepped") };
+        let counting_s = COUNTING as f64 * edge_s;
+        if follows.is_none() {
+            while host.due() <= edge {
+                let (angles_rad, speeds) = (*arm.motor_angles_rad(), *arm.motor_speeds_rad_per_s());
+                host.act(edge, || plant.counted_rad(earlier(&angles_rad, &speeds, counting_s)), || angles_rad);
+            }
+            state.command = host.command();
+        }
+        let due = if follows.is_some() { end } else { host.due() };
+        let next = (edge + step).min(due).min(end);
+        if let Some(age_s) = follows {
+            let lower = if law.ideal { 0.0 } else { 0.5 };
+            let read = |p: &[f64; 3], w: &[f64; 3]| {
+                let old_rad = earlier(p, w, age_s);
+                [0, 1, 2].map(|i| old_rad[i] - lower * plant.count_rad[i])
+            };
+            let near = Sines::of(read(arm.motor_angles_rad(), arm.motor_speeds_rad_per_s()));
+            let followed = |p: &[f64; 3], w: &[f64; 3]| {
+                law.within(law.torques_nm(&Pose::by(law.lengths_m, near.near(read(p, w)))))
+            };
+            let torques_nm = followed(arm.motor_angles_rad(), arm.motor_speeds_rad_per_s());
+            state.command = law.words(torques_nm);
+            arm.plan(next - edge, torques_nm, followed);
+        } else {
+            let torques_nm = [0, 1, 2].map(|i| state.command[i] as f64 * plant.command_nm[i]);
+            arm.plan(next - edge, torques_nm, |_, _| torques_nm);
+        }
+        *output_changes += u64::from(state.command != before);
+        next
+    }
+
+    /// Goes to a row of the trace within the step, and shows it.
+    fn show(&mut self, row: u64, trace: &mut Trace, observer: &mut impl Observe) {
+        let (reals, at) = (self.state.pass(row), Cycle(row));
+        if trace.follows(0..NETS) || observer.follows(0..NETS) {
+            let words = self.words();
+            trace.nets(at, &words);
+            observer.nets(at, &words);
+        }
+        trace.reals(at, &reals);
+        observer.reals(at, &reals);
+    }
+
+    fn words(&self) -> [i64; NETS] {
+        let (pins, command) = (self.state.pins(), self.state.command);
+        let width = self.host.host().position.width();
+        let positions = self.state.counts().map(|count| count & ((1 << width) - 1));
+        let mut words = [0; NETS];
+        let groups = [&pins[..], &command, &positions, &command, &pins];
+        for (word, shown) in words.iter_mut().zip(groups.into_iter().flatten()) {
+            *word = *shown;
+        }
+        words
+    }
+}
+
+/// Where motors were so long ago, by their present speeds.
+fn earlier(angles_rad: &[f64; 3], speeds_rad_per_s: &[f64; 3], age_s: f64) -> [f64; 3] {
+    [0, 1, 2].map(|i| angles_rad[i] - speeds_rad_per_s[i] * age_s)
+}
