@@ -66,44 +66,135 @@ impl Shaping {
     }
 }
 
-/// When the duty of an averaged bridge changes.
+/// What an averaged bridge gives, and when.
 ///
-/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. A mean over a period
-/// stands for its middle, so it changes half a period before that end, but no sooner than the command: a duty given after
-/// that comes late, which the switching bridge's does not.
+/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. The mean of a pulse
+/// has its area, but its middle is the period's, where the pulse's is sooner. Both agree in area and in first moment once the
+/// mean changes at the right moment: between duties of one sign `(1 - d - d') / 2` periods before the start of the one that
+/// takes `d'` after `d`. A command that comes after that moment is made up for: what the bridge still owes it gives in
+/// addition, up to the middle of that period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Latch {
     period: u64,
     antiphase: bool,
+    /// The duty that the modulator has taken.
+    held: f64,
+    /// The duty that it is given, and the edge at which it takes it.
     wanted: f64,
-    /// The edge at which it changes.
+    begin: u64,
+    /// The edge at which the mean changes from one to the other.
+    due: f64,
+    /// What the bridge gives since the edge `since`, and what it owed then, in edges of full duty, to a modulator that goes on
+    /// with the duty it has taken.
+    pub(crate) given: f64,
+    since: u64,
+    owed: f64,
+    /// The edge at which what it gives changes by itself.
     pub(crate) next: u64,
 }
 
 impl Latch {
-    /// A latch at edge 0, with nothing to take.
+    /// A latch at edge 0, where the modulator starts with duty 0; that has a moment in antiphase.
     pub(crate) fn new(period: u64, antiphase: bool) -> Self {
-        Self { period, antiphase, wanted: 0.0, next: u64::MAX }
+        let next = u64::MAX;
+        let rest = Self {
+            period,
+            antiphase,
+            held: 0.0,
+            wanted: 0.0,
+            begin: 0,
+            due: 0.0,
+            given: 0.0,
+            since: 0,
+            owed: 0.0,
+            next,
+        };
+        let owed = rest.moment(0.0) * period as f64;
+        if owed == 0.0 { rest } else { Self { owed, given: owed / rest.end() as f64, next: rest.end(), ..rest } }
     }
 
-    /// The duty is this from `edge` on; whether that is another than before.
+    /// The first moment of a period at a duty, before that of its mean: in squares of the period.
     #[inline]
-    pub(crate) fn give(&mut self, edge: u64, duty: f64) -> bool {
-        if self.wanted == duty {
-            return false;
+    fn moment(&self, duty: f64) -> f64 {
+        if self.antiphase { 0.25 * (1.0 - duty * duty) } else { 0.5 * duty * (1.0 - duty.abs()) }
+    }
+
+    /// Goes on to an edge.
+    #[inline]
+    fn settle(&mut self, edge: u64) {
+        self.owed += (self.held - self.given) * (edge - self.since) as f64;
+        self.since = edge;
+        if self.wanted != self.held && edge >= self.begin {
+            self.owed += (self.wanted - self.held) * (edge as f64 - self.due);
+            self.held = self.wanted;
         }
+    }
+
+    /// Another duty from `edge` on.
+    #[inline]
+    fn want(&mut self, edge: u64, duty: f64) {
+        self.settle(edge);
         self.wanted = duty;
         // Periods begin at the edges after those that `period` divides; a word is seen at the edge after its own.
-        let begin = edge.div_ceil(self.period) * self.period + 1;
-        let pulse = if self.antiphase { 0.5 + 0.5 * duty } else { duty.abs().min(1.0) };
-        let middle = self.period / 2;
-        self.next = (begin + (pulse * self.period as f64) as u64).saturating_sub(middle).max(edge);
-        true
+        self.begin = edge.div_ceil(self.period) * self.period + 1;
+        let change = duty - self.held;
+        let lead = if change == 0.0 { 0.0 } else { (self.moment(duty) - self.moment(self.held)) / change };
+        self.due = self.begin as f64 - lead * self.period as f64;
     }
 
-    /// The duty, taken.
+    /// The edge up to which a late command is made up for.
+    #[inline]
+    fn end(&self) -> u64 {
+        self.begin + self.period / 2
+    }
+
+    /// The duty is this from `edge` on; what the bridge gives from there, if that changes now.
+    #[inline]
+    pub(crate) fn give(&mut self, edge: u64, duty: f64) -> Option<f64> {
+        if self.wanted == duty {
+            return None;
+        }
+        self.want(edge, duty);
+        let (change, end) = (duty - self.held, self.end());
+        if self.given == self.held && change != 0.0 {
+            // One change is enough, at the moment that also settles what is owed; often that is half an edge, which noise is
+            // not to decide.
+            let at = (self.due - self.owed / change + 0.25).floor();
+            if at > edge as f64 && at <= end as f64 {
+                self.next = at as u64;
+                return None;
+            }
+        }
+        self.next = end;
+        let missing = self.owed + change * (end as f64 - self.due).max(0.0);
+        self.given = self.held + missing / (end - edge) as f64;
+        Some(self.given)
+    }
+
+    /// What the bridge gives from the edge on at which it changes by itself.
+    #[inline]
     pub(crate) fn take(&mut self) -> f64 {
+        self.settle(self.next);
         self.next = u64::MAX;
-        self.wanted
+        self.given = self.wanted;
+        self.given
+    }
+
+    /// What the bridge gives on an average from `edge` to `next`, while the duty is this.
+    #[inline(always)]
+    pub(crate) fn mean(&mut self, edge: u64, next: u64, duty: f64) -> f64 {
+        if self.wanted != duty {
+            self.want(edge, duty);
+        } else if self.given == duty && self.held == duty {
+            return duty;
+        } else {
+            self.settle(edge);
+        }
+        let change = self.wanted - self.held;
+        let [passed, ahead] = [edge, next].map(|edge| (edge as f64 - self.due).max(0.0));
+        let owed = self.owed + change * passed;
+        let left = (self.end().max(next) - edge) as f64;
+        self.given = self.held + change * (ahead - passed) / (next - edge) as f64 + owed / left;
+        self.given
     }
 }

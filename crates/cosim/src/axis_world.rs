@@ -79,7 +79,7 @@ impl<'p> AxisWorld<'p> {
             Actuator::Averaged { latch, .. } => {
                 world.latch = latch;
                 if let Some(device) = &mut world.device {
-                    device.driven(0, Drive::Average(0.0));
+                    device.driven(0, Drive::Average(latch.map_or(0.0, |latch| latch.given)));
                 }
             }
             Actuator::Switching => {}
@@ -240,10 +240,11 @@ impl World for AxisWorld<'_> {
                 match &mut self.latch {
                     None => device.driven(edge, Drive::Average(duty)),
                     Some(latch) => {
-                        if latch.give(edge, duty) {
-                            if latch.next == edge {
-                                device.driven(edge, Drive::Average(latch.take()));
-                            }
+                        let before = latch.next;
+                        if let Some(given) = latch.give(edge, duty) {
+                            device.driven(edge, Drive::Average(given));
+                        }
+                        if latch.next != before {
                             self.plan();
                         }
                     }

@@ -3,8 +3,7 @@
 //! At a sample instant, one clock after the start and every sample period from there, the law reads the position, a whole
 //! number of counts or the true one; a live spring reads it at every step too. Its force, within what the actuator gives, is
 //! held over the step. A step that a sample instant would fall into ends there. The hand's knots, a ramp and an analog shaper
-//! are heeded at the next step's start. An averaged bridge changes its duty when its modulator would (see [`Latch`]), within
-//! a step by the mean of both. The rows of the trace lie on the straight line between the ends of a step, and words
+//! are heeded at the next step's start. An averaged bridge gives the mean over a step of what it would give (see [`Latch`]). The rows of the trace lie on the straight line between the ends of a step, and words
 //! are shown with them alone.
 
 use std::sync::atomic::Ordering;
@@ -78,7 +77,6 @@ struct Course<'d, 'p> {
     force_n: f64,
     drive: Drive,
     latch: Option<Latch>,
-    duty: f64,
     shaping: Option<Shaping>,
     intent_rad_per_s: f64,
     x: State,
@@ -185,7 +183,6 @@ impl<'d, 'p> Course<'d, 'p> {
             force_n: 0.0,
             drive,
             latch,
-            duty: 0.0,
             shaping,
             intent_rad_per_s: 0.0,
             x,
@@ -284,7 +281,8 @@ impl<'d, 'p> Course<'d, 'p> {
         let force_n = self.force_n.clamp(-limit_n, limit_n);
         match (self.direct.plant.actuator, &mut self.shaping) {
             (Actuator::Averaged { .. }, _) => {
-                Drive::Average(self.mean_duty(edge, next, force_n / self.direct.law.full_scale_n))
+                let duty = force_n / self.direct.law.full_scale_n;
+                Drive::Average(self.latch.as_mut().map_or(duty, |latch| latch.mean(edge, next, duty)))
             }
             (_, None) => Drive::Current(-force_n),
             (_, Some(shaping)) => match shaping.take(edge, force_n) {
@@ -293,21 +291,6 @@ impl<'d, 'p> Course<'d, 'p> {
                 None => self.drive,
             },
         }
-    }
-
-    /// What the duty is in a step on an average, when it is wanted so from the step's start.
-    #[inline(always)]
-    fn mean_duty(&mut self, edge: u64, next: u64, wanted: f64) -> f64 {
-        let Some(latch) = &mut self.latch else { return wanted };
-        if latch.next <= edge {
-            self.duty = latch.take();
-        }
-        latch.give(edge, wanted);
-        if latch.next >= next {
-            return self.duty;
-        }
-        let share = (next - latch.next) as f64 / (next - edge) as f64;
-        self.duty + share * (wanted - self.duty)
     }
 
     /// Rows of the trace, and the words at them.

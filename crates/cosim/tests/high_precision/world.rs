@@ -38,13 +38,73 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
 enum Drive {
     /// Volts by gates, switching.
     Switching { supply_v: f64 },
-    /// Volts by a duty: half a period before the pulse that begins at the edge after a multiple of a period ends, if the
-    /// command is there by then; without a period at once.
+    /// Volts by a duty, in the mean of the pulses (see [`Mean`]); without a period at once.
     Averaged { supply_v: f64, full_scale: f64, period: Option<u64> },
     /// Newtons by a command.
     Force { quantum_n: f64 },
     /// Nothing that moves the device.
     None,
+}
+
+/// What the mean of a modulator's pulses has been told and has given, from the start on.
+#[derive(Clone, Default)]
+struct Mean<const N: usize> {
+    /// The duties that the modulator took or will, with the edges that begin their periods.
+    taken: Vec<(u64, f64)>,
+    /// What was given, from which edge on.
+    given: Vec<(u64, Fixed<N>)>,
+}
+
+/// How a mean comes to another duty.
+enum Change<const N: usize> {
+    /// At an edge to come.
+    At(u64),
+    /// At once to this one, and at an edge to come to the duty.
+    Now(Fixed<N>, u64),
+}
+
+impl<const N: usize> Mean<N> {
+    /// What had to be given up to an edge, in edges of full duty: a pulse of duty `d` in a period of `P` edges has its middle
+    /// `(1 - |d|) P / 2` before that of the period, so that to go from `a` to `b` at a period's beginning brings
+    /// `(b (1 - |b|) - a (1 - |a|)) P / 2` more than means that change there.
+    fn wanted(&self, edge: u64, period: u64) -> Fixed<N> {
+        let (mut area, mut before) = (Fixed::ZERO, 0.0f64);
+        let early = |duty: f64| Fixed::of(duty) * (Fixed::whole(1) - Fixed::of(duty).abs());
+        for &(begin, duty) in &self.taken {
+            let edges = if edge < begin { -Fixed::whole(begin - edge) } else { Fixed::whole(edge - begin) };
+            let half = Fixed::of(0.5) * Fixed::whole(period);
+            area = area + (Fixed::of(duty) - Fixed::of(before)) * edges + (early(duty) - early(before)) * half;
+            before = duty;
+        }
+        area
+    }
+
+    /// What was given up to an edge.
+    fn given(&self, edge: u64) -> Fixed<N> {
+        let ends = self.given.iter().skip(1).map(|&(from, _)| from).chain([edge]);
+        let areas = self.given.iter().zip(ends).map(|(&(from, duty), to)| duty * Fixed::whole(to - from));
+        areas.fold(Fixed::ZERO, |sum, area| sum + area)
+    }
+
+    /// The modulator is told another duty.
+    fn change(&mut self, edge: u64, period: u64, duty: f64) -> Change<N> {
+        let begin = (edge..).find(|edge| edge % period == 0).expect("periods go on") + 1;
+        self.taken.retain(|taken| taken.0 < begin);
+        let held = self.taken.last().map_or(0.0, |taken| taken.1);
+        self.taken.push((begin, duty));
+        let end = begin + period / 2;
+        let now = self.given.last().map_or(Fixed::ZERO, |given| given.1);
+        let missing = self.wanted(end, period) - self.given(edge);
+        if now == Fixed::of(held) && duty != held {
+            // Held for x edges, then the duty: held x + duty (end - edge - x) = missing.
+            let rest = Fixed::of(duty) * Fixed::whole(end - edge) - missing;
+            let x = (rest * (Fixed::of(duty) - Fixed::of(held)).reciprocal() + Fixed::of(0.25)).float().floor();
+            if x >= 1.0 && x <= (end - edge) as f64 {
+                return Change::At(edge + x as u64);
+            }
+        }
+        Change::Now(missing * Fixed::whole(end - edge).reciprocal(), end)
+    }
 }
 
 /// From an edge on the hand means to be at an angle and to move on.
@@ -176,9 +236,10 @@ pub struct PreciseWorld<'p, const N: usize> {
     intent: Fixed<N>,
     intent_speed: Fixed<N>,
     knot: usize,
-    /// A duty that waits for its period, and the edge that begins it.
-    waiting: Option<(u64, f64)>,
     duty: f64,
+    mean: Mean<N>,
+    /// A duty that is given from an edge on.
+    waiting: Option<(u64, f64)>,
     count: i64,
     crossings: u64,
     /// The least that lay between the angle and a limit at the edges on both sides of a crossing.
@@ -201,8 +262,9 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
             intent: zero,
             intent_speed: zero,
             knot: 0,
-            waiting: None,
             duty: 0.0,
+            mean: Mean::default(),
+            waiting: None,
             count: 0,
             crossings: 0,
             nearest: f64::INFINITY,
@@ -256,7 +318,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
     fn due(&mut self) {
         if let Some((_, duty)) = self.waiting.filter(|waiting| waiting.0 <= self.edge) {
             self.waiting = None;
-            self.average(duty);
+            self.average(Fixed::of(duty));
             self.driven();
         }
         while let Some(knot) = self.laws.knots.get(self.knot).filter(|knot| knot.edge <= self.edge) {
@@ -280,9 +342,10 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         knot.into_iter().chain(duty).chain(self.schedule.next(self.edge)).min().unwrap_or(u64::MAX)
     }
 
-    fn average(&mut self, duty: f64) {
+    fn average(&mut self, duty: Fixed<N>) {
         let Drive::Averaged { supply_v, .. } = self.laws.drive else { return };
-        self.volts_per_henry = -(Fixed::of(supply_v) * Fixed::of(duty) * self.laws.per_inductance);
+        self.mean.given.push((self.edge, duty));
+        self.volts_per_henry = -(Fixed::of(supply_v) * duty * self.laws.per_inductance);
     }
 
     /// State and intent so many edges on.
@@ -405,17 +468,19 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
                     return;
                 }
                 self.duty = duty;
-                if let Some(period) = period {
-                    let begun = (self.edge..).find(|edge| edge % period == 0).expect("periods go on");
-                    let pulse = (duty.abs().min(1.0) * period as f64) as u64;
-                    let due = (begun + 1 + pulse).saturating_sub(period / 2);
-                    if due > self.edge {
-                        self.waiting = Some((due, duty));
-                        return;
+                let Some(period) = period else {
+                    self.average(Fixed::of(duty));
+                    self.driven();
+                    return;
+                };
+                self.waiting = None;
+                match self.mean.change(self.edge, period, duty) {
+                    Change::At(edge) => self.waiting = Some((edge, duty)),
+                    Change::Now(given, end) => {
+                        self.waiting = Some((end, duty));
+                        self.average(given);
                     }
-                    self.waiting = None;
                 }
-                self.average(duty);
             }
             Drive::Switching { supply_v } => {
                 // Leg B feeds the motor's plus terminal.

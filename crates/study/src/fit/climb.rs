@@ -315,8 +315,10 @@ impl Climb<'_> {
     }
 }
 
-/// By how many counts the wall is moved, so that a contact meets the sampling and the counts in another phase each time.
-const PHASES: [f64; 6] = [-5.3, -3.4, -1.6, 0.7, 2.3, 3.7];
+/// By how many counts the wall is moved at most, either way, and by how many at a time: words hold the wall at whole counts, so
+/// each of them near is met, and each in another phase where a law holds it between them.
+const MOST_PHASES: i32 = 6;
+const PHASE: f64 = 0.94;
 
 /// The scenes around: the wall 5 % softer and stiffer, and a few counts nearer and farther.
 fn around(experiment: &Experiment) -> Vec<Set> {
@@ -326,16 +328,15 @@ fn around(experiment: &Experiment) -> Vec<Set> {
             let (k, position) = (scene.wall.stiffness_nm_per_rad, scene.wall.position_rad);
             let count = scene.encoder.count_rad();
             let stiffness = [0.95, 1.05].map(|share| one("wall.stiffness", share * k));
-            let places = PHASES.map(|counts| one("wall.position", position + counts * count));
+            let phases = (-MOST_PHASES..=MOST_PHASES).filter(|&phase| phase != 0).map(|phase| PHASE * f64::from(phase));
+            let places = phases.map(|counts| one("wall.position", position + counts * count));
             let stiffness = stiffness.into_iter().filter(|_| k > 0.0);
             stiffness.chain(places).collect()
         }
         Experiment::Phantom(scene) => {
             let (k, distance) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
             let stiffness = [0.95, 1.05].map(|share| one("room.stiffness", share * k));
-            let places = [PHASES[0], PHASES[2], PHASES[3], PHASES[5]]
-                .map(|counts| counts * 29e-6)
-                .map(|metres| one("room.distance", distance + metres));
+            let places = [-5.3, -1.6, 0.7, 3.7].map(|counts| one("room.distance", distance + counts * 29e-6));
             stiffness.into_iter().chain(places).collect()
         }
     }
