@@ -119,24 +119,24 @@ impl Latch {
         if self.antiphase { 0.25 * (1.0 - duty * duty) } else { 0.5 * duty * (1.0 - duty.abs()) }
     }
 
-    /// Goes on to an edge.
+    /// Goes on to an edge, before `from` comes a command.
     #[inline]
-    fn settle(&mut self, edge: u64) {
+    fn settle(&mut self, edge: u64, from: u64) {
         self.owed += (self.held - self.given) * (edge - self.since) as f64;
         self.since = edge;
-        if self.wanted != self.held && edge >= self.begin {
+        if self.wanted != self.held && from >= self.begin {
             self.owed += (self.wanted - self.held) * (edge as f64 - self.due);
             self.held = self.wanted;
         }
     }
 
-    /// Another duty from `edge` on.
+    /// Another duty from `from` on, known at `edge`.
     #[inline]
-    fn want(&mut self, edge: u64, duty: f64) {
-        self.settle(edge);
+    fn want(&mut self, edge: u64, from: u64, duty: f64) {
+        self.settle(edge, from);
         self.wanted = duty;
         // Periods begin at the edges after those that `period` divides; a word is seen at the edge after its own.
-        self.begin = edge.div_ceil(self.period) * self.period + 1;
+        self.begin = from.div_ceil(self.period) * self.period + 1;
         let change = duty - self.held;
         let lead = if change == 0.0 { 0.0 } else { (self.moment(duty) - self.moment(self.held)) / change };
         self.due = self.begin as f64 - lead * self.period as f64;
@@ -154,7 +154,7 @@ impl Latch {
         if self.wanted == duty {
             return None;
         }
-        self.want(edge, duty);
+        self.want(edge, edge, duty);
         let (change, end) = (duty - self.held, self.end());
         if self.given == self.held && change != 0.0 {
             // One change is enough, at the moment that also settles what is owed; often that is half an edge, which noise is
@@ -174,21 +174,21 @@ impl Latch {
     /// What the bridge gives from the edge on at which it changes by itself.
     #[inline]
     pub(crate) fn take(&mut self) -> f64 {
-        self.settle(self.next);
+        self.settle(self.next, self.next);
         self.next = u64::MAX;
         self.given = self.wanted;
         self.given
     }
 
-    /// What the bridge gives on an average from `edge` to `next`, while the duty is this.
+    /// What the bridge gives on an average from one edge to another, the duty being this from `from` on.
     #[inline(always)]
-    pub(crate) fn mean(&mut self, edge: u64, next: u64, duty: f64) -> f64 {
+    pub(crate) fn mean(&mut self, (edge, next): (u64, u64), from: u64, duty: f64) -> f64 {
         if self.wanted != duty {
-            self.want(edge, duty);
+            self.want(edge, from, duty);
         } else if self.given == duty && self.held == duty {
             return duty;
         } else {
-            self.settle(edge);
+            self.settle(edge, edge);
         }
         let change = self.wanted - self.held;
         let [passed, ahead] = [edge, next].map(|edge| (edge as f64 - self.due).max(0.0));

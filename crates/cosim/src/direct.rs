@@ -9,22 +9,23 @@
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use hpu_datapath::{Loaded, LoopIn};
 use hpu_plant::{Axis, Device, Drive, Method, State};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::arm_direct::ArmDirect;
+use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
 use crate::engine::Control;
-use crate::law::{AnyLaw, SampledLaw};
-use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
+use crate::law_loop::LawConfig;
 use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
+use crate::rig::TheLoop;
 use crate::schedule::Schedule;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};
 use crate::trace::{Lines, Trace};
-use crate::world::Pins;
 
 /// A scene's loop without wiring and clock.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -52,10 +53,18 @@ impl Direct<'_> {
     }
 }
 
-/// A law in floats, closed around an axis in steps.
+/// What closes a loop around an axis in steps.
+pub(crate) enum Computed<'p> {
+    /// A law in floats, and the wall's position if it reads the true position.
+    Law(&'p LawConfig, Option<f64>),
+    /// A loop in words that is loaded with counts: its wiring, constant inputs, and whether its spring is live.
+    Words(&'p TheLoop, LoopIn<i64>, bool),
+}
+
+/// A law in floats or a loop in words, closed around an axis in steps.
 pub struct AxisDirect<'p> {
     pub(crate) plant: &'p Plant,
-    pub(crate) law: LawConfig,
+    pub(crate) computed: Computed<'p>,
     pub(crate) schedule: Schedule,
     /// The method; none flows exactly.
     pub(crate) method: Option<Method>,
@@ -63,18 +72,17 @@ pub struct AxisDirect<'p> {
     pub(crate) step: u64,
     /// Clock edges of a sample period.
     pub(crate) period: u64,
-    /// The wall's position, if the law reads the true position.
-    pub(crate) ideal_wall_rad: Option<f64>,
 }
 
 /// A run of it.
-struct Course<'d, 'p> {
+struct Course<'d, 'p, C> {
     direct: &'d AxisDirect<'p>,
     axis: &'p Axis,
     edge_s: f64,
     mover: Mover<'p>,
-    law: AnyLaw,
-    force_n: f64,
+    controller: C,
+    /// What was asked for in the step before: a force, or a duty.
+    asked: f64,
     drive: Drive,
     latch: Option<Latch>,
     shaping: Option<Shaping>,
@@ -97,8 +105,58 @@ impl AxisDirect<'_> {
         observer: &mut impl Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
+        match self.computed {
+            Computed::Law(config, ideal) => {
+                self.close(FloatsLaw::new(config, self.schedule, ideal), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::Hybrid(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::Conventional(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::SampledWall(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::VirtualCoupling(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::PassivityController(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::EnergyBounding(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(TheLoop::PassiveSpring(wiring), input, live) => {
+                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+            }
+            Computed::Words(..) => unreachable!("not an axis's in words"),
+        }
+    }
+
+    /// A loop in words, ready to be loaded.
+    fn loaded<W: Loaded + Clone>(&self, wiring: &W, input: LoopIn<i64>, live: bool) -> LoadedLoop<W> {
+        let command = wiring.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command");
+        let (quantum_n, duty) = match self.plant.actuator {
+            Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
+            Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
+            Actuator::Switching => (0.0, 0.0),
+        };
+        LoadedLoop::new(wiring.clone(), input, self.schedule, (command, live), (quantum_n, duty))
+    }
+
+    /// Closes the loop with a controller.
+    fn close<C: Controller>(
+        &self,
+        controller: C,
+        end: u64,
+        stride: u64,
+        trace: &mut Trace,
+        observer: &mut impl Observe,
+        control: &Control,
+    ) -> (Summary, Option<&'static str>) {
         let clock = Instant::now();
-        let mut course = Course::new(self);
+        let mut course = Course::new(self, controller);
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
         let (mut complete, mut over) = (true, None);
@@ -159,8 +217,8 @@ impl AxisDirect<'_> {
     }
 }
 
-impl<'d, 'p> Course<'d, 'p> {
-    fn new(direct: &'d AxisDirect<'p>) -> Self {
+impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
+    fn new(direct: &'d AxisDirect<'p>, controller: C) -> Self {
         let plant = direct.plant;
         let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind else {
             unreachable!("a recording has no steps");
@@ -179,8 +237,8 @@ impl<'d, 'p> Course<'d, 'p> {
             axis,
             edge_s: plant.edge_s,
             mover,
-            law: direct.law.law.clone(),
-            force_n: 0.0,
+            controller,
+            asked: 0.0,
             drive,
             latch,
             shaping,
@@ -194,14 +252,11 @@ impl<'d, 'p> Course<'d, 'p> {
         }
     }
 
-    /// The position beyond the wall's surface, as the law reads it.
+    /// A position as the controller reads it.
     #[inline(always)]
-    fn position_m(&mut self, angle_rad: f64) -> f64 {
-        if let Some(wall_rad) = self.direct.ideal_wall_rad {
-            return angle_rad - wall_rad;
-        }
+    fn reading(&mut self, angle_rad: f64) -> Reading {
         self.encoder.sense(angle_rad);
-        (self.encoder.count() - self.start_count - self.direct.law.surface) as f64 * self.direct.law.count_m
+        Reading { count: self.encoder.count() - self.start_count, angle_rad }
     }
 
     /// All that is due at the start of a step, which ends by `end`; returns where.
@@ -222,7 +277,7 @@ impl<'d, 'p> Course<'d, 'p> {
             self.sample(edge);
         }
         let next = (edge + self.direct.step).min(self.next_sample).min(end);
-        if self.direct.law.live && edge > 0 {
+        if self.controller.is_live() && edge > 0 {
             self.follow(edge, next);
         }
         let drive = if edge == 0 { self.drive } else { self.output(edge, next) };
@@ -239,53 +294,51 @@ impl<'d, 'p> Course<'d, 'p> {
         self.x = self.mover.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
     }
 
-    /// The words that change by themselves, as they are then.
+    /// How old a position is that is read at an edge.
     #[inline(always)]
-    fn vary(&mut self, edge: u64) {
-        let schedule = self.direct.schedule;
-        if schedule != Schedule::default() {
-            let [stiffness, scale] = [(schedule.stiffness, 0), (schedule.scale, 1)].map(|(ramp, index)| {
-                let start = self.direct.law.start[index];
-                ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
-            });
-            self.law.vary(&self.direct.law.law, stiffness, scale);
-        }
+    fn late_s(&self, edge: u64) -> f64 {
+        C::LATE.min(edge.saturating_sub(1)) as f64 * self.edge_s
     }
 
     fn sample(&mut self, edge: u64) {
-        self.vary(edge);
-        let x_m = self.position_m(self.x[2]);
-        self.force_n = self.law.sample(x_m);
+        if edge == 1 {
+            // Counts are from the first lines seen.
+            self.encoder.sense(self.x[2]);
+            self.start_count = self.encoder.count();
+        }
+        let at = self.reading(self.x[2] - self.x[1] * self.late_s(edge));
+        self.controller.sample(edge, at);
         self.next_sample += self.direct.period;
     }
 
-    /// The force of a live spring in a step: that at its middle, by the stiffness then and of where the device will be by its
-    /// present speed; a method that moves on by the new speed has the middle in itself.
+    /// A live spring reads the middle of a step: the words then, and where the device will be by its present speed; a method that
+    /// moves on by the new speed has the middle in itself.
     #[inline(always)]
     fn follow(&mut self, edge: u64, next: u64) {
-        self.vary(edge + (next - edge) / 2);
         let ahead_s = match self.direct.method {
             Some(Method::SemiImplicit) => 0.0,
             _ => 0.5 * (next - edge) as f64 * self.edge_s,
         };
-        let x_m = self.position_m(self.x[2] + self.x[1] * ahead_s);
-        if let AnyLaw::Wall(wall) = &self.law {
-            self.force_n = wall.force_n(x_m);
-        }
+        let at = self.reading(self.x[2] + self.x[1] * (ahead_s - self.late_s(edge)));
+        self.controller.follow(edge + (next - edge) / 2, at);
     }
 
-    /// What the actuator makes of the force in a step.
+    /// What the actuator makes in a step of what is asked for.
     #[inline(always)]
     fn output(&mut self, edge: u64, next: u64) -> Drive {
-        let limit_n = self.direct.law.limit_n;
-        let force_n = self.force_n.clamp(-limit_n, limit_n);
+        let Asked { force_n, duty, from } = self.controller.asked(edge, next);
+        // Until `from` it was what it was.
+        let mut mean = |after: f64| {
+            let before = std::mem::replace(&mut self.asked, after);
+            if from == edge { after } else { before + (after - before) * ((next - from) as f64 / (next - edge) as f64) }
+        };
         match (self.direct.plant.actuator, &mut self.shaping) {
-            (Actuator::Averaged { .. }, _) => {
-                let duty = force_n / self.direct.law.full_scale_n;
-                Drive::Average(self.latch.as_mut().map_or(duty, |latch| latch.mean(edge, next, duty)))
-            }
-            (_, None) => Drive::Current(-force_n),
-            (_, Some(shaping)) => match shaping.take(edge, force_n) {
+            (Actuator::Averaged { .. }, _) => Drive::Average(match &mut self.latch {
+                Some(latch) => latch.mean((edge, next), from, duty),
+                None => mean(duty),
+            }),
+            (_, None) => Drive::Current(-mean(force_n)),
+            (_, Some(shaping)) => match shaping.take(from, force_n) {
                 Some(shaped_n) => Drive::Current(-shaped_n),
                 None if shaping.next <= edge => Drive::Current(-shaping.hand_on(edge)),
                 None => self.drive,
@@ -296,29 +349,16 @@ impl<'d, 'p> Course<'d, 'p> {
     /// Rows of the trace, and the words at them.
     #[inline(always)]
     fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut impl Observe) {
-        let law = &self.direct.law;
-        let command = || law.command(self.force_n);
-        let words = |reals: &[f64; 4]| {
-            let position = Encoder::new(self.direct.plant.count_rad, reals[2]).count() - self.start_count;
-            let pins = Pins::at(position);
-            let mut words = [0; NETS];
-            (words[0], words[1]) = (pins.a, pins.b);
-            words[POSITION] = position;
-            words[PENETRATION] = (position - law.surface).max(0);
-            words[COMMAND] = command();
-            words
-        };
-        let all = |net| match net {
-            0 | 1 | POSITION | PENETRATION => None,
-            COMMAND => Some(command()),
-            _ => Some(0),
-        };
-        trace.extend(lines, all, |net, reals| words(reals)[net]);
-        let watched = observer.follows(0..NETS);
+        let controller = &self.controller;
+        let count = |reals: &[f64; 4]| Encoder::new(self.direct.plant.count_rad, reals[2]).count() - self.start_count;
+        trace.extend(lines, |net| controller.word(net), |net, reals| controller.word_at(net, count(reals)));
+        let watched = observer.follows(0..controller.nets());
         for row in 0..lines.rows {
             let (edge, reals) = (Cycle(lines.first + u64::from(row) * lines.stride), lines.at(row));
             if watched {
-                observer.nets(edge, &words(&reals));
+                let count = count(&reals);
+                let word = |net| controller.word(net).unwrap_or_else(|| controller.word_at(net, count));
+                observer.nets(edge, &(0..controller.nets()).map(word).collect::<Vec<_>>());
             }
             observer.reals(edge, &reals);
         }

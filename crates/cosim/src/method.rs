@@ -200,7 +200,7 @@ fn law_config(scene: &Scene, words: &LoopWords, (k, b): (f64, f64)) -> Result<La
     let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;
     let surface = Format::signed(words.config.position_width).wrap(words.reference.into());
     let start_m = match scene.model.encoder {
-        EncoderModel::Quantised => -(surface as f64) * count_rad,
+        EncoderModel::Quantised | EncoderModel::Loaded => -(surface as f64) * count_rad,
         EncoderModel::Ideal => scene.initial_angle_rad() - scene.wall.position_rad,
     };
     let period_s = scene.sample_period_s();

@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Real};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
-use crate::direct::{AxisDirect, Direct};
+use crate::direct::{AxisDirect, Computed, Direct};
 use crate::engine::Driver;
 use crate::method;
 use crate::plant::{Plant, PlantError};
@@ -157,18 +157,24 @@ impl Rig for Session<'_> {
 
     fn direct(&self) -> Option<Direct<'_>> {
         let stepping = self.plant.stepping?;
-        let TheLoop::Law(law) = &self.wiring else {
-            return None;
-        };
         let model = self.scene.model;
+        let computed = match &self.wiring {
+            TheLoop::Law(law) => {
+                let ideal = (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad);
+                Computed::Law(law.config(), ideal)
+            }
+            wiring if model.encoder == EncoderModel::Loaded => {
+                Computed::Words(wiring, self.input(), self.scene.method.kind.is_live())
+            }
+            _ => return None,
+        };
         Some(Direct::Axis(AxisDirect {
             plant: &self.plant,
-            law: law.config().clone(),
+            computed,
             schedule: self.words.schedule,
             method: stepping.method,
             step: stepping.edges,
             period: self.scene.period_clocks(),
-            ideal_wall_rad: (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad),
         }))
     }
 

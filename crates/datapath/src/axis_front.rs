@@ -50,6 +50,12 @@ impl AxisFront {
         Ok(block)
     }
 
+    /// Puts the counter to a position.
+    #[inline]
+    pub(crate) fn load(&mut self, position: i64) {
+        self.axis.position = self.axis.counter.load(position);
+    }
+
     /// Lets the outputs settle with this reference and the registers as they stand.
     #[inline]
     pub(crate) fn settle(&mut self, reference: i64) -> Out<i64> {

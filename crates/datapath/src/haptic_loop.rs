@@ -6,8 +6,8 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter, displacement,
-    flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
+    Block, ConfigError, Generic, Instance, Loaded, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter,
+    displacement, flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
@@ -262,6 +262,18 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
         self.skip_still(edges, &seen);
         self.blocks.modulator.skip(edges, &seen.modulator);
         self.standing = self.standing.saturating_add(edges);
+    }
+}
+
+impl<const HELD: bool> Loaded for HapticLoop<HELD> {
+    #[inline]
+    fn load(&mut self, position: i64, input: &LoopIn<i64>) {
+        let position = self.blocks.counter.load(position);
+        if std::mem::replace(&mut self.words[Self::NETS.position], position) != position {
+            self.let_settle(input);
+        } else {
+            self.take_in(input);
+        }
     }
 }
 

@@ -14,8 +14,9 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
 use crate::loop_nets::instance;
 use crate::{
-    AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, LoopIn,
-    LoopOut, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm, saturator,
+    AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, Loaded,
+    LoopIn, LoopOut, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
+    saturator,
 };
 
 /// What a method loop has beside its law.
@@ -262,6 +263,15 @@ impl<L: Law> Block for MethodLoop<L> {
         let modulator = self.at_modulator();
         self.modulator.skip(edges, &modulator);
         self.standing = self.standing.saturating_add(edges);
+    }
+}
+
+impl<L: Law> Loaded for MethodLoop<L> {
+    #[inline]
+    fn load(&mut self, position: i64, input: &LoopIn<i64>) {
+        self.front.load(position);
+        let shown = LawOut { torque: self.words[TORQUE], memory: self.words[MEMORY] };
+        self.let_settle(input, shown);
     }
 }
 

@@ -42,6 +42,14 @@ impl PositionCounter {
     }
 }
 
+impl PositionCounter {
+    /// Puts the counter to a position, as no step does.
+    pub(crate) fn load(&mut self, position: i64) -> i64 {
+        self.position = self.format.wrap(position.into());
+        self.position
+    }
+}
+
 impl Default for PositionCounter {
     fn default() -> Self {
         Self::new(12).expect("the data sheet's default")

@@ -50,6 +50,12 @@ pub struct Repeat<O> {
     pub edges: u64,
 }
 
+/// A haptic loop whose position counter can be put to a count: what is left of an encoder whose lines are left out.
+pub trait Loaded: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+    /// Puts the counter to a position, modulo its width, and lets the nets settle with these inputs.
+    fn load(&mut self, position: i64, input: &LoopIn<i64>);
+}
+
 /// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
 ///
 /// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs, its

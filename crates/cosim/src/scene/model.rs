@@ -109,8 +109,10 @@ pub enum Friction {
 /// What the law reads.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum EncoderModel {
-    /// Counts.
+    /// Counts, by the lines of the encoder.
     Quantised,
+    /// Counts that are loaded into the counter, once a step and at samples: no lines, and no clock between them.
+    Loaded,
     /// The position itself.
     Ideal,
 }

@@ -1,6 +1,9 @@
 //! Reading `[model]` of an axis: how much is modelled, and what of it goes together.
 
-use super::Scene;
+use hpu_datapath::Estimator;
+
+use super::{LawMethod, Loop, Scene};
+
 use super::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use super::parts::{Device, Hand};
 use super::quantity as q;
@@ -20,7 +23,8 @@ pub(super) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
     let datapaths = [("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear)];
     let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
     let windings = [("inductive", Winding::Inductive), ("resistive", Winding::Resistive)];
-    let encoders = [("quantised", EncoderModel::Quantised), ("ideal", EncoderModel::Ideal)];
+    let encoders =
+        [("quantised", EncoderModel::Quantised), ("loaded", EncoderModel::Loaded), ("ideal", EncoderModel::Ideal)];
     let solver = s.choice("solver", &Solver::ALL.map(|solver| (solver.name(), solver)), Some(Solver::Events))?;
     Ok(Model {
         solver,
@@ -99,11 +103,28 @@ pub(super) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
                 "\"ideal\" is a position in floats, which only the law in floats reads; write datapath = \"law\"";
             return refused("model.encoder", reason.into());
         }
-        if solver.is_exact() {
-            let reason =
-                format!("\"ideal\" is read once a step, and \"{name}\" has none; write solver = \"sample\", {FIXED}");
-            return refused("model.encoder", reason);
+    }
+    if encoder == EncoderModel::Loaded {
+        if datapath != Datapath::Words {
+            let reason = "\"loaded\" is the words' counter; the law reads counts as they are: leave this out";
+            return refused("model.encoder", reason.into());
         }
+        if on_bridge {
+            let reason =
+                "a \"loaded\" counter leaves out the clock that switches; write bridge = \"averaged\" beside it";
+            return refused("model.encoder", reason.into());
+        }
+        if matches!(scene.method.kind, Loop::Law(LawMethod::SampledWall(wall)) if wall.estimator == Estimator::EdgeTimer)
+        {
+            let reason = "a \"loaded\" counter has no lines to time; write another estimator, or leave this out";
+            return refused("model.encoder", reason.into());
+        }
+    }
+    if encoder != EncoderModel::Quantised && solver.is_exact() {
+        let how = if encoder == EncoderModel::Ideal { "ideal" } else { "loaded" };
+        let reason =
+            format!("\"{how}\" is read once a step, and \"{name}\" has none; write solver = \"sample\", {FIXED}");
+        return refused("model.encoder", reason);
     }
     if matches!(scene.hand, Hand::Capture { .. }) && !solver.is_exact() {
         let reason =

@@ -2,7 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, Experiment, Hand, Loop, PhantomLaw, PhantomScene, Scene};
+use hpu_cosim::scene::{
+    BridgeModel, Datapath, Device, EncoderModel, Experiment, Hand, LawMethod, Loop, PhantomLaw, PhantomScene, Scene,
+};
+use hpu_datapath::Estimator;
 
 /// One thing that a cheaper model leaves out.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -122,11 +125,28 @@ fn axis(scene: &Scene, list: &mut List) {
         list.add("the encoder's counts", 1, &[("model.encoder", "ideal")], &[law, Some(sample)]);
         between.push(sample);
     }
+    let steps_s = 4.0 * scene.clock.period_s()..=scene.sample_period_s();
+    let solvers = [("midpoint", "implicit midpoint"), ("semi_implicit", "semi-implicit Euler")];
     if scene.model.solver.is_exact() && (law.is_some() || scene.model.datapath == Datapath::Law) {
-        let steps_s = 4.0 * scene.clock.period_s()..=scene.sample_period_s();
-        for (solver, called) in [("midpoint", "implicit midpoint"), ("semi_implicit", "semi-implicit Euler")] {
+        for (solver, called) in solvers {
             let what = |step: &str| format!("what happens within steps of {step} ({called})");
             ladder(&steps_s, what, &[("model.solver", solver)], &[averaged, law], &mut between, list);
+        }
+    }
+    // Words can be loaded with counts where a law in floats would leave out too much of them.
+    let on_counts = scene.model.encoder == EncoderModel::Quantised && !matches!(scene.hand, Hand::Capture { .. });
+    let timed =
+        matches!(scene.method.kind, Loop::Law(LawMethod::SampledWall(wall)) if wall.estimator == Estimator::EdgeTimer);
+    if scene.model.solver.is_exact() && words && on_counts && !timed {
+        between.extend(law);
+        let loaded = ("model.encoder", "loaded");
+        let what = "the encoder's lines, and all that happens between two samples";
+        let sample = list.add(what, 6, &[loaded, ("model.solver", "sample")], &[averaged]);
+        list.0[sample].instead_of.clone_from(&between);
+        between.push(sample);
+        for (solver, called) in solvers {
+            let what = |step: &str| format!("the encoder's lines, and what happens within steps of {step} ({called})");
+            ladder(&steps_s, what, &[loaded, ("model.solver", solver)], &[averaged], &mut between, list);
         }
     }
 }
@@ -173,9 +193,8 @@ fn friction_speed(scene: &Scene) -> f64 {
 
 /// Whether the method has a law in floats that runs in a loop.
 fn has_law(scene: &Scene) -> bool {
-    use hpu_cosim::scene::LawMethod;
     let estimator = match scene.method.kind {
-        Loop::Law(LawMethod::SampledWall(wall)) => wall.estimator == hpu_datapath::Estimator::Difference,
+        Loop::Law(LawMethod::SampledWall(wall)) => wall.estimator == Estimator::Difference,
         _ => true,
     };
     estimator && !matches!(scene.hand, Hand::Capture { .. })

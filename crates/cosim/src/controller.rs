@@ -1,0 +1,244 @@
+//! What closes a loop around an axis in steps, without a clock: a law in floats, or a loop in words that is loaded with counts.
+
+use hpu_datapath::{Loaded, LoopIn};
+
+use crate::law::{AnyLaw, SampledLaw};
+use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
+use crate::schedule::Schedule;
+use crate::world::Pins;
+
+/// A position as a controller may read it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reading {
+    /// Counts from the start.
+    pub(crate) count: i64,
+    /// The true one.
+    pub(crate) angle_rad: f64,
+}
+
+/// What a controller asks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    /// The force against the penetration, and the duty of a bridge that makes it.
+    pub(crate) force_n: f64,
+    pub(crate) duty: f64,
+    /// The edge from which it is asked for; before, it was the one before.
+    pub(crate) from: u64,
+}
+
+/// What closes a loop around an axis in steps.
+pub(crate) trait Controller {
+    /// Edges from the encoder to what reads it.
+    const LATE: u64;
+
+    /// Whether a spring reads the position at every step, beside the samples.
+    fn is_live(&self) -> bool;
+    /// Reads a position at a sample's edge.
+    fn sample(&mut self, edge: u64, at: Reading);
+    /// A live spring reads a position at an edge in a step.
+    fn follow(&mut self, edge: u64, at: Reading);
+    /// What it asks for in a step from one edge to another.
+    fn asked(&mut self, edge: u64, next: u64) -> Asked;
+    /// How many nets there are.
+    fn nets(&self) -> usize;
+    /// The word of a net at a row, where that does not depend on the position there.
+    fn word(&self, net: usize) -> Option<i64>;
+    /// The words of the nets that depend on the position, with the device at this count.
+    fn word_at(&self, net: usize, count: i64) -> i64;
+}
+
+/// A law in floats.
+pub(crate) struct FloatsLaw<'d> {
+    config: &'d LawConfig,
+    schedule: Schedule,
+    /// The wall's position, if the law reads the true position.
+    ideal_wall_rad: Option<f64>,
+    law: AnyLaw,
+    force_n: f64,
+}
+
+impl<'d> FloatsLaw<'d> {
+    pub(crate) fn new(config: &'d LawConfig, schedule: Schedule, ideal_wall_rad: Option<f64>) -> Self {
+        Self { config, schedule, ideal_wall_rad, law: config.law.clone(), force_n: 0.0 }
+    }
+
+    /// The position beyond the wall's surface.
+    #[inline(always)]
+    fn position_m(&self, at: Reading) -> f64 {
+        match self.ideal_wall_rad {
+            Some(wall_rad) => at.angle_rad - wall_rad,
+            None => (at.count - self.config.surface) as f64 * self.config.count_m,
+        }
+    }
+
+    /// The words that change by themselves, as they are then.
+    #[inline(always)]
+    fn vary(&mut self, edge: u64) {
+        if self.schedule != Schedule::default() {
+            let ramps = [(self.schedule.stiffness, 0), (self.schedule.scale, 1)];
+            let [stiffness, scale] = ramps.map(|(ramp, index)| {
+                let start = self.config.start[index];
+                ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
+            });
+            self.law.vary(&self.config.law, stiffness, scale);
+        }
+    }
+}
+
+impl Controller for FloatsLaw<'_> {
+    const LATE: u64 = 0;
+
+    fn is_live(&self) -> bool {
+        self.config.live
+    }
+
+    #[inline(always)]
+    fn sample(&mut self, edge: u64, at: Reading) {
+        self.vary(edge);
+        self.force_n = self.law.sample(self.position_m(at));
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, edge: u64, at: Reading) {
+        self.vary(edge);
+        let x_m = self.position_m(at);
+        if let AnyLaw::Wall(wall) = &self.law {
+            self.force_n = wall.force_n(x_m);
+        }
+    }
+
+    #[inline(always)]
+    fn asked(&mut self, edge: u64, _: u64) -> Asked {
+        let limit_n = self.config.limit_n;
+        let force_n = self.force_n.clamp(-limit_n, limit_n);
+        Asked { force_n, duty: force_n / self.config.full_scale_n, from: edge }
+    }
+
+    fn nets(&self) -> usize {
+        NETS
+    }
+
+    fn word(&self, net: usize) -> Option<i64> {
+        match net {
+            0 | 1 | POSITION | PENETRATION => None,
+            COMMAND => Some(self.config.command(self.force_n)),
+            _ => Some(0),
+        }
+    }
+
+    fn word_at(&self, net: usize, count: i64) -> i64 {
+        let pins = Pins::at(count);
+        match net {
+            0 => pins.a,
+            1 => pins.b,
+            POSITION => count,
+            _ => (count - self.config.surface).max(0),
+        }
+    }
+}
+
+/// A loop in words whose counter is loaded: at samples, and by a live spring at every step.
+pub(crate) struct LoadedLoop<W> {
+    wiring: W,
+    input: LoopIn<i64>,
+    schedule: Schedule,
+    /// Index of the net that the actuator follows.
+    command: usize,
+    live: bool,
+    /// Force and duty of a count of it.
+    quantum_n: f64,
+    duty: f64,
+    /// The next edge of the wiring.
+    edge: u64,
+}
+
+impl<W: Loaded> LoadedLoop<W> {
+    /// A loop as it stands after reset, its modulator at rest.
+    pub(crate) fn new(
+        mut wiring: W,
+        input: LoopIn<i64>,
+        schedule: Schedule,
+        (command, live): (usize, bool),
+        (quantum_n, duty): (f64, f64),
+    ) -> Self {
+        wiring.reset();
+        wiring.rest_modulator();
+        wiring.settle(&input);
+        Self { wiring, input, schedule, command, live, quantum_n, duty, edge: 1 }
+    }
+
+    fn vary(&mut self, edge: u64) {
+        let ramps =
+            [(self.schedule.stiffness, &mut self.input.stiffness), (self.schedule.scale, &mut self.input.scale)];
+        for (ramp, word) in ramps {
+            if let Some(ramp) = ramp {
+                *word = ramp.word(edge);
+            }
+        }
+    }
+
+    #[inline]
+    fn load(&mut self, at: Reading) {
+        self.wiring.load(at.count, &self.input);
+    }
+}
+
+impl<W: Loaded> Controller for LoadedLoop<W> {
+    /// Synchroniser, decoder and counter.
+    const LATE: u64 = 4;
+
+    fn is_live(&self) -> bool {
+        self.live
+    }
+
+    #[inline]
+    fn sample(&mut self, edge: u64, at: Reading) {
+        debug_assert_eq!(self.edge, edge, "the wiring has been brought here");
+        self.vary(edge);
+        self.load(at);
+        self.wiring.tick(self.input);
+        self.edge += 1;
+    }
+
+    #[inline]
+    fn follow(&mut self, edge: u64, at: Reading) {
+        self.vary(edge);
+        self.load(at);
+    }
+
+    #[inline]
+    fn asked(&mut self, edge: u64, next: u64) -> Asked {
+        if !self.live && self.schedule != Schedule::default() {
+            self.vary(edge);
+        }
+        let mut command = self.wiring.words()[self.command];
+        let mut from = edge;
+        while self.edge < next {
+            let quiet = self.wiring.quiet(&self.input).min(next - self.edge);
+            if quiet > 0 {
+                self.wiring.skip(quiet, &self.input);
+                self.edge += quiet;
+                continue;
+            }
+            self.wiring.tick(self.input);
+            let now = self.wiring.words()[self.command];
+            if now != command {
+                (command, from) = (now, self.edge);
+            }
+            self.edge += 1;
+        }
+        Asked { force_n: command as f64 * self.quantum_n, duty: command as f64 * self.duty, from }
+    }
+
+    fn nets(&self) -> usize {
+        self.wiring.words().len()
+    }
+
+    fn word(&self, net: usize) -> Option<i64> {
+        Some(self.wiring.words()[net])
+    }
+
+    fn word_at(&self, net: usize, _: i64) -> i64 {
+        self.wiring.words()[net]
+    }
+}
