@@ -10,6 +10,7 @@ mod law_scenes;
 mod law_words;
 mod laws;
 mod less_model;
+mod loaded;
 mod phantom_host;
 mod phantom_physics;
 mod phantom_refusals;

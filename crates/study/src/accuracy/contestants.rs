@@ -119,6 +119,7 @@ fn of_an_axis(scene: &Scene) -> Vec<Contestant> {
         variants.push(Variant::new("+averaged", averaged));
     }
     if in_words {
+        variants.push(Variant::new("+loaded", &with(&[("model.encoder", "loaded")])));
         variants.push(Variant::new("+law", &with(&[law])));
     }
     variants.push(Variant::new("+law+ideal", &with(&[law, ideal])));
