@@ -31,9 +31,9 @@
 //! | `[hand]` `kind = "spring_damper"` | `stiffness`, `damping`, `path = [[time, angle], ...]` or `file` (CSV) |
 //! | `[hand]` `kind = "prescribed"` | `path` or `file` (CSV) |
 //! | `[hand]` `kind = "capture"` | `file` (VCD), `channel_a`, `channel_b` |
-//! | `[model]` | `datapath` \[`words`\] (`law`: in floats on counts, with the gains that the words realise, for masses and averaged bridges; `linear`), `bridge` \[`switching`\] (`averaged`: its mean voltage, which changes when the end of the pulse would), `delay` \[0\] of the linear law |
+//! | `[model]` | `datapath` \[`words`\] (`law`: in floats on counts, with the gains that the words realise, for masses and averaged bridges; `linear`), `bridge` \[`switching`\] (`averaged`: its mean voltage, with the pulses' area and first moment), `delay` \[0\] of the linear law |
 //! | … what moves the device | `solver` \[`events`\] (`clock`; `sample`: exact, once a sample period; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps), `step` of a fixed-step solver, rounded to whole clock edges |
-//! | … what is left out | `winding` \[`inductive`\] (`resistive`, of averaged bridges), `friction` \[`stick_slip`\] (`smoothed` below `friction_speed`, `none`), `encoder` \[`quantised`\] (`ideal`, of the law in steps) |
+//! | … what is left out | `winding` \[`inductive`\] (`resistive`, of averaged bridges), `friction` \[`stick_slip`\] (`smoothed` below `friction_speed`, `none`), `encoder` \[`quantised`\] (`loaded`, of words in steps: counts go into the counter at samples, and at every step where a spring is live, without lines and without the clock between; `ideal`, of the law in steps) |
 //! | `[run]` | `duration`, `seed` \[0\] |
 //! | `[record]` | `plant_rate` \[10 kHz\], `clock` \[false\] |
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |

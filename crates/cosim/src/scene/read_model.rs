@@ -97,12 +97,9 @@ pub(super) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
         let reason = "\"sample\" meets the bridge once a sample and sees no switching; write bridge = \"averaged\"";
         return refused("model.solver", reason.into());
     }
-    if encoder == EncoderModel::Ideal {
-        if datapath != Datapath::Law {
-            let reason =
-                "\"ideal\" is a position in floats, which only the law in floats reads; write datapath = \"law\"";
-            return refused("model.encoder", reason.into());
-        }
+    if encoder == EncoderModel::Ideal && datapath != Datapath::Law {
+        let reason = "\"ideal\" is a position in floats, which only the law in floats reads; write datapath = \"law\"";
+        return refused("model.encoder", reason.into());
     }
     if encoder == EncoderModel::Loaded {
         if datapath != Datapath::Words {

@@ -45,6 +45,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         all: &all,
         outputs: Vec::new(),
         around: Vec::new(),
+        thin: false,
         seen: BTreeMap::new(),
         runs: 0,
     };
@@ -56,6 +57,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
             climb.around.push((change, measured));
         }
     }
+    climb.thin = reference.thin || climb.around.iter().any(|(_, there)| there.thin);
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
     // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at too.
@@ -114,6 +116,8 @@ struct Climb<'a> {
     outputs: Vec<Output>,
     /// Changes of the scene, and what the reference measured there.
     around: Vec<(Set, Measured)>,
+    /// Whether the verdict hangs on little, here or around.
+    thin: bool,
     /// What models told of the scene itself.
     seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
     runs: usize,
@@ -189,6 +193,21 @@ impl Climb<'_> {
         if self.lucky(model, reference).is_some() {
             return None;
         }
+        let worst = self.worst_around(model)?;
+        // Near a boundary of stability a step is taken only if the one above it would do as well.
+        if self.thin && self.rung(model).is_some() {
+            let longer = self.longer(model)?;
+            let told = self.told(&longer).ok()?;
+            if self.worst(&told, reference) > self.within / 2.0 {
+                return None;
+            }
+            self.worst_around(&longer)?;
+        }
+        Some((measured, worst))
+    }
+
+    /// The worst error in the scenes around, if the model will do there.
+    fn worst_around(&mut self, model: &[usize]) -> Option<f64> {
         let mut worst = 0.0f64;
         for index in 0..self.around.len() {
             let there = self.run(model, &self.around[index].0.clone()).ok()?;
@@ -197,12 +216,24 @@ impl Climb<'_> {
                 return None;
             }
         }
-        Some((measured, worst))
+        Some(worst)
+    }
+
+    /// The fixed step of a model, if it has one.
+    fn rung(&self, model: &[usize]) -> Option<usize> {
+        model.iter().copied().find(|&index| !self.all[index].shorter.is_empty())
+    }
+
+    /// The same model with the next longer step of the ladder, if there is one.
+    fn longer(&self, model: &[usize]) -> Option<Vec<usize>> {
+        let rung = self.rung(model)?;
+        let longer = self.all.iter().position(|one| one.shorter.first() == Some(&rung))?;
+        Some(model.iter().map(|&index| if index == rung { longer } else { index }).collect())
     }
 
     /// Why the fixed step of a model, if it has one, is right by luck: a shorter one of its ladder that is not as good.
     fn lucky(&mut self, model: &[usize], reference: &Measured) -> Option<String> {
-        let rung = *model.iter().find(|&&index| !self.all[index].shorter.is_empty())?;
+        let rung = self.rung(model)?;
         let [with, without] = on_its_own(self.all, model, rung);
         let exact = self.told(&without).ok()?;
         let mut before = self.told(&with).map_or(f64::INFINITY, |longer| self.worst(&longer, &exact));
@@ -310,6 +341,10 @@ impl Climb<'_> {
                 let (key, value) = &change[0];
                 return format!("at {key} = {value} {}", said(found));
             }
+        }
+        if self.thin && self.rung(model).is_some() && self.holds(model, reference).is_none() {
+            return "the verdict is near its limit, and a step as long is taken only if the next longer one would do"
+                .into();
         }
         "leaving it out saves no time".into()
     }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, Rig};
+use hpu_cosim::{Control, PASSIVE_RMS_M, Rig, Verdict};
 
 use crate::accuracy::{Outputs, ready};
 
@@ -12,6 +12,8 @@ use crate::accuracy::{Outputs, ready};
 pub(super) struct Measured {
     /// What it told.
     pub outputs: Outputs,
+    /// Whether the verdict hangs on little: the rms that it is made of is within twice of its limit.
+    pub thin: bool,
     /// Wall time, from a parsed scene to a verdict, in s: the best of a few runs while they are short.
     pub wall_s: f64,
 }
@@ -37,11 +39,25 @@ impl Measured {
             }
             let wall_s = start.elapsed().as_secs_f64();
             let outputs = Outputs::new(experiment, &summary, trace, 0)?;
-            best = Some(Self { outputs, wall_s: best.map_or(wall_s, |best| best.wall_s.min(wall_s)) });
+            let thin = thin(experiment, summary.verdict);
+            best = Some(Self { outputs, thin, wall_s: best.map_or(wall_s, |best| best.wall_s.min(wall_s)) });
             if begin.elapsed() > Duration::from_millis(20) {
                 break;
             }
         }
         Ok(best)
     }
+}
+
+/// Whether a verdict by its rms would be another with half or twice as much.
+fn thin(experiment: &Experiment, verdict: Option<Verdict>) -> bool {
+    let (rms, limit) = match (verdict, experiment) {
+        (
+            Some(Verdict::Settled { rms_rad: rms } | Verdict::LimitCycle { rms_rad: rms, .. }),
+            Experiment::Axis(scene),
+        ) => (rms, scene.encoder.count_rad()),
+        (Some(Verdict::Passive { rms_m: rms } | Verdict::NonPassive { rms_m: rms }), _) => (rms, PASSIVE_RMS_M),
+        _ => return false,
+    };
+    (0.5 * limit..2.0 * limit).contains(&rms)
 }
