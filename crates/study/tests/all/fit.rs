@@ -82,11 +82,8 @@ fn right_on_scenes(rest: usize) {
         }
         for change in elsewhere(&experiment) {
             let (there, _) = run(name, &change);
-            if there.outcome != reference.outcome {
-                // Among some twenty places of the wall there is one from which this scene's mass goes on bouncing.
-                assert_eq!(name, "popc-standstill", "at {change:?} the scene itself ends otherwise");
-                continue;
-            }
+            // A scene near a boundary of stability may end otherwise itself: then the pick has to, too.
+            let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
             let set = change.iter().chain(&found.set).cloned().collect();
             let error = worst(&run(name, &set).0.errors(&there), &counted);
             assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
