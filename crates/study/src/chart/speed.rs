@@ -42,6 +42,7 @@ fn shape(contestant: &Contestant) -> Shape {
     match () {
         () if contestant.criterion.is_some() => Shape::Diamond,
         () if leaves("law") => Shape::Square,
+        () if leaves("loaded") => Shape::Triangle,
         () if leaves("averaged") => Shape::Ring,
         () => Shape::Dot,
     }
@@ -113,6 +114,7 @@ fn entries(contestants: &[(&Contestant, f64, Height)]) -> Vec<(String, Shape, RG
     for (contestant, ..) in contestants {
         match shape(contestant) {
             Shape::Ring => add("averaged bridge".into(), Shape::Ring, QUIET),
+            Shape::Triangle => add("words without a clock".into(), Shape::Triangle, QUIET),
             Shape::Square => add("law in floats".into(), Shape::Square, QUIET),
             Shape::Diamond => add("criterion".into(), Shape::Diamond, WALL),
             Shape::Dot => {}

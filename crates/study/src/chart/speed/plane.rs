@@ -26,6 +26,7 @@ pub(super) enum Height {
 pub(super) enum Shape {
     Dot,
     Ring,
+    Triangle,
     Square,
     Diamond,
 }
@@ -246,6 +247,12 @@ pub(super) fn shape(canvas: &mut Canvas, (x, y): (i32, i32), shape: Shape, color
         Shape::Dot => canvas.dot((x, y), 9, color, 0),
         Shape::Ring => canvas.dot((x, y), 8, color, 4),
         Shape::Square => canvas.fill([(x - 8, y - 8), (x + 8, y + 8)], color, 1.0),
+        Shape::Triangle => {
+            for row in 0i32..=18 {
+                let half = row * 10 / 18;
+                canvas.fill([(x - half, y - 11 + row), (x + half, y - 10 + row)], color, 1.0);
+            }
+        }
         Shape::Diamond => {
             for row in -10i32..=10 {
                 let half = 10 - row.abs();
