@@ -31,6 +31,8 @@ pub(crate) trait Controller {
     /// Edges from the encoder to what reads it.
     const LATE: u64;
 
+    /// Whether it reads counts, and not the true position.
+    fn counts(&self) -> bool;
     /// Whether a spring reads the position at every step, beside the samples.
     fn is_live(&self) -> bool;
     /// Reads a position at a sample's edge.
@@ -87,6 +89,11 @@ impl<'d> FloatsLaw<'d> {
 
 impl Controller for FloatsLaw<'_> {
     const LATE: u64 = 0;
+
+    #[inline(always)]
+    fn counts(&self) -> bool {
+        self.ideal_wall_rad.is_none()
+    }
 
     fn is_live(&self) -> bool {
         self.config.live
@@ -186,6 +193,11 @@ impl<W: Loaded> LoadedLoop<W> {
 impl<W: Loaded> Controller for LoadedLoop<W> {
     /// Synchroniser, decoder and counter.
     const LATE: u64 = 4;
+
+    #[inline(always)]
+    fn counts(&self) -> bool {
+        true
+    }
 
     fn is_live(&self) -> bool {
         self.live

@@ -258,7 +258,9 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     /// A position as the controller reads it.
     #[inline(always)]
     fn reading(&mut self, angle_rad: f64) -> Reading {
-        self.encoder.sense(angle_rad);
+        if self.controller.counts() {
+            self.encoder.sense(angle_rad);
+        }
         Reading { count: self.encoder.count() - self.start_count, angle_rad }
     }
 
@@ -306,7 +308,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     fn sample(&mut self, edge: u64) {
         if edge == 1 {
             // Counts are from the first lines seen.
-            self.encoder.sense(self.x[2]);
+            self.reading(self.x[2]);
             self.start_count = self.encoder.count();
         }
         let at = self.reading(self.x[2] - self.x[1] * self.late_s(edge));
