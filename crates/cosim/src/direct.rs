@@ -108,33 +108,20 @@ impl AxisDirect<'_> {
         observer: &mut impl Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
-        match self.computed {
-            Computed::Law(config, ideal) => {
-                self.close(FloatsLaw::new(config, self.schedule, ideal), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::Hybrid(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::Conventional(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::SampledWall(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::VirtualCoupling(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::PassivityController(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::EnergyBounding(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(TheLoop::PassiveSpring(wiring), input, live) => {
-                self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
-            }
-            Computed::Words(..) => unreachable!("not an axis's in words"),
+        macro_rules! close {
+            ($($words:ident),*) => {
+                match self.computed {
+                    Computed::Law(config, ideal) => {
+                        self.close(FloatsLaw::new(config, self.schedule, ideal), end, stride, trace, observer, control)
+                    }
+                    $(Computed::Words(TheLoop::$words(wiring), input, live) => {
+                        self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+                    })*
+                    Computed::Words(..) => unreachable!("not an axis's in words"),
+                }
+            };
         }
+        close!(Hybrid, Conventional, SampledWall, VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring)
     }
 
     /// A loop in words, ready to be loaded.
@@ -143,7 +130,7 @@ impl AxisDirect<'_> {
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
-            Actuator::Switching => (0.0, 0.0),
+            Actuator::Switching => unreachable!("scenes refuse it: without a clock nothing switches"),
         };
         LoadedLoop::new(wiring.clone(), input, self.schedule, (command, live), (quantum_n, duty))
     }

@@ -10,6 +10,7 @@ mod beside;
 mod exact;
 mod fixed;
 mod flow;
+mod mean;
 mod near;
 mod world;
 
