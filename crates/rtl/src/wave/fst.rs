@@ -8,6 +8,7 @@ use fst_writer::{
 };
 use hpu_signal::Clock;
 
+use super::timescale::Timescale;
 use super::{Layout, Recording, Scope, Sink, Source, VERSION};
 
 /// A recording in FST, with the variables and values of [`Vcd`](super::Vcd).
@@ -31,7 +32,7 @@ impl<W: Write + Seek> Fst<W> {
     pub fn new(out: W, layout: &Layout, clock: Clock) -> io::Result<Self> {
         let info = FstInfo {
             start_time: 0,
-            timescale_exponent: -12,
+            timescale_exponent: Timescale::of(clock).power() as i8 - 12,
             version: VERSION.to_string(),
             date: String::new(),
             file_type: FstFileType::Vhdl,
@@ -41,7 +42,9 @@ impl<W: Write + Seek> Fst<W> {
         for scope in layout.scopes() {
             declare(&mut header, layout, scope, &mut ids).map_err(plain)?;
         }
-        let body = header.finish().map_err(plain)?;
+        let mut body = header.finish().map_err(plain)?;
+        // A recording hands over changes alone.
+        body.set_deduplicate(false);
         Self::begin(FstFile { body, ids }, layout, clock)
     }
 }
@@ -86,12 +89,12 @@ impl<W: Write + Seek> FstFile<W> {
 impl<W: Write + Seek> Sink for FstFile<W> {
     type Out = W;
 
-    fn time(&mut self, time_ps: u64) -> io::Result<()> {
+    fn time(&mut self, time: u64) -> io::Result<()> {
         // A section may only end where a new instant begins.
         if self.body.size() > SECTION_BYTES {
             self.body.flush().map_err(plain)?;
         }
-        self.body.time_change(time_ps).map_err(plain)
+        self.body.time_change(time).map_err(plain)
     }
 
     fn word(&mut self, slot: usize, digits: &[u8]) -> io::Result<()> {

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Format, Signal};
 
+use super::timescale::Timescale;
 use super::{Layout, Scope, Source, Var};
 
 /// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last group.
@@ -97,13 +98,14 @@ fn base(name: &str) -> &str {
 }
 
 fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
-    let (start_ps, end_ps) = (clock.picoseconds(span.start), clock.picoseconds(span.end));
+    let timescale = Timescale::of(clock);
+    let (start, end) = (timescale.at(span.start), timescale.at(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
-    let zoom = -(end_ps.saturating_sub(start_ps).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
-    let _ = writeln!(text, "[timestart] {start_ps}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
+    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
     for scope in layout.scopes() {
         let _ = writeln!(text, "[treeopen] {}.", scope.name);
     }

@@ -4,14 +4,16 @@
 //! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats; [`gtkw`] arranges
 //! it on the screen. [`Aside`] lets them write on a thread of their own.
 //!
-//! The edge of cycle `n` stands at [`Clock::picoseconds`](hpu_signal::Clock::picoseconds) of `n`, in a timescale of 1 ps; the
-//! words after that edge change at the same instant. `rst` is 0 throughout: the reset edge is before the recording.
+//! A file's unit of time is the longest power of ten in which every edge of the clock, and the middle between two, is a whole
+//! number (10 ns at 50 MHz); of a clock that has none it is a picosecond, and edges are rounded down to it. The words after an
+//! edge change at the same instant. `rst` is 0 throughout: the reset edge is before the recording.
 
 mod aside;
 mod fst;
 mod gtkw;
 mod layout;
 mod recording;
+mod timescale;
 mod vcd;
 
 pub use self::aside::Aside;

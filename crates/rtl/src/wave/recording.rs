@@ -4,6 +4,7 @@ use std::io;
 
 use hpu_signal::{Clock, Cycle, Format, Observe};
 
+use super::timescale::Timescale;
 use super::{Layout, Source};
 
 /// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset, constants.
@@ -11,12 +12,12 @@ pub trait Sink {
     /// What the file was written to, handed back at the end.
     type Out;
 
-    /// Begins an instant, later than all before.
+    /// Begins an instant, later than all before, in units of the file.
     ///
     /// # Errors
     ///
     /// When writing fails.
-    fn time(&mut self, time_ps: u64) -> io::Result<()>;
+    fn time(&mut self, time: u64) -> io::Result<()>;
     /// A new word, as the characters `0` and `1`, the most significant bit first.
     ///
     /// # Errors
@@ -44,21 +45,18 @@ pub trait Sink {
 #[must_use = "a recording is complete only after `finish`"]
 pub struct Recording<S> {
     sink: S,
-    clock: Clock,
-    nets: Vec<Net>,
+    timescale: Timescale,
+    /// Of each net that the file shows.
+    formats: Vec<Option<Format>>,
+    /// Of each net the latest word, once there is one.
+    words: Vec<i64>,
+    has_words: bool,
     reals: Vec<Option<f64>>,
     first_real: usize,
     clk: Option<usize>,
     now: Cycle,
-    time_ps: u64,
+    time: u64,
     error: Option<io::Error>,
-}
-
-/// A net that the file shows, and its latest word.
-struct Net {
-    index: usize,
-    format: Format,
-    word: Option<i64>,
 }
 
 impl<S: Sink> Recording<S> {
@@ -75,11 +73,20 @@ impl<S: Sink> Recording<S> {
         for (index, &(format, word)) in layout.tied.iter().enumerate() {
             sink.word(layout.slot(Source::Tied(index)), digits(format, word, &mut [0; 64]))?;
         }
-        let shown = layout.nets.iter().enumerate().filter(|&(index, _)| layout.shows(Source::Net(index)));
-        let nets = shown.map(|(index, net)| Net { index, format: net.format, word: None }).collect();
-        let reals = vec![None; layout.reals.len()];
-        let first_real = layout.slot(Source::Real(0));
-        Ok(Self { sink, clock, nets, reals, first_real, clk, now: Cycle(0), time_ps: 0, error: None })
+        let nets = layout.nets.iter().enumerate();
+        Ok(Self {
+            sink,
+            timescale: Timescale::of(clock),
+            formats: nets.map(|(index, net)| layout.shows(Source::Net(index)).then_some(net.format)).collect(),
+            words: vec![0; layout.nets.len()],
+            has_words: false,
+            reals: vec![None; layout.reals.len()],
+            first_real: layout.slot(Source::Real(0)),
+            clk,
+            now: Cycle(0),
+            time: 0,
+            error: None,
+        })
     }
 
     /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would show
@@ -112,36 +119,43 @@ impl<S: Sink> Recording<S> {
         }
         if let Some(clk) = self.clk {
             for next in self.now.0..cycle.0 {
-                let rise_ps = self.clock.picoseconds(Cycle(next + 1));
-                self.time(self.time_ps.midpoint(rise_ps))?;
+                let rise = self.timescale.at(Cycle(next + 1));
+                self.time(self.time.midpoint(rise))?;
                 self.sink.word(clk, b"0")?;
-                self.time(rise_ps)?;
+                self.time(rise)?;
                 self.sink.word(clk, b"1")?;
             }
         }
         self.now = cycle;
-        self.time(self.clock.picoseconds(cycle))
+        self.time(self.timescale.at(cycle))
     }
 
-    fn time(&mut self, time_ps: u64) -> io::Result<()> {
-        if time_ps > self.time_ps {
-            self.sink.time(time_ps)?;
-            self.time_ps = time_ps;
+    fn time(&mut self, time: u64) -> io::Result<()> {
+        if time > self.time {
+            self.sink.time(time)?;
+            self.time = time;
         }
         Ok(())
     }
 
     fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
-        let Some(first) = self.nets.iter().position(|net| net.word != Some(words[net.index])) else {
-            return Ok(());
-        };
-        self.reach(cycle)?;
-        for net in &mut self.nets[first..] {
-            let word = words[net.index];
-            if net.word != Some(word) {
-                net.word = Some(word);
-                self.sink.word(net.index, digits(net.format, word, &mut [0; 64]))?;
+        if !self.has_words {
+            // Whatever comes first is new.
+            self.words.iter_mut().zip(words).for_each(|(known, word)| *known = !word);
+            self.has_words = true;
+        }
+        let mut reached = false;
+        for (index, &word) in words.iter().enumerate() {
+            if self.words[index] == word {
+                continue;
             }
+            self.words[index] = word;
+            let Some(format) = self.formats[index] else { continue };
+            if !reached {
+                self.reach(cycle)?;
+                reached = true;
+            }
+            self.sink.word(index, digits(format, word, &mut [0; 64]))?;
         }
         Ok(())
     }

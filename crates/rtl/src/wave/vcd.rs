@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, IntoInnerError, Write};
 use hpu_signal::Clock;
 use vcd::{IdCode, TimescaleUnit, VarType, Writer};
 
+use super::timescale::Timescale;
 use super::{Layout, Recording, Scope, Sink, Source, VERSION};
 
 /// A recording in VCD. Names, kinds and hierarchy are those of GHDL's `--vcd`; ports share the code of their net.
@@ -44,7 +45,8 @@ impl<W: Write> Vcd<W> {
             let frequency_mhz = clock.frequency_hz() as f64 / 1e6;
             header.comment(&format!("Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"))?;
         }
-        header.timescale(1, TimescaleUnit::PS)?;
+        let power = Timescale::of(clock).power();
+        header.timescale(10u32.pow(power % 3), UNITS[power as usize / 3])?;
         for scope in layout.scopes() {
             declare(&mut header, layout, scope)?;
         }
@@ -53,6 +55,9 @@ impl<W: Write> Vcd<W> {
         Self::begin(VcdFile { out, ends }, layout, clock)
     }
 }
+
+/// From a picosecond, by the thousand.
+const UNITS: [TimescaleUnit; 4] = [TimescaleUnit::PS, TimescaleUnit::NS, TimescaleUnit::US, TimescaleUnit::MS];
 
 fn code(slot: usize) -> IdCode {
     IdCode::from(slot as u64)
@@ -79,15 +84,15 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope) -> 
 impl<W: Write> Sink for VcdFile<W> {
     type Out = W;
 
-    fn time(&mut self, mut time_ps: u64) -> io::Result<()> {
+    fn time(&mut self, mut time: u64) -> io::Result<()> {
         // The sign, at most twenty digits, the line feed.
         let mut line = [b'\n'; 22];
         let mut start = line.len() - 1;
         loop {
             start -= 1;
-            line[start] = b'0' + (time_ps % 10) as u8;
-            time_ps /= 10;
-            if time_ps == 0 {
+            line[start] = b'0' + (time % 10) as u8;
+            time /= 10;
+            if time == 0 {
                 break;
             }
         }

@@ -9,6 +9,7 @@ mod exports;
 mod junit;
 mod phantom_loops;
 mod phantom_waves;
+mod read_back;
 mod synthesis;
 mod testbench;
 mod vectors;

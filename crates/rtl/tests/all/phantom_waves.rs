@@ -1,12 +1,13 @@
 //! Waveforms of a PHANToM's run, read back by somebody else's parser: every net and every plant output, change by change.
 
-use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Cycle, Observe};
+
+use crate::read_back::{self, Changes};
 
 /// A shipped scene for 4 ms, with contact.
 fn scene(name: &str) -> PhantomScene {
@@ -32,35 +33,11 @@ impl Observe for Shown {
     }
 }
 
-/// Value changes by full name: time in picoseconds, and the value as text.
-type Changes = BTreeMap<String, Vec<(u64, String)>>;
-
 fn put(changes: &mut Changes, name: String, time_ps: u64, value: String) {
     let list = changes.entry(name).or_default();
     if list.last().is_none_or(|(_, last)| *last != value) {
         list.push((time_ps, value));
     }
-}
-
-/// What `wellen` reads.
-fn read(file: Vec<u8>) -> Changes {
-    let mut waveform = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
-    let hierarchy = waveform.hierarchy();
-    let vars: Vec<_> =
-        hierarchy.all_vars().map(|var| (hierarchy[var].full_name(hierarchy), hierarchy[var].signal_ref())).collect();
-    waveform.load_signals(&vars.iter().map(|(_, signal)| *signal).collect::<Vec<_>>());
-    let changes = vars.into_iter().map(|(name, signal)| {
-        let signal = waveform.get_signal(signal).expect("just loaded");
-        let changes = signal.iter_changes().map(|(index, value)| {
-            let text = match value {
-                wellen::SignalValueRef::Real(value) => format!("{value:?}"),
-                other => other.to_bit_string().expect("bits"),
-            };
-            (waveform.time_table()[index as usize], text)
-        });
-        (name, changes.collect())
-    });
-    changes.collect()
 }
 
 #[test]
@@ -95,7 +72,7 @@ fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
         }
         let end = Cycle(alone.edges);
         let files = [vcd.finish(end).expect("memory"), fst.finish(end).expect("memory").into_inner()];
-        for found in files.map(read) {
+        for found in files.map(read_back::changes) {
             for (variable, changes) in &expected {
                 assert!(found[variable] == *changes, "{name}: {variable}");
             }

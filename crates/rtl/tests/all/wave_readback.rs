@@ -1,19 +1,26 @@
 //! Waveforms read back by somebody else's parser: every name, width and value change is what was put in.
 
-use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
-const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
-/// 25.175 MHz: edges do not fall on whole picoseconds.
-const FREQUENCY_HZ: u64 = 25_175_000;
-const END: u64 = 5_000;
+use crate::read_back::{self, Changes};
 
-/// Value changes by full name: time in picoseconds, and the value as text.
-type Changes = BTreeMap<String, Vec<(u64, String)>>;
+const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
+/// Clocks, and the picoseconds of the unit that their files have. The edges of the first do not fall on whole picoseconds, those of
+/// the second do, but not the middles between them.
+const CLOCKS: [(u64, u64); 7] = [
+    (25_175_000, 1),
+    (8_000_000_000, 1),
+    (200_000_000, 100),
+    (50_000_000, 10_000),
+    (40_000_000, 100),
+    (1_000_000, 100_000),
+    (1, 100_000_000_000),
+];
+const END: u64 = 5_000;
 
 enum Event {
     Nets(u64, Vec<i64>),
@@ -59,8 +66,8 @@ fn events(nets: &[Signal]) -> Vec<Event> {
     events
 }
 
-fn picoseconds(cycle: u64) -> u64 {
-    (u128::from(cycle) * 1_000_000_000_000 / u128::from(FREQUENCY_HZ)) as u64
+fn picoseconds(cycle: u64, frequency_hz: u64) -> u64 {
+    (u128::from(cycle) * 1_000_000_000_000 / u128::from(frequency_hz)) as u64
 }
 
 fn record(events: &[Event], out: &mut impl Observe) {
@@ -79,7 +86,8 @@ fn bits(net: &Signal, word: i64) -> String {
 }
 
 /// The changes that a file must show, by the name of the source.
-fn expected(nets: &[Signal], events: &[Event], with_clock: bool) -> Changes {
+fn expected(nets: &[Signal], events: &[Event], frequency_hz: u64, with_clock: bool) -> Changes {
+    let picoseconds = |cycle| picoseconds(cycle, frequency_hz);
     let mut changes = Changes::new();
     let mut put = |name: &str, time_ps, value: String| {
         let list = changes.entry(name.to_string()).or_default();
@@ -135,27 +143,6 @@ fn spread(sources: &Changes, with_clock: bool) -> Changes {
     full
 }
 
-/// What `wellen` reads.
-fn read(file: Vec<u8>) -> Changes {
-    let mut waveform = wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform");
-    let vars: Vec<_> = waveform.hierarchy().all_vars().collect();
-    let hierarchy = waveform.hierarchy();
-    let vars: Vec<_> = vars.iter().map(|&v| (hierarchy[v].full_name(hierarchy), hierarchy[v].signal_ref())).collect();
-    waveform.load_signals(&vars.iter().map(|(_, signal)| *signal).collect::<Vec<_>>());
-    let changes = vars.into_iter().map(|(name, signal)| {
-        let signal = waveform.get_signal(signal).expect("just loaded");
-        let changes = signal.iter_changes().map(|(index, value)| {
-            let text = match value {
-                wellen::SignalValueRef::Real(value) => format!("{value:?}"),
-                other => other.to_bit_string().expect("bits"),
-            };
-            (waveform.time_table()[index as usize], text)
-        });
-        (name, changes.collect())
-    });
-    changes.collect()
-}
-
 fn check(read: &Changes, expected: &Changes) {
     assert_eq!(read.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
     for (name, changes) in expected {
@@ -176,26 +163,34 @@ fn layouts() -> [(Layout, bool); 2] {
     [(layout.clone(), false), (layout.with_clock(), true)]
 }
 
-#[test]
-fn every_change_put_into_a_vcd_is_read_back_by_another_parser() {
-    let (clock, nets) = (Clock::new(FREQUENCY_HZ).expect("valid"), wiring().nets());
+/// Records with every clock, with and without it in the file, and holds what is read to what was put in.
+fn every_change_is_read_back(record: impl Fn(&[Event], &Layout, Clock) -> Vec<u8>) {
+    let nets = wiring().nets();
     let events = events(&nets);
-    for (layout, with_clock) in layouts() {
-        let mut vcd = Vcd::new(Vec::new(), &layout, clock).expect("memory");
-        record(&events, &mut vcd);
-        let file = vcd.finish(Cycle(END)).expect("memory");
-        check(&read(file), &spread(&expected(&nets, &events, with_clock), with_clock));
+    for (frequency_hz, unit_ps) in CLOCKS {
+        for (layout, with_clock) in layouts() {
+            let file = record(&events, &layout, Clock::new(frequency_hz).expect("valid"));
+            assert_eq!(read_back::unit_ps(&read_back::waveform(file.clone())), unit_ps, "{frequency_hz} Hz");
+            let put = expected(&nets, &events, frequency_hz, with_clock);
+            check(&read_back::changes(file), &spread(&put, with_clock));
+        }
     }
 }
 
 #[test]
+fn every_change_put_into_a_vcd_is_read_back_by_another_parser() {
+    every_change_is_read_back(|events, layout, clock| {
+        let mut vcd = Vcd::new(Vec::new(), layout, clock).expect("memory");
+        record(events, &mut vcd);
+        vcd.finish(Cycle(END)).expect("memory")
+    });
+}
+
+#[test]
 fn every_change_put_into_an_fst_is_read_back_by_another_parser() {
-    let (clock, nets) = (Clock::new(FREQUENCY_HZ).expect("valid"), wiring().nets());
-    let events = events(&nets);
-    for (layout, with_clock) in layouts() {
-        let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock).expect("memory");
-        record(&events, &mut fst);
-        let file = fst.finish(Cycle(END)).expect("memory").into_inner();
-        check(&read(file), &spread(&expected(&nets, &events, with_clock), with_clock));
-    }
+    every_change_is_read_back(|events, layout, clock| {
+        let mut fst = Fst::new(Cursor::new(Vec::new()), layout, clock).expect("memory");
+        record(events, &mut fst);
+        fst.finish(Cycle(END)).expect("memory").into_inner()
+    });
 }
