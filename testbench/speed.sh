@@ -3,7 +3,7 @@
 #
 # Wall times of this machine, one run after another, all settings in turn and that RUNS times (7 unless told); of each the
 # median. Ratios are of medians of the same turns: they say more than the times do. Nothing else should be running. What
-# recording costs is in instructions.txt, free of noise: fst less switching.
+# recording costs is measured by crates/rtl/examples/recording.rs, which says what its columns are.
 set -eu
 cd "$(dirname "$0")/.."
 runs=${RUNS:-7}
@@ -11,6 +11,7 @@ record=testbench/record/speed.txt
 [ -x /usr/bin/time ] || { echo "error: GNU time is missing; install it: sudo apt-get install time" >&2; exit 3; }
 
 cargo build --locked --quiet --release -p hpu
+cargo build --locked --quiet --release -p hpu-rtl --example recording
 hpu=${CARGO_TARGET_DIR:-target}/release/hpu
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
@@ -72,6 +73,7 @@ while [ "$turn" -lt "$runs" ]; do
     cat "$scratch/time" >>"$scratch/elapsed,apart"
     turn=$((turn + 1))
 done
+"${hpu%/hpu}/examples/recording" >"$scratch/recording"
 for side in 10 32 100; do
     rm -rf "$scratch/map"
     /usr/bin/time -o "$scratch/time" -f '%M' "$hpu" map free-motion --x "device.coulomb_friction=0.1..10mN.m:$side:log" \
@@ -113,6 +115,8 @@ done
     echo "processor time of both: $(median <"$scratch/busy,1") s and $busy s; the cores were busy" \
         "$(echo "$busy $two" | awk '{ printf "%.1f %%", 50 * $1 / $2 }') of the time with 2 threads"
     awk '{ printf "a map of %5d cells, tables and pictures written: at most %6d KiB in memory\n", $1, $2 }' "$scratch/memory"
+    echo
+    cat "$scratch/recording"
 } >"$scratch/record"
 mv "$scratch/record" "$record"
 cat "$record"

@@ -6,7 +6,6 @@ use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::CheckRow;
-use hpu_rtl::wave::Aside;
 use hpu_signal::Cycle;
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
@@ -214,11 +213,10 @@ fn simulate<'s>(
     let summary = match folder {
         None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
         Some(folder) => {
-            // Packing a change of a net costs more than the event that makes it: let another core do it.
-            let mut waves = Aside::new(Waves::begin(session, folder, args.vcd)?);
+            let mut waves = Waves::begin(session, folder, args.vcd)?;
             let run = || session.run(driver, &mut trace, &mut waves, control);
             let summary = with_progress(session.edges(), "edges", control, run);
-            waves.finish().finish(folder, Cycle(summary.edges))?;
+            waves.finish(folder, Cycle(summary.edges))?;
             summary
         }
     };

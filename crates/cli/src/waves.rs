@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io;
 
 use hpu_cosim::Rig;
-use hpu_rtl::wave::{Fst, Layout, Vcd, gtkw};
+use hpu_rtl::wave::{Aside, Fst, FstFile, Layout, Recording, Vcd, VcdFile, gtkw};
 use hpu_signal::{Cycle, Observe};
 
 use crate::exit::Failure;
@@ -13,10 +13,10 @@ use crate::files::Folder;
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
 
-/// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run.
+/// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run: each file on a thread of its own.
 pub struct Waves {
-    fst: Fst<File>,
-    vcd: Option<Vcd<File>>,
+    fst: Recording<Aside<FstFile<File>>>,
+    vcd: Option<Recording<Aside<VcdFile<File>>>>,
 }
 
 impl Waves {
@@ -25,10 +25,10 @@ impl Waves {
         let clock = session.clock();
         let layout = layout(session);
         let fst_file = folder.create(FST)?;
-        let fst = Fst::new(fst_file, &layout, clock).map_err(failed(folder, FST))?;
+        let fst = Fst::new(fst_file, &layout, clock).map_err(failed(folder, FST))?.aside();
         let vcd = if with_vcd {
             let vcd_file = folder.create(VCD)?;
-            Some(Vcd::new(vcd_file, &layout, clock).map_err(failed(folder, VCD))?)
+            Some(Vcd::new(vcd_file, &layout, clock).map_err(failed(folder, VCD))?.aside())
         } else {
             None
         };

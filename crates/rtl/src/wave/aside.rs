@@ -1,118 +1,112 @@
-//! An observer on a thread of its own.
+//! A file that another thread writes.
 
+use std::io;
 use std::mem;
 use std::panic;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::{self, JoinHandle};
 
-use hpu_signal::{Cycle, Observe};
+use super::Sink;
 
-/// Shows another thread's observer what it sees itself, in the same order, so that a run need not wait for files.
+/// Hands all changes to another thread, which writes them in the same order. Errors come back at the end.
 ///
-/// The run is held up once the other is a few batches behind: memory stays bounded.
-#[must_use = "an observer has seen all only after `finish`"]
-pub struct Aside<O> {
-    batch: Batch,
-    full: SyncSender<Batch>,
-    empty: Receiver<Batch>,
-    worker: JoinHandle<O>,
+/// A run is held up once the other is a few batches behind: memory stays bounded.
+pub struct Aside<S: Sink> {
+    batch: Vec<Change>,
+    full: SyncSender<Vec<Change>>,
+    empty: Receiver<Vec<Change>>,
+    worker: JoinHandle<io::Result<S::Out>>,
 }
 
-/// A stretch of what was seen: of each sight its edge and how much of the words, or of the values, it is.
-#[derive(Default)]
-struct Batch {
-    sights: Vec<(Cycle, Sight)>,
-    words: Vec<i64>,
-    values: Vec<f64>,
+/// What a sink is told.
+#[derive(Clone, Copy)]
+enum Change {
+    Time(u64),
+    Word(u32, i64),
+    Real(u32, f64),
 }
 
-enum Sight {
-    Nets(usize),
-    Reals(usize),
-}
-
-/// Words and values of a batch, about: it fits in a processor's cache.
-const BATCH: usize = 1 << 14;
+/// Changes of a batch: it fits in a processor's cache.
+const BATCH: usize = 1 << 15;
 /// Batches on their way.
 const BATCHES: usize = 4;
 
-impl<O: Observe + Send + 'static> Aside<O> {
-    /// Lets an observer look on from a thread of its own.
-    pub fn new(mut observer: O) -> Self {
-        let (full, filled) = mpsc::sync_channel::<Batch>(BATCHES);
+impl<S: Sink + Send + 'static> Aside<S>
+where
+    S::Out: Send,
+{
+    pub(super) fn new(mut sink: S) -> Self {
+        let (full, filled) = mpsc::sync_channel::<Vec<Change>>(BATCHES);
         let (emptied, empty) = mpsc::channel();
         let worker = thread::spawn(move || {
+            // Memory that is touched here need not be made to exist while the run waits.
+            for _ in 0..2 {
+                let mut batch = vec![Change::Time(1); BATCH];
+                batch.clear();
+                let _ = emptied.send(batch);
+            }
+            let mut written = Ok(());
             for mut batch in filled {
-                batch.show(&mut observer);
+                for change in batch.drain(..) {
+                    written = written.and_then(|()| match change {
+                        Change::Time(time) => sink.time(time),
+                        Change::Word(slot, word) => sink.word(slot as usize, word),
+                        Change::Real(slot, value) => sink.real(slot as usize, value),
+                    });
+                }
                 // Whoever no longer listens is done.
                 let _ = emptied.send(batch);
             }
-            observer
+            written.and_then(|()| sink.finish())
         });
-        Self { batch: Batch::default(), full, empty, worker }
+        Self { batch: Vec::with_capacity(BATCH / 32), full, empty, worker }
     }
+}
 
-    /// The observer, when it has seen all.
-    ///
-    /// # Panics
-    ///
-    /// When it has panicked.
-    pub fn finish(mut self) -> O {
-        self.hand_over();
-        drop(self.full);
-        self.worker.join().unwrap_or_else(|why| panic::resume_unwind(why))
-    }
-
+impl<S: Sink> Aside<S> {
     fn hand_over(&mut self) {
-        let next = self.empty.try_recv().unwrap_or_default();
+        let next = self.empty.try_recv().unwrap_or_else(|_| Vec::with_capacity(BATCH));
         // It fails only after a panic over there, which `finish` passes on.
         let _ = self.full.send(mem::replace(&mut self.batch, next));
     }
 
     #[inline]
-    fn saw(&mut self, cycle: Cycle, sight: Sight) {
-        self.batch.sights.push((cycle, sight));
-        if self.batch.words.len() + self.batch.values.len() >= BATCH {
+    fn put(&mut self, change: Change) {
+        self.batch.push(change);
+        if self.batch.len() == self.batch.capacity() {
             self.hand_over();
         }
     }
 }
 
-impl Batch {
-    /// Shows it, which empties it.
-    fn show(&mut self, observer: &mut impl Observe) {
-        let (mut words, mut values) = (&self.words[..], &self.values[..]);
-        for &(cycle, ref sight) in &self.sights {
-            match *sight {
-                Sight::Nets(count) => {
-                    let (now, later) = words.split_at(count);
-                    observer.nets(cycle, now);
-                    words = later;
-                }
-                Sight::Reals(count) => {
-                    let (now, later) = values.split_at(count);
-                    observer.reals(cycle, now);
-                    values = later;
-                }
-            }
-        }
-        self.sights.clear();
-        self.words.clear();
-        self.values.clear();
-    }
-}
+impl<S: Sink> Sink for Aside<S> {
+    type Out = S::Out;
 
-impl<O: Observe + Send + 'static> Observe for Aside<O> {
     #[inline]
-    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        self.batch.words.extend_from_slice(words);
-        self.saw(cycle, Sight::Nets(words.len()));
+    fn time(&mut self, time: u64) -> io::Result<()> {
+        self.put(Change::Time(time));
+        Ok(())
     }
 
     #[inline]
-    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.batch.values.extend_from_slice(values);
-        self.saw(cycle, Sight::Reals(values.len()));
+    fn word(&mut self, slot: usize, word: i64) -> io::Result<()> {
+        self.put(Change::Word(slot as u32, word));
+        Ok(())
+    }
+
+    #[inline]
+    fn real(&mut self, slot: usize, value: f64) -> io::Result<()> {
+        self.put(Change::Real(slot as u32, value));
+        Ok(())
+    }
+
+    /// # Panics
+    ///
+    /// When the other thread has panicked.
+    fn finish(mut self) -> io::Result<S::Out> {
+        self.hand_over();
+        drop(self.full);
+        self.worker.join().unwrap_or_else(|why| panic::resume_unwind(why))
     }
 }
 
@@ -120,59 +114,87 @@ impl<O: Observe + Send + 'static> Observe for Aside<O> {
 mod tests {
     use super::*;
 
-    /// Notes all that it sees, slowly now and then.
+    /// Notes what it is told, slowly now and then, until there is no more room.
     #[derive(Default)]
-    struct Notes(Vec<(Cycle, Vec<i64>, Vec<f64>)>);
+    struct Notes {
+        told: Vec<(usize, u64)>,
+        room: usize,
+        has_refused: bool,
+    }
 
-    impl Observe for Notes {
-        fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-            if cycle.0.is_multiple_of(1009) {
-                thread::sleep(std::time::Duration::from_micros(200));
+    impl Notes {
+        fn put(&mut self, what: usize, bits: u64) -> io::Result<()> {
+            assert!(!self.has_refused, "told after an error");
+            if self.told.len() == self.room {
+                self.has_refused = true;
+                return Err(io::ErrorKind::StorageFull.into());
             }
-            self.0.push((cycle, words.to_vec(), Vec::new()));
-        }
-
-        fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-            self.0.push((cycle, Vec::new(), values.to_vec()));
+            if self.told.len().is_multiple_of(10_007) {
+                thread::sleep(std::time::Duration::from_millis(2));
+            }
+            self.told.push((what, bits));
+            Ok(())
         }
     }
 
-    #[test]
-    fn all_is_seen_in_order_whoever_is_the_slower() {
-        let sights = 40_000;
-        let mut aside = Aside::new(Notes::default());
-        for n in 0..sights {
-            let cycle = Cycle(n);
+    impl Sink for Notes {
+        type Out = Vec<(usize, u64)>;
+
+        fn time(&mut self, time: u64) -> io::Result<()> {
+            assert_ne!(time, 666, "no more");
+            self.put(0, time)
+        }
+        fn word(&mut self, slot: usize, word: i64) -> io::Result<()> {
+            self.put(slot, word.cast_unsigned())
+        }
+        fn real(&mut self, slot: usize, value: f64) -> io::Result<()> {
+            self.put(slot, value.to_bits())
+        }
+        fn finish(self) -> io::Result<Self::Out> {
+            Ok(self.told)
+        }
+    }
+
+    /// More changes than all batches on their way hold.
+    const CHANGES: usize = 3 * BATCHES * BATCH;
+
+    fn tell(sink: &mut impl Sink) -> io::Result<()> {
+        for n in 0..CHANGES {
             match n % 3 {
-                0 => aside.reals(cycle, &[0.5 * n as f64, -1.0]),
-                size => aside.nets(cycle, &vec![n.cast_signed(); 3 * size as usize]),
+                0 => sink.time(1_000 + n as u64)?,
+                1 => sink.word(n, -(n as i64))?,
+                _ => sink.real(n, 0.5 * n as f64)?,
             }
         }
-        let seen = aside.finish().0;
-        assert_eq!(seen.len() as u64, sights);
-        for (n, (cycle, words, values)) in (0..).zip(seen) {
-            assert_eq!(cycle, Cycle(n));
-            match n % 3 {
-                0 => assert_eq!((words, values), (vec![], vec![0.5 * n as f64, -1.0])),
-                size => assert_eq!((words, values), (vec![n.cast_signed(); 3 * size as usize], vec![])),
-            }
+        Ok(())
+    }
+
+    #[test]
+    fn all_is_told_in_order_whoever_is_the_slower() {
+        let mut here = Notes { room: usize::MAX, ..Notes::default() };
+        tell(&mut here).unwrap();
+        let mut aside = Aside::new(Notes { room: usize::MAX, ..Notes::default() });
+        tell(&mut aside).unwrap();
+        let there = aside.finish().unwrap();
+        assert_eq!(there.len(), CHANGES);
+        assert!(there == here.told);
+    }
+
+    #[test]
+    fn an_error_comes_back_and_nothing_is_told_after_it() {
+        for room in [0, 1, BATCH, CHANGES - 1] {
+            let mut aside = Aside::new(Notes { room, ..Notes::default() });
+            tell(&mut aside).unwrap();
+            assert_eq!(aside.finish().unwrap_err().kind(), io::ErrorKind::StorageFull, "room for {room}");
         }
     }
 
     #[test]
     #[should_panic(expected = "no more")]
     fn a_panic_over_there_comes_back() {
-        struct Weary;
-        impl Observe for Weary {
-            fn nets(&mut self, _: Cycle, _: &[i64]) {
-                panic!("no more");
-            }
-            fn reals(&mut self, _: Cycle, _: &[f64]) {}
-        }
-        let mut aside = Aside::new(Weary);
-        for n in 0..100_000 {
-            aside.nets(Cycle(n), &[0; 8]);
-        }
-        aside.finish();
+        let mut aside = Aside::new(Notes { room: usize::MAX, ..Notes::default() });
+        aside.time(666).unwrap();
+        tell(&mut aside).unwrap();
+        let _ = aside.finish();
     }
 }

@@ -98,8 +98,9 @@ fn base(name: &str) -> &str {
 }
 
 fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+    // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
     let timescale = Timescale::of(clock);
-    let (start, end) = (timescale.at(span.start), timescale.at(span.end));
+    let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");

@@ -2,8 +2,9 @@
 
 use std::io;
 
-use hpu_signal::{Clock, Cycle, Format, Observe};
+use hpu_signal::{Clock, Cycle, Observe};
 
+use super::aside::Aside;
 use super::timescale::Timescale;
 use super::{Layout, Source};
 
@@ -18,12 +19,12 @@ pub trait Sink {
     ///
     /// When writing fails.
     fn time(&mut self, time: u64) -> io::Result<()>;
-    /// A new word, as the characters `0` and `1`, the most significant bit first.
+    /// A new word.
     ///
     /// # Errors
     ///
     /// When writing fails.
-    fn word(&mut self, slot: usize, digits: &[u8]) -> io::Result<()>;
+    fn word(&mut self, slot: usize, word: i64) -> io::Result<()>;
     /// A new real.
     ///
     /// # Errors
@@ -38,53 +39,56 @@ pub trait Sink {
     fn finish(self) -> io::Result<Self::Out>;
 }
 
-/// A waveform being written. Only changes are, and no call allocates.
+/// A waveform being written. Only changes are.
 ///
 /// An [`Observe`]r cannot fail, so the first error is kept, nothing more is written, and [`finish`](Self::finish) returns
 /// it.
 #[must_use = "a recording is complete only after `finish`"]
 pub struct Recording<S> {
-    sink: S,
-    timescale: Timescale,
-    /// Of each net that the file shows.
-    formats: Vec<Option<Format>>,
+    file: Timed<S>,
+    /// Whether the file shows a net.
+    shown: Vec<bool>,
     /// Of each net the latest word, once there is one.
     words: Vec<i64>,
     has_words: bool,
     reals: Vec<Option<f64>>,
     first_real: usize,
+    error: Option<io::Error>,
+}
+
+/// A file and how far it is.
+struct Timed<S> {
+    sink: S,
+    timescale: Timescale,
     clk: Option<usize>,
     now: Cycle,
     time: u64,
-    error: Option<io::Error>,
 }
+
+/// Words that are looked at together, to pass over those that stay.
+const TOGETHER: usize = 8;
 
 impl<S: Sink> Recording<S> {
     /// Begins the recording at time 0.
     pub(super) fn begin(mut sink: S, layout: &Layout, clock: Clock) -> io::Result<Self> {
         sink.time(0)?;
         if layout.shows(Source::Reset) {
-            sink.word(layout.slot(Source::Reset), b"0")?;
+            sink.word(layout.slot(Source::Reset), 0)?;
         }
         let clk = layout.shows(Source::Clock).then(|| layout.slot(Source::Clock));
         if let Some(clk) = clk {
-            sink.word(clk, b"1")?;
+            sink.word(clk, 1)?;
         }
-        for (index, &(format, word)) in layout.tied.iter().enumerate() {
-            sink.word(layout.slot(Source::Tied(index)), digits(format, word, &mut [0; 64]))?;
+        for (index, &(_, word)) in layout.tied.iter().enumerate() {
+            sink.word(layout.slot(Source::Tied(index)), word)?;
         }
-        let nets = layout.nets.iter().enumerate();
         Ok(Self {
-            sink,
-            timescale: Timescale::of(clock),
-            formats: nets.map(|(index, net)| layout.shows(Source::Net(index)).then_some(net.format)).collect(),
+            file: Timed { sink, timescale: Timescale::of(clock), clk, now: Cycle(0), time: 0 },
+            shown: (0..layout.nets.len()).map(|index| layout.shows(Source::Net(index))).collect(),
             words: vec![0; layout.nets.len()],
             has_words: false,
             reals: vec![None; layout.reals.len()],
             first_real: layout.slot(Source::Real(0)),
-            clk,
-            now: Cycle(0),
-            time: 0,
             error: None,
         })
     }
@@ -97,45 +101,19 @@ impl<S: Sink> Recording<S> {
     /// The first error since the recording began: of the device (a full disk), or
     /// [`InvalidInput`](io::ErrorKind::InvalidInput) when a call went back in time.
     pub fn finish(mut self, end: Cycle) -> io::Result<S::Out> {
-        self.attempt(|recording| recording.reach(end.max(Cycle(1))));
+        self.attempt(|recording| recording.file.reach(end.max(Cycle(1))));
         match self.error {
             Some(error) => Err(error),
-            None => self.sink.finish(),
+            None => self.file.sink.finish(),
         }
     }
 
     /// Goes on with the file unless it has failed already.
+    #[inline]
     fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
         if self.error.is_none() {
             self.error = write(self).err();
         }
-    }
-
-    /// Brings the file to an edge, toggling the clock on the way.
-    fn reach(&mut self, cycle: Cycle) -> io::Result<()> {
-        if cycle < self.now {
-            let text = format!("a waveform at edge {} cannot go back to edge {}", self.now.0, cycle.0);
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
-        }
-        if let Some(clk) = self.clk {
-            for next in self.now.0..cycle.0 {
-                let rise = self.timescale.at(Cycle(next + 1));
-                self.time(self.time.midpoint(rise))?;
-                self.sink.word(clk, b"0")?;
-                self.time(rise)?;
-                self.sink.word(clk, b"1")?;
-            }
-        }
-        self.now = cycle;
-        self.time(self.timescale.at(cycle))
-    }
-
-    fn time(&mut self, time: u64) -> io::Result<()> {
-        if time > self.time {
-            self.sink.time(time)?;
-            self.time = time;
-        }
-        Ok(())
     }
 
     fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
@@ -144,18 +122,24 @@ impl<S: Sink> Recording<S> {
             self.words.iter_mut().zip(words).for_each(|(known, word)| *known = !word);
             self.has_words = true;
         }
+        let all = self.words.chunks_mut(TOGETHER).zip(words.chunks(TOGETHER)).zip(self.shown.chunks(TOGETHER));
         let mut reached = false;
-        for (index, &word) in words.iter().enumerate() {
-            if self.words[index] == word {
+        for (group, ((known, words), shown)) in all.enumerate() {
+            if known.iter().zip(words).fold(0, |differ, (known, word)| differ | (known ^ word)) == 0 {
                 continue;
             }
-            self.words[index] = word;
-            let Some(format) = self.formats[index] else { continue };
-            if !reached {
-                self.reach(cycle)?;
-                reached = true;
+            for (index, ((known, &word), &shown)) in known.iter_mut().zip(words).zip(shown).enumerate() {
+                if *known != word {
+                    *known = word;
+                    if shown {
+                        if !reached {
+                            self.file.reach(cycle)?;
+                            reached = true;
+                        }
+                        self.file.sink.word(TOGETHER * group + index, word)?;
+                    }
+                }
             }
-            self.sink.word(index, digits(format, word, &mut [0; 64]))?;
         }
         Ok(())
     }
@@ -165,12 +149,41 @@ impl<S: Sink> Recording<S> {
         if self.reals.iter().zip(values).all(|(known, &value)| same(known, value)) {
             return Ok(());
         }
-        self.reach(cycle)?;
+        self.file.reach(cycle)?;
         for (index, (known, &value)) in self.reals.iter_mut().zip(values).enumerate() {
             if !same(known, value) {
                 *known = Some(value);
-                self.sink.real(self.first_real + index, value)?;
+                self.file.sink.real(self.first_real + index, value)?;
             }
+        }
+        Ok(())
+    }
+}
+
+impl<S: Sink> Timed<S> {
+    /// Brings the file to an edge, toggling the clock on the way.
+    fn reach(&mut self, cycle: Cycle) -> io::Result<()> {
+        if cycle < self.now {
+            let text = format!("a waveform at edge {} cannot go back to edge {}", self.now.0, cycle.0);
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+        }
+        if let Some(clk) = self.clk {
+            for next in self.now.0..cycle.0 {
+                let rise = self.timescale.at(Cycle(next + 1));
+                self.go_to(self.time.midpoint(rise))?;
+                self.sink.word(clk, 0)?;
+                self.go_to(rise)?;
+                self.sink.word(clk, 1)?;
+            }
+        }
+        self.now = cycle;
+        self.go_to(self.timescale.at(cycle))
+    }
+
+    fn go_to(&mut self, time: u64) -> io::Result<()> {
+        if time > self.time {
+            self.sink.time(time)?;
+            self.time = time;
         }
         Ok(())
     }
@@ -188,29 +201,15 @@ impl<S: Sink> Observe for Recording<S> {
     }
 }
 
-/// The word's bits as characters, the most significant first.
-fn digits(format: Format, word: i64, text: &mut [u8; 64]) -> &[u8] {
-    let width = format.width();
-    // The most significant bit first in the first byte.
-    let bits = format.bits(word) << (64 - width);
-    let chunks = text.chunks_exact_mut(8).zip(bits.to_be_bytes());
-    for (chunk, byte) in chunks.take(width.div_ceil(8) as usize) {
-        chunk.copy_from_slice(&EIGHT_DIGITS[usize::from(byte)]);
+impl<S: Sink + Send + 'static> Recording<S>
+where
+    S::Out: Send,
+{
+    /// Writes on, on a thread of its own, so that a run need not wait for the file. An error is known at the end only.
+    pub fn aside(self) -> Recording<Aside<S>> {
+        let Self { file, shown, words, has_words, reals, first_real, error } = self;
+        let Timed { sink, timescale, clk, now, time } = file;
+        let file = Timed { sink: Aside::new(sink), timescale, clk, now, time };
+        Recording { file, shown, words, has_words, reals, first_real, error }
     }
-    &text[..width as usize]
 }
-
-/// The characters of all bytes.
-static EIGHT_DIGITS: [[u8; 8]; 256] = {
-    let mut all = [[b'0'; 8]; 256];
-    let mut byte = 0;
-    while byte < 256 {
-        let mut place = 0;
-        while place < 8 {
-            all[byte][place] += (byte >> (7 - place)) as u8 & 1;
-            place += 1;
-        }
-        byte += 1;
-    }
-    all
-};

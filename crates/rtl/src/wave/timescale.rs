@@ -7,17 +7,18 @@ use hpu_signal::{Clock, Cycle};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timescale {
     clock: Clock,
-    /// Of ten, in picoseconds.
     power: u32,
+    /// Units of an edge, where that is a whole number.
+    edge: Option<u64>,
 }
 
 impl Timescale {
     /// The timescale of a clock.
     pub fn of(clock: Clock) -> Self {
-        let period_ps = SECOND_PS / clock.frequency_hz();
-        let whole = SECOND_PS.is_multiple_of(clock.frequency_hz());
-        let power = (1..12).rev().find(|&power| whole && period_ps.is_multiple_of(2 * 10u64.pow(power)));
-        Self { clock, power: power.unwrap_or(0) }
+        let period_ps = SECOND_PS.is_multiple_of(clock.frequency_hz()).then(|| SECOND_PS / clock.frequency_hz());
+        let exact = |power: &u32| period_ps.is_some_and(|period_ps| period_ps.is_multiple_of(2 * 10u64.pow(*power)));
+        let power = (1..12).rev().find(exact).unwrap_or(0);
+        Self { clock, power, edge: period_ps.map(|period_ps| period_ps / 10u64.pow(power)) }
     }
 
     /// Its unit is so many picoseconds, as a power of ten: 4 for 10 ns.
@@ -26,8 +27,17 @@ impl Timescale {
     }
 
     /// When an edge is, in units.
+    #[inline]
     pub fn at(self, cycle: Cycle) -> u64 {
-        self.clock.picoseconds(cycle) / 10u64.pow(self.power)
+        match self.edge {
+            Some(edge) => edge * cycle.0,
+            None => self.clock.picoseconds(cycle),
+        }
+    }
+
+    /// When an edge is, in the largest of ps, ns, us and ms that the unit is not below.
+    pub fn in_thousands(self, cycle: Cycle) -> u64 {
+        self.at(cycle) * 10u64.pow(self.power % 3)
     }
 }
 

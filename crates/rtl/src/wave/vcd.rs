@@ -27,8 +27,16 @@ pub type Vcd<W> = Recording<VcdFile<W>>;
 /// The VCD side of a [`Recording`].
 pub struct VcdFile<W: Write> {
     out: BufWriter<W>,
-    /// By slot, what ends a line: a space, the code of the variable, a line feed.
-    ends: Vec<String>,
+    /// By slot.
+    vars: Vec<Column>,
+}
+
+/// What lines of a variable are made of.
+#[derive(Clone, Default)]
+struct Column {
+    width: u32,
+    /// A space, the code of the variable, a line feed.
+    end: String,
 }
 
 impl<W: Write> Vcd<W> {
@@ -47,23 +55,19 @@ impl<W: Write> Vcd<W> {
         }
         let power = Timescale::of(clock).power();
         header.timescale(10u32.pow(power % 3), UNITS[power as usize / 3])?;
+        let mut vars = vec![Column::default(); layout.slots()];
         for scope in layout.scopes() {
-            declare(&mut header, layout, scope)?;
+            declare(&mut header, layout, scope, &mut vars)?;
         }
         header.enddefinitions()?;
-        let ends = (0..layout.slots()).map(|slot| format!(" {}\n", code(slot))).collect();
-        Self::begin(VcdFile { out, ends }, layout, clock)
+        Self::begin(VcdFile { out, vars }, layout, clock)
     }
 }
 
 /// From a picosecond, by the thousand.
 const UNITS: [TimescaleUnit; 4] = [TimescaleUnit::PS, TimescaleUnit::NS, TimescaleUnit::US, TimescaleUnit::MS];
 
-fn code(slot: usize) -> IdCode {
-    IdCode::from(slot as u64)
-}
-
-fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope) -> io::Result<()> {
+fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope, vars: &mut [Column]) -> io::Result<()> {
     header.add_module(&scope.name)?;
     for var in &scope.vars {
         let kind = match var.source {
@@ -71,10 +75,13 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope) -> 
             _ if layout.channels.is_some() => VarType::Wire,
             _ => VarType::Reg,
         };
-        header.var_def(kind, var.width, code(layout.slot(var.source)), &var.name, None)?;
+        let slot = layout.slot(var.source);
+        let code = IdCode::from(slot as u64);
+        header.var_def(kind, var.width, code, &var.name, None)?;
+        vars[slot] = Column { width: var.width, end: format!(" {code}\n") };
     }
     for inner in &scope.scopes {
-        declare(header, layout, inner)?;
+        declare(header, layout, inner, vars)?;
     }
     header.upscope()
 }
@@ -101,17 +108,45 @@ impl<W: Write> Sink for VcdFile<W> {
         self.out.write_all(&line[start..])
     }
 
-    fn word(&mut self, slot: usize, digits: &[u8]) -> io::Result<()> {
-        let end = self.ends[slot].as_bytes();
-        let (start, end): (&[u8], _) = if digits.len() == 1 { (b"", &end[1..]) } else { (b"b", end) };
+    fn word(&mut self, slot: usize, word: i64) -> io::Result<()> {
+        let Column { width, end } = &self.vars[slot];
+        let mut text = [0; 64];
+        let digits = digits(*width, word, &mut text);
+        let (start, end): (&[u8], _) = if *width == 1 { (b"", &end.as_bytes()[1..]) } else { (b"b", end.as_bytes()) };
         [start, digits, end].iter().try_for_each(|part| self.out.write_all(part))
     }
 
     fn real(&mut self, slot: usize, value: f64) -> io::Result<()> {
-        write!(self.out, "r{value:e}{}", self.ends[slot])
+        write!(self.out, "r{value:e}{}", self.vars[slot].end)
     }
 
     fn finish(self) -> io::Result<W> {
         self.out.into_inner().map_err(IntoInnerError::into_error)
     }
 }
+
+/// The word's bits as characters, the most significant first.
+fn digits(width: u32, word: i64, text: &mut [u8; 64]) -> &[u8] {
+    // The most significant bit first in the first byte.
+    let bits = word << (64 - width);
+    let chunks = text.chunks_exact_mut(8).zip(bits.to_be_bytes());
+    for (chunk, byte) in chunks.take(width.div_ceil(8) as usize) {
+        chunk.copy_from_slice(&EIGHT_DIGITS[usize::from(byte)]);
+    }
+    &text[..width as usize]
+}
+
+/// The characters of all bytes.
+static EIGHT_DIGITS: [[u8; 8]; 256] = {
+    let mut all = [[b'0'; 8]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut place = 0;
+        while place < 8 {
+            all[byte][place] += (byte >> (7 - place)) as u8 & 1;
+            place += 1;
+        }
+        byte += 1;
+    }
+    all
+};

@@ -129,7 +129,7 @@ fn a_file_lasts_until_the_end_of_the_run_though_nothing_changes() {
 
 #[test]
 fn an_fst_of_several_sections_is_read_back_whole() {
-    // 24 nets at 6 bytes or more in memory: 500 000 edges are well over two sections.
+    // 24 nets at 2 bytes or more in memory: 500 000 edges are well over ten sections.
     let edges = 500_000;
     let layout = Layout::new(&wiring(), &[]);
     let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock()).expect("memory");
@@ -146,6 +146,56 @@ fn an_fst_of_several_sections_is_read_back_whole() {
         changes.map(|(time, word)| (read.time_table()[time as usize] * unit_ps, word.to_bit_string())).collect();
     let put = (0..edges).map(|edge| (edge * 20_000, Some(["0", "1"][(edge % 2) as usize].repeat(12))));
     assert!(changes.iter().cloned().eq(put));
+}
+
+#[test]
+fn an_fst_can_be_read_from_the_middle() {
+    // A net changes every so many edges, each a different number; the last never does.
+    let nets = wiring().nets();
+    let bits = |net: usize, edge: u64| match edge / (net as u64 + 3) % 2 {
+        1 if net + 1 < nets.len() => u64::MAX,
+        _ => 0,
+    };
+    let values = |edge: u64| [edge as f64, -0.5];
+    let edges = 200_000;
+    let mut fst = Fst::new(Cursor::new(Vec::new()), &Layout::new(&wiring(), &REALS), clock()).expect("memory");
+    for edge in 0..edges {
+        let words: Vec<i64> = nets.iter().enumerate().map(|(n, net)| net.format.from_bits(bits(n, edge))).collect();
+        fst.nets(Cycle(edge), &words);
+        fst.reals(Cycle(edge), &values(edge));
+    }
+    let file = fst.finish(Cycle(edges)).expect("memory").into_inner();
+    let mut read = fst_reader::FstReader::open(Cursor::new(file)).expect("a readable waveform");
+    let signals = read.get_header().max_handle as usize;
+    let mut starts = std::collections::BTreeSet::new();
+    for from in (0..2 * edges).step_by(9_973) {
+        // What a reader is told first is how all signals stand where the section begins.
+        let mut stand = vec![None; signals];
+        let mut start = None;
+        let section = fst_reader::FstFilter::filter_time(from, from);
+        let told = read.read_signals(&section, |time, signal, value| {
+            if *start.get_or_insert(time) == time {
+                stand[signal.get_index()].get_or_insert(match value {
+                    fst_reader::FstSignalValue::String(digits) => String::from_utf8_lossy(digits).into_owned(),
+                    fst_reader::FstSignalValue::Real(value) => format!("{value:?}"),
+                });
+            }
+            Ok::<(), ()>(())
+        });
+        assert!(told.is_ok());
+        let start = start.expect("a value");
+        starts.insert(start);
+        // Two units an edge. The reset is the first signal, then come the nets, and the reals last.
+        let edge = start / 2;
+        for (n, net) in nets.iter().enumerate() {
+            let digit = if bits(n, edge) == 0 { "0" } else { "1" };
+            assert_eq!(stand[1 + n], Some(digit.repeat(net.format.width() as usize)), "{} at edge {edge}", net.name);
+        }
+        for (value, stand) in values(edge).iter().zip(&stand[signals - 2..]) {
+            assert_eq!(*stand, Some(format!("{value:?}")), "at edge {edge}");
+        }
+    }
+    assert!(starts.len() > 10, "{starts:?}");
 }
 
 #[test]

@@ -81,10 +81,10 @@ fn words_are_drawn_by_their_formats() {
 #[test]
 fn the_window_opens_on_the_span() {
     let save = save(&Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS));
-    assert!(save.contains("\n[timestart] 2000\n"), "1000 edges of 20 ns, in units of 10 ns");
+    assert!(save.contains("\n[timestart] 20000\n"), "1000 edges of 20 ns, in ns");
     let zoom: f64 =
         save.lines().find_map(|line| line.strip_prefix('*')?.split(' ').next()?.parse().ok()).expect("a zoom");
-    let pixels = 50_000.0 * 2.0 / (-zoom).exp2() * 200.0;
+    let pixels = 50_000.0 * 20.0 / (-zoom).exp2() * 200.0;
     // 1500 less a tree of 280 and names of 340 leaves 880 for the waves and their frame.
     assert!((800.0..880.0).contains(&pixels), "{pixels} pixels");
 }
