@@ -28,6 +28,8 @@ pub struct Outcome {
     pub ticks: u64,
     /// Edges of the encoder's lines.
     pub crossings: u64,
+    /// How often friction held the shaft, let it go or turned against it.
+    pub mode_changes: u64,
     /// Between the angles at the end.
     pub off_rad: f64,
     /// The nearest that a crossing came to a clock edge, as a distance between angle and limit there.
@@ -38,7 +40,15 @@ pub struct Outcome {
 impl Outcome {
     /// Of nothing yet.
     pub fn none() -> Self {
-        Self { edges: 0, ticks: 0, crossings: 0, off_rad: 0.0, nearest_rad: f64::INFINITY, difference: None }
+        Self {
+            edges: 0,
+            ticks: 0,
+            crossings: 0,
+            mode_changes: 0,
+            off_rad: 0.0,
+            nearest_rad: f64::INFINITY,
+            difference: None,
+        }
     }
 
     /// Adds another run's figures.
@@ -46,6 +56,7 @@ impl Outcome {
         self.edges += other.edges;
         self.ticks += other.ticks;
         self.crossings += other.crossings;
+        self.mode_changes += other.mode_changes;
         self.off_rad = self.off_rad.max(other.off_rad);
         self.nearest_rad = self.nearest_rad.min(other.nearest_rad);
     }
@@ -53,8 +64,8 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { edges, ticks, crossings, nearest_rad, .. } = self;
-        write!(f, "{edges:>12} {ticks:>10} {crossings:>10} {nearest_rad:>8.0e}")
+        let Self { edges, ticks, crossings, mode_changes, nearest_rad, .. } = self;
+        write!(f, "{edges:>12} {ticks:>10} {crossings:>10} {mode_changes:>10} {nearest_rad:>8.0e}")
     }
 }
 
@@ -105,6 +116,12 @@ where
     }
     outcome.ticks = expected.ticks();
     outcome.crossings = expected.world.encoder_edges();
+    outcome.mode_changes = expected.world.mode_changes();
+    let changes = [outcome.mode_changes, other.world.mode_changes()];
+    if outcome.difference.is_none() && changes[0] != changes[1] {
+        let net = Some(("the number of modes", changes.map(u64::cast_signed)));
+        outcome.difference = Some(Difference { edges: [expected.edge(); 2], net, gap_rad: 0.0 });
+    }
     (outcome, [before, expected.world], other.world)
 }
 
@@ -199,11 +216,10 @@ pub fn begun_at(mut scene: Scene, counts: f64) -> Scene {
     scene
 }
 
-/// The scene without what bends its motion: friction, diodes, an analog shaper.
+/// The scene without diodes and an analog shaper.
 pub fn straightened(mut scene: Scene) -> Scene {
-    match &mut scene.device {
-        Device::Motor(motor) => (motor.coulomb_friction_nm, motor.initial_current_a) = (0.0, 0.0),
-        Device::Mass(mass) => mass.coulomb_n = 0.0,
+    if let Device::Motor(motor) = &mut scene.device {
+        motor.initial_current_a = 0.0;
     }
     if let Some(amplifier) = &mut scene.amplifier {
         amplifier.shaper = None;

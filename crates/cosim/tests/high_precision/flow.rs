@@ -24,6 +24,7 @@ struct Step<const N: usize> {
 
 /// The system, its steps tabulated.
 pub struct Flow<const N: usize> {
+    matrix: Matrix<N>,
     a: [[f64; 3]; 3],
     edge_s: f64,
     /// Steps of `digit * 64^level` edges at `63 level + digit - 1`.
@@ -48,9 +49,30 @@ impl<const N: usize> Flow<N> {
             }
             base = step;
         }
+        let matrix = a;
         let a = a.map(|row| row.map(Fixed::float));
         let bounds = bounds(&a, edge_s);
-        Self { a, edge_s, steps, bounds }
+        Self { matrix, a, edge_s, steps, bounds }
+    }
+
+    /// How fast the state changes.
+    pub fn rate(&self, x: &Vector<N>, g: &Vector<N>) -> Vector<N> {
+        sum(&apply(&self.matrix, x), g)
+    }
+
+    /// The state a time later in which nothing much happens, an edge at most: by Taylor's series.
+    pub fn part(&self, time_s: Fixed<N>, x: &Vector<N>, g: &Vector<N>) -> Vector<N> {
+        let mut term = self.rate(x, g).map(|rate| rate * time_s);
+        let mut state = sum(x, &term);
+        for k in 2.. {
+            let share = time_s * Fixed::whole(k).reciprocal();
+            term = apply(&self.matrix, &term).map(|rate| rate * share);
+            if term == [Fixed::ZERO; 3] {
+                break;
+            }
+            state = sum(&state, &term);
+        }
+        state
     }
 
     /// The state so many edges later under a constant `g`.
@@ -210,6 +232,21 @@ mod tests {
         let x = flow.after(1 << 22, [zero; 3], &[zero, one, zero]);
         assert_near(one - x[ANGLE], COSINE_1);
         assert_near(x[SPEED], SINE_1);
+    }
+
+    #[test]
+    fn the_parts_of_an_edge_are_the_edge() {
+        let flow = Flow::new(matrix([[-1e4, -115.0, 0.0], [1.9e4, -80.0, -2.2e5], [0.0, 1.0, 0.0]]), EDGE_S);
+        let (x, g) = ([9.0, -40.0, 0.1].map(Fixed::of), [1e5, -300.0, 7.0].map(Fixed::of));
+        let whole = flow.after(1, x, &g);
+        for share in [0.0, 0.25, 0.3, 1.0] {
+            let part = Fixed::of(share * EDGE_S);
+            let parts = flow.part(Fixed::of(EDGE_S) - part, &flow.part(part, &x, &g), &g);
+            for (one, other) in whole.iter().zip(&parts) {
+                let off = (*one - *other).abs().float();
+                assert!(off < 1e-50, "{share}: {off:e}");
+            }
+        }
     }
 
     #[test]

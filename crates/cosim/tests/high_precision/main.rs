@@ -12,6 +12,7 @@ mod fixed;
 mod flow;
 mod mean;
 mod near;
+mod shaft;
 mod world;
 
 use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_beside_twice_as_precise, straightened};
@@ -49,7 +50,7 @@ fn linear_scenes() -> Vec<Scene> {
 
 /// What the scenes make of the engine's plant; from every start but the first, a share of a count further on.
 fn run(scenes: &[Scene]) -> Outcome {
-    println!("\n{:48}  starts        edges      ticks  crossings  nearest", "scene");
+    println!("\n{:48}  starts        edges      ticks  crossings      modes  nearest", "scene");
     let mut all = Outcome::none();
     let mut differing = Vec::new();
     for scene in scenes {

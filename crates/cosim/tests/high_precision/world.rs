@@ -11,8 +11,10 @@ use hpu_signal::Real;
 use crate::fixed::Fixed;
 use crate::flow::{ANGLE, CURRENT, Flow, SPEED, Vector};
 use crate::mean::{Change, Mean};
+use crate::shaft::{Friction, Shaft};
 
-/// Why a scene is not one of those whose motion is linear from one change of its drive to the next, if it is not.
+/// Why a scene is not one of those whose motion is linear from one change of its drive, or of what friction does, to the next, if it is
+/// not.
 pub fn obstacle(scene: &Scene) -> Option<&'static str> {
     let prescribed = matches!(scene.hand, Hand::Prescribed { .. });
     match (&scene.hand, &scene.device, scene.amplifier) {
@@ -22,8 +24,7 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
         _ if scene.model.winding != Winding::Inductive => Some("a winding without inductance"),
         // Of an imposed motion nothing that the electrical side does can be seen.
         _ if prescribed => None,
-        (_, Device::Motor(motor), _) if motor.coulomb_friction_nm != 0.0 => Some("Coulomb friction"),
-        (_, Device::Mass(mass), _) if mass.coulomb_n != 0.0 => Some("Coulomb friction"),
+        _ if matches!(scene.model.friction, scene::Friction::Smoothed { .. }) => Some("smoothed friction"),
         (_, Device::Mass(_), Some(scene::Amplifier { shaper: Some(_), .. })) => Some("an analog shaper"),
         (_, Device::Motor(motor), _) if motor.initial_current_a != 0.0 => Some("diodes"),
         (_, Device::Motor(_), _) if scene.model.bridge == BridgeModel::Switching => {
@@ -56,10 +57,11 @@ struct Knot {
 
 /// The immutable part.
 pub struct Laws<const N: usize> {
-    /// Voltage moves the current.
-    closed: Flow<N>,
-    /// The current stays: an open winding, an amplifier.
-    still: Flow<N>,
+    /// Voltage moves the current; of a shaft that moves, and of one that is stuck.
+    closed: [Flow<N>; 2],
+    /// The current stays (an open winding, an amplifier), of both.
+    still: [Flow<N>; 2],
+    friction: Friction<N>,
     drive: Drive,
     per_inductance: Fixed<N>,
     torque_per_inertia: Fixed<N>,
@@ -103,6 +105,11 @@ impl<const N: usize> Laws<N> {
         let shaft = if prescribed { [zero; 3] } else { shaft };
         let angle = [zero, Fixed::whole(1), zero];
         let edge_s = scene.clock.period_s();
+        let coulomb = match &scene.device {
+            _ if prescribed || scene.model.friction == scene::Friction::None => 0.0,
+            Device::Motor(motor) => motor.coulomb_friction_nm,
+            Device::Mass(mass) => mass.coulomb_n,
+        };
         let start = match &scene.device {
             Device::Motor(motor) => [0.0, motor.initial_speed_rad_per_s, motor.initial_angle_rad],
             Device::Mass(mass) => [0.0, mass.initial_speed_m_per_s, mass.initial_position_m],
@@ -128,8 +135,9 @@ impl<const N: usize> Laws<N> {
             assert!(emf_v.abs() < supply_v + 2.0 * scene.bridge.diode_drop_v, "the start makes the diodes conduct");
         }
         Self {
-            closed: Flow::new([winding, shaft, angle], edge_s),
-            still: Flow::new([[zero; 3], shaft, angle], edge_s),
+            closed: [shaft, [zero; 3]].map(|shaft| Flow::new([winding, shaft, angle], edge_s)),
+            still: [shaft, [zero; 3]].map(|shaft| Flow::new([[zero; 3], shaft, angle], edge_s)),
+            friction: Friction { row: shaft, least: Fixed::of(coulomb) * per_inertia },
             drive,
             per_inductance,
             torque_per_inertia: torque * per_inertia,
@@ -164,6 +172,9 @@ fn knots(path: &[scene::PathPoint], scene: &Scene) -> Vec<Knot> {
 pub struct PreciseWorld<'p, const N: usize> {
     laws: &'p Laws<N>,
     flow: &'p Flow<N>,
+    /// Whether voltage moves the current.
+    is_closed: bool,
+    shaft: Shaft,
     /// Index of the net that is the command.
     command: usize,
     schedule: Schedule,
@@ -182,6 +193,7 @@ pub struct PreciseWorld<'p, const N: usize> {
     waiting: Option<(u64, f64)>,
     count: i64,
     crossings: u64,
+    mode_changes: u64,
     /// The least that lay between the angle and a limit at the edges on both sides of a crossing.
     pub nearest: f64,
 }
@@ -192,7 +204,9 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         let zero = Fixed::ZERO;
         let mut world = Self {
             laws,
-            flow: &laws.still,
+            flow: &laws.still[0],
+            is_closed: matches!(laws.drive, Drive::Averaged { .. }),
+            shaft: Shaft::Free,
             command,
             schedule,
             edge: 0,
@@ -207,13 +221,14 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
             waiting: None,
             count: 0,
             crossings: 0,
+            mode_changes: 0,
             nearest: f64::INFINITY,
         };
-        if let Drive::Averaged { .. } = laws.drive {
-            world.flow = &laws.closed;
-        }
         world.driven();
         world.due();
+        // Not before the hand is where it begins.
+        world.settle();
+        world.driven();
         world.count();
         world.crossings = 0;
         world
@@ -246,12 +261,30 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         }
     }
 
+    /// The part of the shaft's acceleration that neither the state nor friction makes.
+    fn pull(&self) -> Fixed<N> {
+        let laws = self.laws;
+        if laws.prescribed {
+            return Fixed::ZERO;
+        }
+        laws.torque_per_inertia + laws.hand_damping_per_inertia * self.intent_speed
+    }
+
+    /// The shaft slips or is stuck by its state.
+    fn settle(&mut self) {
+        self.shaft = self.laws.friction.shaft(&self.x, self.pull());
+    }
+
     /// What is constant in the motion from here on: `x' = A x + g`.
     fn driven(&mut self) {
-        let laws = self.laws;
-        let pull = laws.torque_per_inertia + laws.hand_damping_per_inertia * self.intent_speed;
-        let pull = if laws.prescribed { Fixed::ZERO } else { pull };
-        self.g = [self.volts_per_henry, pull, -self.intent_speed];
+        if self.shaft == Shaft::Stuck {
+            // It may be torn off.
+            self.settle();
+            self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
+        }
+        let flows = if self.is_closed { &self.laws.closed } else { &self.laws.still };
+        self.flow = &flows[usize::from(self.shaft == Shaft::Stuck)];
+        self.g = [self.volts_per_henry, self.laws.friction.push(self.shaft, self.pull()), -self.intent_speed];
     }
 
     /// The duty and the hand's knots at this edge.
@@ -299,6 +332,34 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.edge += edges;
     }
 
+    /// Goes on by the edge in which the shaft's mode ends, and maybe the next one too.
+    fn turn(&mut self) {
+        let friction = &self.laws.friction;
+        let mut left = self.laws.edge_s;
+        for _ in 0..8 {
+            let end = self.flow.part(left, &self.x, &self.g);
+            if !friction.margin(self.shaft, &end, self.pull()).is_negative() {
+                self.x = end;
+                self.intent = self.intent + self.intent_speed * left;
+                self.edge += 1;
+                return;
+            }
+            let (time, there) = friction.end(self.shaft, self.flow, &self.x, &self.g, self.pull(), left);
+            self.x = there;
+            self.intent = self.intent + self.intent_speed * time;
+            left = left - time;
+            self.x[SPEED] = Fixed::ZERO;
+            self.mode_changes += 1;
+            if self.shaft == Shaft::Stuck {
+                self.shaft = friction.torn_off(&self.x, self.pull());
+            } else {
+                self.settle();
+            }
+            self.driven();
+        }
+        panic!("the shaft slips and sticks without end at edge {}", self.edge);
+    }
+
     fn outside(&self, (x, intent): &(Vector<N>, Fixed<N>)) -> bool {
         let angle = x[ANGLE] + *intent;
         angle < self.limit(self.count) || angle >= self.limit(self.count + 1)
@@ -320,12 +381,24 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         let above = (self.limit(self.count + 1) - angle).float();
         let (slowest, fastest) = (speed - bend, speed + bend);
         let reach = |most: f64| (most.max(0.0) * time_s) * (1.0 + 1e-9);
-        if reach(fastest) < above && reach(-slowest) <= below {
+        let own = if let Shaft::Slips { forward: false } = self.shaft { -fastest } else { slowest };
+        let rate = self.flow.rate(&self.x, &self.g);
+        let lasts = self.laws.friction.lasts(self.shaft, &self.x, &rate, self.pull(), time_s, own);
+        if lasts && reach(fastest) < above && reach(-slowest) <= below {
             self.go(edges);
             return false;
         }
-        if edges == 1 || slowest > speed.abs() * 1e-9 || fastest < -speed.abs() * 1e-9 {
+        if edges == 1 || lasts && (slowest > speed.abs() * 1e-9 || fastest < -speed.abs() * 1e-9) {
             let end = self.ahead(edges);
+            if self.laws.friction.margin(self.shaft, &end.0, self.pull()).is_negative() {
+                let gap = self.gap();
+                self.turn();
+                let crossed = self.gap().is_negative() || self.angle() == self.limit(self.count + 1);
+                if crossed {
+                    self.nearest = self.nearest.min(gap.float()).min(self.gap().abs().float());
+                }
+                return crossed;
+            }
             if !self.outside(&end) {
                 (self.x, self.intent) = end;
                 self.edge += edges;
@@ -431,7 +504,7 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
                     [0, 0, 0, 0] if self.x[CURRENT] == Fixed::ZERO => return,
                     gates => panic!("gates {gates:?} leave a leg open"),
                 };
-                self.flow = &laws.closed;
+                self.is_closed = true;
                 self.volts_per_henry = Fixed::of(share * supply_v) * laws.per_inductance;
             }
         }
@@ -452,6 +525,6 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
     }
 
     fn mode_changes(&self) -> u64 {
-        0
+        self.mode_changes
     }
 }
