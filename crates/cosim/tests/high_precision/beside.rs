@@ -28,7 +28,7 @@ pub struct Outcome {
     pub ticks: u64,
     /// Edges of the encoder's lines.
     pub crossings: u64,
-    /// How often friction held the shaft, let it go or turned against it.
+    /// How often friction held the shaft, let it go or turned against it, and diodes opened or closed.
     pub mode_changes: u64,
     /// Between the angles at the end.
     pub off_rad: f64,
@@ -216,14 +216,10 @@ pub fn begun_at(mut scene: Scene, counts: f64) -> Scene {
     scene
 }
 
-/// The scene without diodes and an analog shaper.
+/// The scene without an analog shaper.
 pub fn straightened(mut scene: Scene) -> Scene {
-    if let Device::Motor(motor) = &mut scene.device {
-        motor.initial_current_a = 0.0;
-    }
     if let Some(amplifier) = &mut scene.amplifier {
         amplifier.shaper = None;
     }
-    (scene.method.pwm.floating, scene.method.pwm.dead_time_s) = (false, 0.0);
     scene
 }

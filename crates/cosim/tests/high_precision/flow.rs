@@ -29,8 +29,8 @@ pub struct Flow<const N: usize> {
     edge_s: f64,
     /// Steps of `digit * 64^level` edges at `63 level + digit - 1`.
     steps: Vec<Step<N>>,
-    /// Row of the speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for `0 <= s <= t`.
-    bounds: Vec<[f64; 3]>,
+    /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for `0 <= s <= t`.
+    bounds: Vec<[[f64; 3]; 2]>,
 }
 
 /// What is left to rounding where floats prove something: they err by parts in 10^16, a few times over.
@@ -91,23 +91,55 @@ impl<const N: usize> Flow<N> {
         x
     }
 
-    /// The most edges that [`acceleration`](Self::acceleration) speaks of.
+    /// The most edges that [`fastest`](Self::fastest) speaks of.
     pub fn window(&self) -> u64 {
         1 << (self.bounds.len() - 1)
     }
 
-    /// A bound on the size of the acceleration during so many edges from a state: `x''` obeys `x'' = A x'`, so that the
-    /// acceleration is the speed's row of `exp(A t)` on the present `x'`.
-    pub fn acceleration(&self, edges: u64, x: &[f64; 3], g: &[f64; 3]) -> f64 {
-        let row = self.bounds[edges.next_power_of_two().trailing_zeros() as usize];
-        let mut most = 0.0;
-        for (bound, (coefficients, g)) in row.iter().zip(self.a.iter().zip(g)) {
-            let terms = coefficients.iter().zip(x).map(|(a, x)| a * x);
-            let (rate, size) = terms.fold((*g, g.abs()), |(rate, size), term| (rate + term, size + term.abs()));
-            // What cancels leaves its rounding behind.
-            most += bound * (rate.abs() + 1e-12 * size);
+    /// Bounds on how fast current and speed change during so many edges from a state: `x''` obeys `x'' = A x'`, so that each is its
+    /// row of `exp(A t)` on the present `x'`.
+    pub fn fastest(&self, edges: u64, x: &[f64; 3], g: &[f64; 3]) -> [f64; 2] {
+        self.bounds[edges.next_power_of_two().trailing_zeros() as usize].map(|row| {
+            let mut most = 0.0;
+            for (bound, (coefficients, g)) in row.iter().zip(self.a.iter().zip(g)) {
+                let terms = coefficients.iter().zip(x).map(|(a, x)| a * x);
+                let (rate, size) = terms.fold((*g, g.abs()), |(rate, size), term| (rate + term, size + term.abs()));
+                // What cancels leaves its rounding behind.
+                most += bound * (rate.abs() + 1e-12 * size);
+            }
+            most * SLACK
+        })
+    }
+
+    /// When, within a time that is at most an edge's, what is left of a margin is used up: by Newton's iteration. A margin is
+    /// affine in the state where it ends.
+    pub fn end(
+        &self,
+        x: &Vector<N>,
+        g: &Vector<N>,
+        within: Fixed<N>,
+        margin: impl Fn(&Vector<N>) -> Fixed<N>,
+    ) -> Fixed<N> {
+        let (start, end) = (margin(x), margin(&self.part(within, x, g)));
+        let share = start.float() / (start - end).float();
+        let mut time = Fixed::ZERO;
+        if share > 1e-9 {
+            time = within * Fixed::of((share * 2f64.powi(40)).floor() / 2f64.powi(40));
         }
-        most * SLACK
+        for _ in 0..24 {
+            let there = self.part(time, x, g);
+            // By how much it changes in a time that is too short to bend it.
+            let little = Fixed::of(2f64.powi(-60));
+            let step = self.rate(&there, g).map(|rate| rate * little);
+            let slope = (margin(&sum(&there, &step)) - margin(&there)).float() * 2f64.powi(60);
+            let next = time + margin(&there) * Fixed::of(f64::from((-1.0 / slope) as f32));
+            let next = next.max(Fixed::ZERO).min(within);
+            if (next - time).abs().float() < 1e-48 {
+                return next;
+            }
+            time = next;
+        }
+        panic!("the end of a mode is not found");
     }
 
     /// Seconds that so many edges take, with slack.
@@ -158,8 +190,8 @@ fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     a.map(|row| std::array::from_fn(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }
 
-/// The speed's rows of `exp(|A| t)`, from above, for 1, 2, 4 edges and so on, as long as they are of use.
-fn bounds(a: &[[f64; 3]; 3], edge_s: f64) -> Vec<[f64; 3]> {
+/// The rows of current and speed of `exp(|A| t)`, from above, for 1, 2, 4 edges and so on, as long as they are of use.
+fn bounds(a: &[[f64; 3]; 3], edge_s: f64) -> Vec<[[f64; 3]; 2]> {
     let size = a.map(|row| row.map(|x| x.abs() * edge_s));
     assert!(size.iter().flatten().sum::<f64>() < 1.0, "an edge is too long for the bounds");
     let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -172,7 +204,7 @@ fn bounds(a: &[[f64; 3]; 3], edge_s: f64) -> Vec<[f64; 3]> {
     let mut rows = Vec::new();
     while rows.len() < (DIGIT_BITS * LEVELS) as usize && (0..3).all(|i| all[i][i] < 8.0) {
         all = all.map(|row| row.map(|x| x * SLACK));
-        rows.push(all[SPEED]);
+        rows.push([all[CURRENT], all[SPEED]]);
         all = multiply(&all, &all);
     }
     rows
@@ -263,7 +295,7 @@ mod tests {
         let g = [1e5, -300.0, 7.0];
         for x in [[0.0, 0.0, 0.0], [10.0, -40.0, 0.1], [-3.0, 200.0, -1.5], [9.98, 0.0, 0.86]] {
             let state: [Fixed<4>; 3] = x.map(Fixed::of);
-            let bound = flow.acceleration(flow.window(), &x, &g);
+            let [_, bound] = flow.fastest(flow.window(), &x, &g);
             let most = (0..=flow.window()).step_by(16).map(|edges| {
                 let [i, w, d] = flow.after(edges, state, &g.map(Fixed::of)).map(Fixed::float);
                 (1.9e4 * i - 80.0 * w - 2.2e5 * d + g[1]).abs()

@@ -13,6 +13,7 @@ mod flow;
 mod mean;
 mod near;
 mod shaft;
+mod winding;
 mod world;
 
 use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_beside_twice_as_precise, straightened};
@@ -97,6 +98,10 @@ fn every_register_edge_of_every_linear_motor_falls_on_the_right_clock() {
     motors.push(changed("on-resistance", &|scene| scene.bridge.on_resistance_ohm = 0.3));
     motors.push(changed("9 bits at once", &|scene| {
         (scene.method.pwm.bits, scene.method.pwm.latched) = (9, false);
+    }));
+    motors.push(changed("floating", &|scene| scene.method.pwm.floating = true));
+    motors.push(changed("dead time", &|scene| {
+        (scene.method.pwm.dead_time_s, scene.bridge.on_resistance_ohm) = (1e-6, 0.2);
     }));
     motors.push(changed("averaged", &|scene| scene.model.bridge = BridgeModel::Averaged));
     motors.push(changed("law in floats", &|scene| {

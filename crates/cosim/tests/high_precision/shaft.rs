@@ -2,7 +2,7 @@
 //! to all places.
 
 use crate::fixed::Fixed;
-use crate::flow::{ANGLE, CURRENT, Flow, SPEED, Vector};
+use crate::flow::{ANGLE, CURRENT, SPEED, Vector};
 
 /// What friction makes of the shaft.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -68,19 +68,6 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// How fast the margin changes.
-    fn slope(&self, shaft: Shaft, x: &Vector<N>, rate: &Vector<N>, pull: Fixed<N>) -> f64 {
-        match shaft {
-            Shaft::Free => 0.0,
-            Shaft::Slips { forward: true } => rate[SPEED].float(),
-            Shaft::Slips { forward: false } => -rate[SPEED].float(),
-            Shaft::Stuck => {
-                let net_rate = self.row[CURRENT] * rate[CURRENT] + self.row[ANGLE] * rate[ANGLE];
-                if self.net(x, pull).is_negative() { net_rate.float() } else { -net_rate.float() }
-            }
-        }
-    }
-
     /// Whether no margin is used up during a time, for certain. A stuck shaft's current fades or grows to where it is driven, ever
     /// more slowly, and its hand moves steadily; a slipping one's speed is no less than `slowest`, in its own direction.
     pub fn lasts(
@@ -100,36 +87,5 @@ impl<const N: usize> Friction<N> {
                 most.float() * time_s + self.least.float() * 1e-9 < self.margin(shaft, x, pull).float()
             }
         }
-    }
-
-    /// When the margin is used up, of which all is left at the start and none after `left`: by Newton's iteration.
-    pub fn end(
-        &self,
-        shaft: Shaft,
-        flow: &Flow<N>,
-        x: &Vector<N>,
-        g: &Vector<N>,
-        pull: Fixed<N>,
-        left: Fixed<N>,
-    ) -> (Fixed<N>, Vector<N>) {
-        let mut time = Fixed::ZERO;
-        // A speed that is not zero now and has another sign then: not both ends are far from where it is.
-        let (start, end) = (self.margin(shaft, x, pull), self.margin(shaft, &flow.part(left, x, g), pull));
-        let share = start.float() / (start.float() - end.float());
-        if share > 1e-9 {
-            time = left * Fixed::of((share * 2f64.powi(40)).floor() / 2f64.powi(40));
-        }
-        for _ in 0..16 {
-            let there = flow.part(time, x, g);
-            let slope = self.slope(shaft, &there, &flow.rate(&there, g), pull);
-            // More digits of the step than its own error has are worth nothing.
-            let step = self.margin(shaft, &there, pull) * Fixed::of(f64::from((-1.0 / slope) as f32));
-            let next = (time + step).max(Fixed::ZERO).min(left);
-            if (next - time).abs().float() < 1e-48 {
-                return (time, there);
-            }
-            time = next;
-        }
-        panic!("the end of {shaft:?} is not found");
     }
 }

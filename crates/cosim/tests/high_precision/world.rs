@@ -12,9 +12,10 @@ use crate::fixed::Fixed;
 use crate::flow::{ANGLE, CURRENT, Flow, SPEED, Vector};
 use crate::mean::{Change, Mean};
 use crate::shaft::{Friction, Shaft};
+use crate::winding::{Bridge, Path};
 
-/// Why a scene is not one of those whose motion is linear from one change of its drive, or of what friction does, to the next, if it is
-/// not.
+/// Why a scene is not one of those whose motion is linear from one change of its drive, of what friction does or of what
+/// diodes do to the next, if it is not.
 pub fn obstacle(scene: &Scene) -> Option<&'static str> {
     let prescribed = matches!(scene.hand, Hand::Prescribed { .. });
     match (&scene.hand, &scene.device, scene.amplifier) {
@@ -26,12 +27,6 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
         _ if prescribed => None,
         _ if matches!(scene.model.friction, scene::Friction::Smoothed { .. }) => Some("smoothed friction"),
         (_, Device::Mass(_), Some(scene::Amplifier { shaper: Some(_), .. })) => Some("an analog shaper"),
-        (_, Device::Motor(motor), _) if motor.initial_current_a != 0.0 => Some("diodes"),
-        (_, Device::Motor(_), _) if scene.model.bridge == BridgeModel::Switching => {
-            let pwm = &scene.method.pwm;
-            let open = (pwm.floating && !pwm.antiphase) || scene.clock.edges(pwm.dead_time_s) > 0;
-            open.then_some("diodes")
-        }
         _ => None,
     }
 }
@@ -39,7 +34,7 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
 #[derive(Clone, Copy)]
 enum Drive {
     /// Volts by gates, switching.
-    Switching { supply_v: f64 },
+    Switching,
     /// Volts by a duty, in the mean of the pulses (see [`Mean`]); without a period at once.
     Averaged { supply_v: f64, full_scale: f64, period: Option<u64> },
     /// Newtons by a command.
@@ -57,10 +52,11 @@ struct Knot {
 
 /// The immutable part.
 pub struct Laws<const N: usize> {
-    /// Voltage moves the current; of a shaft that moves, and of one that is stuck.
-    closed: [Flow<N>; 2],
+    /// Voltage moves the current through none, one or two switches; of a shaft that moves, and of one that is stuck.
+    closed: [[Flow<N>; 2]; 3],
     /// The current stays (an open winding, an amplifier), of both.
     still: [Flow<N>; 2],
+    bridge: Bridge<N>,
     friction: Friction<N>,
     drive: Drive,
     per_inductance: Fixed<N>,
@@ -81,7 +77,7 @@ impl<const N: usize> Laws<N> {
         let zero = Fixed::ZERO;
         let [resistance, inductance, constant, inertia, viscous] = match &scene.device {
             Device::Motor(motor) => [
-                Fixed::of(motor.resistance_ohm) + Fixed::whole(2) * Fixed::of(scene.bridge.on_resistance_ohm),
+                Fixed::of(motor.resistance_ohm),
                 Fixed::of(motor.inductance_h),
                 Fixed::of(motor.torque_constant_nm_per_a),
                 Fixed::of(motor.inertia_kg_m2()),
@@ -100,7 +96,10 @@ impl<const N: usize> Laws<N> {
             Hand::None | Hand::Capture { .. } => (zero, zero, zero, &[][..]),
         };
         let (per_inductance, per_inertia) = (inductance.reciprocal(), inertia.reciprocal());
-        let winding = [-(resistance * per_inductance), -(constant * per_inductance), zero];
+        let winding = |switches| {
+            let resistance = resistance + Fixed::whole(switches) * Fixed::of(scene.bridge.on_resistance_ohm);
+            [-(resistance * per_inductance), -(constant * per_inductance), zero]
+        };
         let shaft = [constant * per_inertia, -((viscous + grip_damping) * per_inertia), -(grip * per_inertia)];
         let shaft = if prescribed { [zero; 3] } else { shaft };
         let angle = [zero, Fixed::whole(1), zero];
@@ -111,7 +110,7 @@ impl<const N: usize> Laws<N> {
             Device::Mass(mass) => mass.coulomb_n,
         };
         let start = match &scene.device {
-            Device::Motor(motor) => [0.0, motor.initial_speed_rad_per_s, motor.initial_angle_rad],
+            Device::Motor(motor) => [motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad],
             Device::Mass(mass) => [0.0, mass.initial_speed_m_per_s, mass.initial_position_m],
         };
         let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
@@ -123,20 +122,23 @@ impl<const N: usize> Laws<N> {
                 let amplifier = scene.amplifier.expect("a mass in words has an amplifier");
                 Drive::Force { quantum_n: amplifier.full_scale_n / full_scale }
             }
-            (_, BridgeModel::Switching) => Drive::Switching { supply_v },
+            (_, BridgeModel::Switching) => Drive::Switching,
             (_, BridgeModel::Averaged) => {
                 let period = scene.method.pwm.latched.then(|| 1 << scene.method.pwm.bits);
                 Drive::Averaged { supply_v, full_scale, period }
             }
         };
-        if let (Device::Motor(motor), false) = (&scene.device, prescribed) {
-            // Until the first edge all gates are off.
-            let emf_v = motor.torque_constant_nm_per_a * motor.initial_speed_rad_per_s;
-            assert!(emf_v.abs() < supply_v + 2.0 * scene.bridge.diode_drop_v, "the start makes the diodes conduct");
-        }
         Self {
-            closed: [shaft, [zero; 3]].map(|shaft| Flow::new([winding, shaft, angle], edge_s)),
+            closed: [0, 1, 2]
+                .map(|switches| [shaft, [zero; 3]].map(|shaft| Flow::new([winding(switches), shaft, angle], edge_s))),
             still: [shaft, [zero; 3]].map(|shaft| Flow::new([[zero; 3], shaft, angle], edge_s)),
+            bridge: Bridge {
+                supply_v: Fixed::of(supply_v),
+                drop_v: Fixed::of(scene.bridge.diode_drop_v),
+                constant,
+                plus: None,
+                minus: None,
+            },
             friction: Friction { row: shaft, least: Fixed::of(coulomb) * per_inertia },
             drive,
             per_inductance,
@@ -172,8 +174,8 @@ fn knots(path: &[scene::PathPoint], scene: &Scene) -> Vec<Knot> {
 pub struct PreciseWorld<'p, const N: usize> {
     laws: &'p Laws<N>,
     flow: &'p Flow<N>,
-    /// Whether voltage moves the current.
-    is_closed: bool,
+    bridge: Bridge<N>,
+    path: Path,
     shaft: Shaft,
     /// Index of the net that is the command.
     command: usize,
@@ -205,7 +207,8 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         let mut world = Self {
             laws,
             flow: &laws.still[0],
-            is_closed: matches!(laws.drive, Drive::Averaged { .. }),
+            bridge: laws.bridge,
+            path: Path::Driven,
             shaft: Shaft::Free,
             command,
             schedule,
@@ -228,6 +231,9 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         world.due();
         // Not before the hand is where it begins.
         world.settle();
+        if let Drive::Switching = laws.drive {
+            world.path = world.bridge.path(&world.x);
+        }
         world.driven();
         world.count();
         world.crossings = 0;
@@ -282,7 +288,14 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
             self.settle();
             self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
         }
-        let flows = if self.is_closed { &self.laws.closed } else { &self.laws.still };
+        let flows = match (&self.laws.drive, self.path) {
+            (Drive::Force { .. } | Drive::None, _) | (_, Path::Open) => &self.laws.still,
+            (Drive::Averaged { .. }, _) => &self.laws.closed[2],
+            (Drive::Switching, path) => &self.laws.closed[self.bridge.drive(path).1],
+        };
+        if let Drive::Switching = self.laws.drive {
+            self.volts_per_henry = self.bridge.drive(self.path).0 * self.laws.per_inductance;
+        }
         self.flow = &flows[usize::from(self.shaft == Shaft::Stuck)];
         self.g = [self.volts_per_henry, self.laws.friction.push(self.shaft, self.pull()), -self.intent_speed];
     }
@@ -332,32 +345,43 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.edge += edges;
     }
 
-    /// Goes on by the edge in which the shaft's mode ends, and maybe the next one too.
+    /// Goes on by the edge in which a mode ends, of the shaft or of the winding, and maybe the next ones too.
     fn turn(&mut self) {
-        let friction = &self.laws.friction;
         let mut left = self.laws.edge_s;
         for _ in 0..8 {
+            let (pull, friction, bridge) = (self.pull(), self.laws.friction, self.bridge);
+            let (shaft, path) = (self.shaft, self.path);
             let end = self.flow.part(left, &self.x, &self.g);
-            if !friction.margin(self.shaft, &end, self.pull()).is_negative() {
+            let rubs = |x: &Vector<N>| friction.margin(shaft, x, pull);
+            let leads = |x: &Vector<N>| bridge.margin(path, x);
+            let shaft_ends = rubs(&end).is_negative().then(|| self.flow.end(&self.x, &self.g, left, rubs));
+            let path_ends = leads(&end).is_negative().then(|| self.flow.end(&self.x, &self.g, left, leads));
+            let Some(time) = shaft_ends.into_iter().chain(path_ends).min() else {
                 self.x = end;
                 self.intent = self.intent + self.intent_speed * left;
                 self.edge += 1;
                 return;
-            }
-            let (time, there) = friction.end(self.shaft, self.flow, &self.x, &self.g, self.pull(), left);
-            self.x = there;
+            };
+            self.x = self.flow.part(time, &self.x, &self.g);
             self.intent = self.intent + self.intent_speed * time;
             left = left - time;
-            self.x[SPEED] = Fixed::ZERO;
             self.mode_changes += 1;
-            if self.shaft == Shaft::Stuck {
-                self.shaft = friction.torn_off(&self.x, self.pull());
+            if shaft_ends == Some(time) {
+                self.x[SPEED] = Fixed::ZERO;
+                if shaft == Shaft::Stuck {
+                    self.shaft = friction.torn_off(&self.x, pull);
+                } else {
+                    self.settle();
+                }
             } else {
-                self.settle();
+                if path != Path::Open {
+                    self.x[CURRENT] = Fixed::ZERO;
+                }
+                self.path = bridge.next(path, &self.x);
             }
             self.driven();
         }
-        panic!("the shaft slips and sticks without end at edge {}", self.edge);
+        panic!("modes change without end at edge {}", self.edge);
     }
 
     fn outside(&self, (x, intent): &(Vector<N>, Fixed<N>)) -> bool {
@@ -375,7 +399,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         // The angle's own speed, relative to nothing.
         let speed = x[SPEED];
         let time_s = self.flow.at_most_s(edges);
-        let bend = self.flow.acceleration(edges, &x, &self.g.map(Fixed::float)) * time_s;
+        let [surge, bend] = self.flow.fastest(edges, &x, &self.g.map(Fixed::float)).map(|most| most * time_s);
         let angle = self.angle();
         let below = (angle - self.limit(self.count)).float();
         let above = (self.limit(self.count + 1) - angle).float();
@@ -383,14 +407,17 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         let reach = |most: f64| (most.max(0.0) * time_s) * (1.0 + 1e-9);
         let own = if let Shaft::Slips { forward: false } = self.shaft { -fastest } else { slowest };
         let rate = self.flow.rate(&self.x, &self.g);
-        let lasts = self.laws.friction.lasts(self.shaft, &self.x, &rate, self.pull(), time_s, own);
+        let lasts = self.laws.friction.lasts(self.shaft, &self.x, &rate, self.pull(), time_s, own)
+            && self.bridge.lasts(self.path, &self.x, surge, bend);
         if lasts && reach(fastest) < above && reach(-slowest) <= below {
             self.go(edges);
             return false;
         }
         if edges == 1 || lasts && (slowest > speed.abs() * 1e-9 || fastest < -speed.abs() * 1e-9) {
             let end = self.ahead(edges);
-            if self.laws.friction.margin(self.shaft, &end.0, self.pull()).is_negative() {
+            let margins =
+                [self.laws.friction.margin(self.shaft, &end.0, self.pull()), self.bridge.margin(self.path, &end.0)];
+            if margins.iter().any(|margin| margin.is_negative()) {
                 let gap = self.gap();
                 self.turn();
                 let crossed = self.gap().is_negative() || self.angle() == self.limit(self.count + 1);
@@ -495,17 +522,16 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
                     }
                 }
             }
-            Drive::Switching { supply_v } => {
+            Drive::Switching => {
                 // Leg B feeds the motor's plus terminal.
-                let share = match [out.b_high, out.b_low, out.a_high, out.a_low] {
-                    [1, 0, 0, 1] => 1.0,
-                    [0, 1, 1, 0] => -1.0,
-                    [1, 0, 1, 0] | [0, 1, 0, 1] => 0.0,
-                    [0, 0, 0, 0] if self.x[CURRENT] == Fixed::ZERO => return,
-                    gates => panic!("gates {gates:?} leave a leg open"),
+                let leg = |high, low| match (high, low) {
+                    (1, 0) => Some(true),
+                    (0, 1) => Some(false),
+                    (0, 0) => None,
+                    both => panic!("gates {both:?} of a leg"),
                 };
-                self.is_closed = true;
-                self.volts_per_henry = Fixed::of(share * supply_v) * laws.per_inductance;
+                (self.bridge.plus, self.bridge.minus) = (leg(out.b_high, out.b_low), leg(out.a_high, out.a_low));
+                self.path = self.bridge.path(&self.x);
             }
         }
         self.driven();
