@@ -7,7 +7,8 @@ use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, World};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 
-use crate::world::{Laws, PreciseWorld};
+use crate::laws::Laws;
+use crate::world::PreciseWorld;
 
 /// Where the registers of two loops first differed: the one expected, and the other.
 #[derive(Debug)]
@@ -212,14 +213,6 @@ pub fn begun_at(mut scene: Scene, counts: f64) -> Scene {
     match &mut scene.device {
         Device::Motor(motor) => motor.initial_angle_rad += ahead,
         Device::Mass(mass) => mass.initial_position_m += ahead,
-    }
-    scene
-}
-
-/// The scene without an analog shaper.
-pub fn straightened(mut scene: Scene) -> Scene {
-    if let Some(amplifier) = &mut scene.amplifier {
-        amplifier.shaper = None;
     }
     scene
 }

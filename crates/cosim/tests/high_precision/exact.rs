@@ -6,7 +6,8 @@ use hpu_datapath::LoopIn;
 use hpu_signal::Clock;
 
 use crate::beside::axis_scenes;
-use crate::world::{Laws, PreciseWorld};
+use crate::laws::Laws;
+use crate::world::PreciseWorld;
 
 /// Edges of every motion.
 const EDGES: i64 = 1 << 23;

@@ -2,7 +2,8 @@
 //!
 //! [`world::PreciseWorld`] closes the same wirings as the engine's own plant does: other code, another method (the state is stepped
 //! from event to event by tabulated matrix exponentials in fixed point), and no crossing of the encoder that a bound on the
-//! acceleration has not excluded is left unlooked at. Both loops run from tick to tick; edge and every net must agree.
+//! acceleration has not excluded is left unlooked at. Friction that slips and sticks, diodes and open windings are modes between which
+//! it goes at instants found to all places. Both loops run from tick to tick; edge and every net must agree, and the number of modes.
 //!
 //! `cargo test -p hpu-cosim --test high_precision falls -- --nocapture --test-threads 1` shows the table.
 
@@ -10,32 +11,33 @@ mod beside;
 mod exact;
 mod fixed;
 mod flow;
+mod laws;
 mod mean;
 mod near;
 mod shaft;
 mod winding;
 mod world;
 
-use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_beside_twice_as_precise, straightened};
+use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_beside_twice_as_precise};
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Hand, Scene};
-use world::obstacle;
+use laws::obstacle;
 
 /// Edges and ticks that each scene is compared over, from one start after another.
 const ENOUGH_EDGES: u64 = 600_000_000;
 const ENOUGH_TICKS: u64 = 200_000;
 
-/// The shipped scenes whose motion is linear between changes of its drive, and the others without what bends theirs.
-fn linear_scenes() -> Vec<Scene> {
+/// The shipped scenes whose motion is linear from one event to the next, and the others without what bends theirs: an analog shaper.
+fn scenes() -> Vec<Scene> {
     let scenes = axis_scenes().into_iter().map(|mut scene| {
-        if let Some(why) = obstacle(&scene) {
-            scene = straightened(scene);
+        if let (Some(why), Some(amplifier)) = (obstacle(&scene), &mut scene.amplifier) {
+            amplifier.shaper = None;
             scene.name = format!("{} without {why}", scene.name);
         }
         scene
     });
     let mut all: Vec<Scene> = Vec::new();
     for scene in scenes.filter(|scene| obstacle(scene).is_none()) {
-        // Without its friction one scene may be another.
+        // Without its shaper one scene may be another.
         let differs = |other: &Scene| {
             (&scene.device, &scene.hand, &scene.wall, scene.clock)
                 != (&other.device, &other.hand, &other.wall, other.clock)
@@ -85,8 +87,8 @@ fn run(scenes: &[Scene]) -> Outcome {
 }
 
 #[test]
-fn every_register_edge_of_every_linear_motor_falls_on_the_right_clock() {
-    let mut motors: Vec<_> = linear_scenes().into_iter().filter(|s| matches!(s.device, Device::Motor(_))).collect();
+fn every_register_edge_of_every_motor_falls_on_the_right_clock() {
+    let mut motors: Vec<_> = scenes().into_iter().filter(|s| matches!(s.device, Device::Motor(_))).collect();
     let base = motors.iter().find(|scene| scene.name == "conventional-wall-10khz").expect("it is shipped").clone();
     let changed = |name: &str, change: &dyn Fn(&mut Scene)| {
         let mut scene = base.clone();
@@ -111,14 +113,14 @@ fn every_register_edge_of_every_linear_motor_falls_on_the_right_clock() {
 }
 
 #[test]
-fn every_register_edge_of_every_linear_mass_falls_on_the_right_clock() {
-    let masses: Vec<_> = linear_scenes().into_iter().filter(|s| matches!(s.device, Device::Mass(_))).collect();
+fn every_register_edge_of_every_mass_falls_on_the_right_clock() {
+    let masses: Vec<_> = scenes().into_iter().filter(|s| matches!(s.device, Device::Mass(_))).collect();
     assert!(run(&masses).edges >= 4_000_000_000);
 }
 
 #[test]
 fn twice_the_places_move_no_register_and_no_angle() {
-    for scene in linear_scenes() {
+    for scene in scenes() {
         let outcome = precise_beside_twice_as_precise(&scene, 10_000);
         assert!(outcome.difference.is_none(), "{}: {outcome}", scene.name);
         assert!(outcome.off_rad < 1e-40, "{}: {outcome}", scene.name);

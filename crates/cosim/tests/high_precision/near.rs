@@ -7,7 +7,8 @@ use hpu_datapath::{LoopIn, LoopOut};
 
 use crate::beside::axis_scenes;
 use crate::fixed::Fixed;
-use crate::world::{Laws, PreciseWorld};
+use crate::laws::Laws;
+use crate::world::PreciseWorld;
 
 /// The limit.
 const COUNT: i64 = 1000;
