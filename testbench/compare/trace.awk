@@ -15,6 +15,7 @@ function show(    net) {
     changed = 0
 }
 
+$1 == "$timescale" { unit_ps = $2 * 1000 ^ ((index("ps ns us ms", $3) - 1) / 3) }
 # The nets of the wiring are those of the outermost scope, the reset apart.
 $1 == "$scope" && ++scopes == 2 {
     printf "edge"
@@ -26,7 +27,7 @@ $1 == "$var" && scopes == 1 && $5 != "rst" && $2 == "reg" {
     sub(/\[.*/, "", names[nets])
     place_of[$4] = nets
 }
-/^#/ { show(); edge = substr($1, 2) / period_ps }
+/^#/ { show(); edge = substr($1, 2) * unit_ps / period_ps }
 /^[01]/ { set(substr($1, 2), substr($1, 1, 1)) }
 /^b/ { set($2, word(substr($1, 2))) }
 END { show() }
