@@ -49,8 +49,8 @@ pub struct Layout {
     pub(super) scopes: Vec<Scope>,
     pub(super) nets: Vec<Signal>,
     pub(super) reals: Vec<Real>,
-    /// Formats and words of the inputs that are tied to a constant.
-    pub(super) tied: Vec<(Format, i64)>,
+    /// Words of the inputs that are tied to a constant.
+    pub(super) tied: Vec<i64>,
     /// How many channels a logic analyser has; `None` for a design.
     pub(super) channels: Option<usize>,
 }
@@ -132,7 +132,7 @@ impl Layout {
             let ports = [AnyBlock::inputs(&*model), AnyBlock::outputs(&*model)].concat();
             let vars = ports.iter().map(|port| match constants.iter().find(|(name, _)| *name == port.name) {
                 Some(&(_, word)) => {
-                    tied.push((port.format, word));
+                    tied.push(word);
                     Var::new(port.name, port.format, Source::Tied(tied.len() - 1))
                 }
                 None => {

@@ -79,7 +79,7 @@ impl<S: Sink> Recording<S> {
         if let Some(clk) = clk {
             sink.word(clk, 1)?;
         }
-        for (index, &(_, word)) in layout.tied.iter().enumerate() {
+        for (index, &word) in layout.tied.iter().enumerate() {
             sink.word(layout.slot(Source::Tied(index)), word)?;
         }
         Ok(Self {
