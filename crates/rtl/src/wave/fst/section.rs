@@ -114,31 +114,36 @@ impl Section {
     /// A new word. Bits beyond its width are not looked at.
     #[inline]
     pub fn word(&mut self, slot: usize, word: i64) {
-        let stream = &mut self.streams[slot];
-        stream.bits = word.cast_unsigned();
-        let Some(later) = stream.later(self.instants) else { return };
-        let before = stream.bytes.len();
-        if stream.width == 1 {
-            put_varint(&mut stream.bytes, later << 2 | (stream.bits & 1) << 1);
-        } else {
-            put_varint(&mut stream.bytes, later << 1);
-            // The most significant bit first in the first byte.
-            stream.bytes.extend_from_slice(&(word << (64 - stream.width)).to_be_bytes());
-            // To copy eight bytes and drop some is quicker than to copy as many as there are.
-            stream.bytes.truncate(stream.bytes.len() - 8 + stream.width.div_ceil(8) as usize);
-        }
-        self.size += stream.bytes.len() - before;
+        self.change(slot, word.cast_unsigned(), |stream, later| {
+            if stream.width == 1 {
+                put_varint(&mut stream.bytes, later << 2 | (stream.bits & 1) << 1);
+            } else {
+                put_varint(&mut stream.bytes, later << 1);
+                // The most significant bit first in the first byte.
+                stream.bytes.extend_from_slice(&(word << (64 - stream.width)).to_be_bytes());
+                // To copy eight bytes and drop some is quicker than to copy as many as there are.
+                stream.bytes.truncate(stream.bytes.len() - 8 + stream.width.div_ceil(8) as usize);
+            }
+        });
     }
 
     /// A new real.
     #[inline]
     pub fn real(&mut self, slot: usize, value: f64) {
+        self.change(slot, value.to_bits(), |stream, later| {
+            put_varint(&mut stream.bytes, later << 1 | 1);
+            stream.bytes.extend_from_slice(&value.to_le_bytes());
+        });
+    }
+
+    /// A new value, put by what is told how many instants later it is.
+    #[inline(always)]
+    fn change(&mut self, slot: usize, bits: u64, put: impl FnOnce(&mut Stream, u64)) {
         let stream = &mut self.streams[slot];
-        stream.bits = value.to_bits();
+        stream.bits = bits;
         let Some(later) = stream.later(self.instants) else { return };
         let before = stream.bytes.len();
-        put_varint(&mut stream.bytes, later << 1 | 1);
-        stream.bytes.extend_from_slice(&value.to_le_bytes());
+        put(stream, later);
         self.size += stream.bytes.len() - before;
     }
 
