@@ -54,7 +54,7 @@ impl ArmDirect<'_> {
         end: u64,
         stride: u64,
         trace: &mut Trace,
-        observer: &mut impl Observe,
+        observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
         let clock = Instant::now();
@@ -145,7 +145,7 @@ impl<'d, 'p> Course<'d, 'p> {
     }
 
     /// Goes to a row of the trace within the step, and shows it.
-    fn show(&mut self, row: u64, trace: &mut Trace, observer: &mut impl Observe) {
+    fn show(&mut self, row: u64, trace: &mut Trace, observer: &mut dyn Observe) {
         let (reals, at) = (self.state.pass(row), Cycle(row));
         if trace.follows(0..NETS) || observer.follows(0..NETS) {
             let words = self.words();

@@ -46,7 +46,7 @@ impl Direct<'_> {
         end: u64,
         stride: u64,
         trace: &mut Trace,
-        observer: &mut impl Observe,
+        observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
         match self {
@@ -105,7 +105,7 @@ impl AxisDirect<'_> {
         end: u64,
         stride: u64,
         trace: &mut Trace,
-        observer: &mut impl Observe,
+        observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
         macro_rules! close {
@@ -142,7 +142,7 @@ impl AxisDirect<'_> {
         end: u64,
         stride: u64,
         trace: &mut Trace,
-        observer: &mut impl Observe,
+        observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, Option<&'static str>) {
         let clock = Instant::now();
@@ -340,7 +340,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
 
     /// Rows of the trace, and the words at them.
     #[inline(always)]
-    fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut impl Observe) {
+    fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut dyn Observe) {
         let controller = &self.controller;
         let count = |reals: &[f64; 4]| Encoder::new(self.direct.plant.count_rad, reals[2]).count() - self.start_count;
         trace.extend(lines, |net| controller.word(net), |net, reals| controller.word_at(net, count(reals)));

@@ -2,18 +2,18 @@
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission};
-use hpu_signal::{Clock, Format, Ports, Real};
+use hpu_signal::{Clock, Format, Observe, Ports, Real};
 
 use crate::arm_direct::ArmDirect;
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
 use crate::direct::Direct;
-use crate::engine::Driver;
+use crate::engine::{Comparison, Control, Driver};
 use crate::host::{COUNTING, Host};
 use crate::random::SplitMix64;
-use crate::rig::{Rig, TheLoop, Visit};
+use crate::rig::{self, Compare, Rig, TheLoop, Visit};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session::SessionError;
-use crate::summary::Abort;
+use crate::summary::{Abort, Summary};
 use crate::trace::Trace;
 use crate::verdict::{Verdict, judge_drop};
 
@@ -240,6 +240,14 @@ impl Rig for PhantomSession<'_> {
             TheLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
             _ => unreachable!("not a PHANToM's"),
         }
+    }
+
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        rig::run(self, driver, trace, observer, control)
+    }
+
+    fn compare(&self, edges: u64) -> Comparison {
+        self.visit(Compare(edges))
     }
 
     fn driver(&self) -> Driver {

@@ -1,14 +1,14 @@
 //! Any scene, made ready.
 
-use hpu_signal::{Clock, Real};
+use hpu_signal::{Clock, Observe, Real};
 
 use crate::direct::Direct;
-use crate::engine::Driver;
+use crate::engine::{Comparison, Control, Driver};
 use crate::phantom_session::PhantomSession;
 use crate::rig::{Rig, TheLoop, Visit};
 use crate::scene::{Experiment, Record};
 use crate::session::{Session, SessionError};
-use crate::summary::Abort;
+use crate::summary::{Abort, Summary};
 use crate::trace::Trace;
 use crate::verdict::Verdict;
 
@@ -79,6 +79,14 @@ impl Rig for Ready<'_> {
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         forward!(self, rig => rig.visit(visit))
+    }
+
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        forward!(self, rig => rig.run(driver, trace, observer, control))
+    }
+
+    fn compare(&self, edges: u64) -> Comparison {
+        forward!(self, rig => rig.compare(edges))
     }
 
     fn direct(&self) -> Option<Direct<'_>> {

@@ -191,49 +191,69 @@ pub trait Rig {
     }
 
     /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer.
-    fn run<O: Observe>(&self, driver: Driver, trace: &mut Trace, observer: &mut O, control: &Control) -> Summary {
-        trace.begin(self.edges() / self.stride() + 1);
-        let (end, stride, modulated) = (self.edges(), self.stride(), self.gates_drive());
-        let (mut summary, over) = match self.direct() {
-            Some(direct) => direct.run(end, stride, trace, observer, control),
-            None => {
-                let observer = Both(&mut *trace, observer);
-                self.visit(Run { driver, end, stride, modulated, observer, control })
-            }
-        };
-        summary.motion_s = self.clock().seconds(Cycle(summary.edges));
-        summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
-        if summary.complete && self.has_device() {
-            summary.verdict = Some(self.judge(trace, summary.aborted));
-        }
-        summary
-    }
+    ///
+    /// Not generic over the observer: the loops of all wirings and worlds are compiled once, in this crate, and not again in
+    /// each crate that runs a scene.
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
+    fn compare(&self, edges: u64) -> Comparison;
 }
 
-struct Both<'a, O>(&'a mut Trace, &'a mut O);
+/// [`Rig::run`] of any rig.
+pub(crate) fn run<R: Rig>(
+    rig: &R,
+    driver: Driver,
+    trace: &mut Trace,
+    observer: &mut dyn Observe,
+    control: &Control,
+) -> Summary {
+    let (end, stride, modulated) = (rig.edges(), rig.stride(), rig.gates_drive());
+    trace.begin(end / stride + 1);
+    let (mut summary, over) = match rig.direct() {
+        Some(direct) => direct.run(end, stride, trace, observer, control),
+        None => {
+            let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
+            rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, observer }, control })
+        }
+    };
+    summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
+    summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
+    if summary.complete && rig.has_device() {
+        summary.verdict = Some(rig.judge(trace, summary.aborted));
+    }
+    summary
+}
 
-impl<O: Observe> Observe for Both<'_, O> {
+/// Fills the trace and shows everything to an observer as well, if there is one.
+struct Watch<'a> {
+    trace: &'a mut Trace,
+    observer: Option<&'a mut dyn Observe>,
+}
+
+impl Observe for Watch<'_> {
+    #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
-        self.0.follows(nets.clone()) || self.1.follows(nets)
+        self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
     }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        self.0.nets(cycle, words);
-        self.1.nets(cycle, words);
+        self.trace.nets(cycle, words);
+        if let Some(observer) = &mut self.observer {
+            observer.nets(cycle, words);
+        }
     }
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.0.reals(cycle, values);
-        self.1.reals(cycle, values);
+        self.trace.reals(cycle, values);
+        if let Some(observer) = &mut self.observer {
+            observer.reals(cycle, values);
+        }
     }
 }
 
-struct Compare(u64);
+/// [`Rig::compare`] of any rig: so many edges.
+pub(crate) struct Compare(pub(crate) u64);
 
 impl<'s> Visit<'s> for Compare {
     type Out = Comparison;
@@ -246,16 +266,16 @@ impl<'s> Visit<'s> for Compare {
     }
 }
 
-struct Run<'a, O> {
+struct Run<'a> {
     driver: Driver,
     end: u64,
     stride: u64,
     modulated: bool,
-    observer: Both<'a, O>,
+    observer: Watch<'a>,
     control: &'a Control,
 }
 
-impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
+impl<'s> Visit<'s> for Run<'_> {
     type Out = (Summary, Option<&'static str>);
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
     where

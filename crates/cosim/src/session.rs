@@ -3,17 +3,17 @@
 use std::fmt;
 
 use hpu_datapath::LoopIn;
-use hpu_signal::{Clock, Real};
+use hpu_signal::{Clock, Observe, Real};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
 use crate::direct::{AxisDirect, Computed, Direct};
-use crate::engine::Driver;
+use crate::engine::{Comparison, Control, Driver};
 use crate::method;
 use crate::plant::{Plant, PlantError};
-use crate::rig::{Rig, TheLoop, Visit};
+use crate::rig::{self, Compare, Rig, TheLoop, Visit};
 use crate::scene::{EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
-use crate::summary::Abort;
+use crate::summary::{Abort, Summary};
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Verdict, judge};
 use crate::world::World;
@@ -149,6 +149,14 @@ impl Rig for Session<'_> {
             TheLoop::Law(wiring) => visit.visit(wiring, world, self.input()),
             _ => unreachable!("not an axis's"),
         }
+    }
+
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        rig::run(self, driver, trace, observer, control)
+    }
+
+    fn compare(&self, edges: u64) -> Comparison {
+        self.visit(Compare(edges))
     }
 
     fn driver(&self) -> Driver {

@@ -89,6 +89,10 @@ pub trait Observe {
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
     /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
+    /// Whether it looks at anything at all. If not, a run leaves it out.
+    fn watches(&self) -> bool {
+        true
+    }
     /// Whether it looks at any of these nets. If not, a run may pass over edges at which no others change.
     fn follows(&self, _nets: Range<usize>) -> bool {
         true
@@ -97,6 +101,9 @@ pub trait Observe {
 
 /// Nobody watches.
 impl Observe for () {
+    fn watches(&self) -> bool {
+        false
+    }
     #[inline]
     fn follows(&self, _: Range<usize>) -> bool {
         false
