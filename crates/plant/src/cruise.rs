@@ -85,7 +85,7 @@ impl<'a> Cruise<'a> {
 
     versions! {
         /// The state so many edges after the anchor.
-        pub(crate) fn at[at_fused, at_with](self: &Self, smooth: &Trajectory<'a>, edges: u64) -> State
+        pub(crate) fn at[at_fused, at_native, at_with](self: &Self, smooth: &Trajectory<'a>, edges: u64) -> State
     }
 
     #[inline(always)]
@@ -95,7 +95,7 @@ impl<'a> Cruise<'a> {
     }
 
     versions! {
-        fn turn[turn_fused, turn_with](self: &mut Self, smooth: &Trajectory<'a>, edges: u64)
+        fn turn[turn_fused, turn_native, turn_with](self: &mut Self, smooth: &Trajectory<'a>, edges: u64)
     }
 
     #[inline(always)]
@@ -199,7 +199,7 @@ impl<'a> Device<'a> {
         /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge `last`, it goes on
         /// so for two periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
         /// which, if it can. Before that edge it heeds no gates but others than foreseen.
-        pub fn cruise[cruise_fused, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
+        pub fn cruise[cruise_fused, cruise_native, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
 
     #[inline(always)]
@@ -297,7 +297,7 @@ impl<'a> Device<'a> {
 
     versions! {
         /// Comes to the end of a cruise.
-        pub(crate) fn land[land_fused, land_with](self: &mut Self, edge: u64)
+        pub(crate) fn land[land_fused, land_native, land_with](self: &mut Self, edge: u64)
     }
 
     #[inline(always)]

@@ -235,7 +235,7 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        fn set[set_fused, set_with](self: &mut Self, edge: u64, drive: Drive)
+        fn set[set_fused, set_native, set_with](self: &mut Self, edge: u64, drive: Drive)
     }
 
     #[inline(always)]
@@ -282,7 +282,7 @@ impl<'a> Device<'a> {
 
     versions! {
         /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
-        pub fn intend[intend_fused, intend_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
+        pub fn intend[intend_fused, intend_native, intend_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
     }
 
     #[inline(always)]
@@ -299,7 +299,7 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        fn enter[enter_fused, enter_all](self: &mut Self, edge: u64, x: Doubles)
+        fn enter[enter_fused, enter_native, enter_all](self: &mut Self, edge: u64, x: Doubles)
     }
 
     #[inline(always)]
@@ -359,7 +359,7 @@ impl<'a> Device<'a> {
         /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
         /// happened at `from`; or the end of a [`cruise`](Self::cruise).
         #[must_use]
-        pub fn next_event[next_event_fused, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
+        pub fn next_event[next_event_fused, next_event_native, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
 
     #[inline(always)]
@@ -468,7 +468,7 @@ impl<'a> Device<'a> {
 
     versions! {
         /// The energy exchanged until `edge`, and the state there.
-        fn tallied[tallied_fused, tallied_with](self: &Self, edge: u64) -> (Energy, Doubles)
+        fn tallied[tallied_fused, tallied_native, tallied_with](self: &Self, edge: u64) -> (Energy, Doubles)
     }
 
     #[inline(always)]

@@ -67,7 +67,7 @@ pub(crate) fn has_fused() -> bool {
 /// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at hand.
 /// Each is a call of its own: where results go to memory four in a row, the compiler computes them so.
 macro_rules! versions {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $native:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
         $(#[$meta])*
         #[inline]
         $vis fn $name($($arg: $ty),*) $(-> $out)? {
@@ -76,6 +76,11 @@ macro_rules! versions {
                 // SAFETY: the processor has just been asked.
                 return unsafe { Self::$fused($($arg),*) };
             }
+            Self::$native($($arg),*)
+        }
+
+        #[inline(never)]
+        fn $native($($arg: $ty),*) $(-> $out)? {
             Self::$inner::<crate::double::Native>($($arg),*)
         }
 

@@ -262,7 +262,7 @@ impl Guard {
 
     versions! {
         /// The function's value at an edge, in double-double.
-        pub(crate) fn exact[exact_fused, exact_with](self: &Self, motion: &Trajectory, edge: u64) -> Double
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](self: &Self, motion: &Trajectory, edge: u64) -> Double
     }
 
     #[inline(always)]
@@ -317,7 +317,7 @@ impl Guard {
 
     versions! {
         /// The point there, through a watch whose noise holds up to `to`.
-        pub(crate) fn exit[exit_fused, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point>
+        pub(crate) fn exit[exit_fused, exit_native, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point>
     }
 
     #[inline(always)]

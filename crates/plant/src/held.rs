@@ -146,7 +146,7 @@ impl<'a> Held<'a> {
     }
 
     versions! {
-        fn caught_up[caught_up_fused, caught_up_with](self: &mut Self, edge: u64)
+        fn caught_up[caught_up_fused, caught_up_native, caught_up_with](self: &mut Self, edge: u64)
     }
 
     #[inline(always)]
@@ -177,7 +177,7 @@ impl<'a> Held<'a> {
 
     versions! {
         /// A whole step, if the mode surely lasts for it.
-        fn stride[stride_fused, stride_with](self: &mut Self) -> bool
+        fn stride[stride_fused, stride_native, stride_with](self: &mut Self) -> bool
     }
 
     #[inline(always)]

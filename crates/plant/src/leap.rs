@@ -129,7 +129,7 @@ impl Quadrature {
 
     versions! {
         /// Adds the integrals over the leap from state `x` with slope `w`.
-        pub(crate) fn add[add_fused, add_with](self: &Self, x: &State, w: &State, total: &mut Integrals)
+        pub(crate) fn add[add_fused, add_native, add_with](self: &Self, x: &State, w: &State, total: &mut Integrals)
     }
 
     #[inline(always)]

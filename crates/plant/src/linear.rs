@@ -66,7 +66,7 @@ impl Linear {
 
     versions! {
         /// The same for a matrix known to more than an `f64`.
-        pub(crate) fn exact[exact_fused, exact_with](rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self
     }
 
     #[inline(always)]
@@ -246,7 +246,7 @@ impl Linear {
 
     versions! {
         /// What a unit does, or two leaps one after the other.
-        fn follow[follow_fused, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
+        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
     }
 
     #[inline(always)]
@@ -353,7 +353,7 @@ impl<'a> Trajectory<'a> {
 
     versions! {
         /// The same for states known to more than an `f64`.
-        pub(crate) fn exact[exact_fused, exact_with](system: &'a Linear, x: Doubles, f: Doubles) -> Self
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](system: &'a Linear, x: Doubles, f: Doubles) -> Self
     }
 
     #[inline(always)]
@@ -406,7 +406,7 @@ impl<'a> Trajectory<'a> {
         /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they agree
         /// to the bit.
         #[must_use]
-        pub fn at[at_fused, at_with](self: &Self, edges: u64) -> State
+        pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State
     }
 
     #[inline(always)]
@@ -416,7 +416,7 @@ impl<'a> Trajectory<'a> {
 
     versions! {
         /// The states after `first` edges, `stride` more, and so on: each that of [`at`](Self::at), to the bit.
-        pub(crate) fn rows[rows_fused, rows_with](self: &Self, first: u64, stride: u64, rows: &mut [State])
+        pub(crate) fn rows[rows_fused, rows_native, rows_with](self: &Self, first: u64, stride: u64, rows: &mut [State])
     }
 
     #[inline(always)]
@@ -440,7 +440,7 @@ impl<'a> Trajectory<'a> {
 
     versions! {
         /// State and slope after `edges` edges, as [`at`](Self::at).
-        pub(crate) fn at_with_slope[slope_fused, slope_with](self: &Self, edges: u64) -> (State, State)
+        pub(crate) fn at_with_slope[slope_fused, slope_native, slope_with](self: &Self, edges: u64) -> (State, State)
     }
 
     #[inline(always)]

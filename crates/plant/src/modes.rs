@@ -42,7 +42,7 @@ impl<'a> Device<'a> {
     versions! {
         /// A mode ended between `edge - 1` and `edge`: finds the instant, changes there, and anchors at `edge`.
         #[cold]
-        pub(crate) fn change[change_fused, change_with](self: &mut Self, edge: u64)
+        pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64)
     }
 
     #[inline(always)]

@@ -16,7 +16,7 @@ pub(crate) struct Period {
 impl Period {
     versions! {
         /// Nothing where `P(T)` has no inverse to speak of: a period is a whole number of those of the system's own.
-        pub(crate) fn new[new_fused, new_with](system: &Linear, edges: u64) -> Option<Self>
+        pub(crate) fn new[new_fused, new_native, new_with](system: &Linear, edges: u64) -> Option<Self>
     }
 
     #[inline(always)]
