@@ -98,7 +98,13 @@ impl<const N: usize> Sub for Fixed<N> {
     type Output = Self;
     #[inline]
     fn sub(self, other: Self) -> Self {
-        self + -other
+        let mut borrow = false;
+        Self(std::array::from_fn(|i| {
+            let (difference, one) = self.0[i].overflowing_sub(other.0[i]);
+            let (difference, two) = difference.overflowing_sub(u64::from(borrow));
+            borrow = one | two;
+            difference
+        }))
     }
 }
 
@@ -107,22 +113,20 @@ impl<const N: usize> Mul for Fixed<N> {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.abs().0, other.abs().0);
-        let mut words = [0; N];
-        // Column by column, as on paper; the sum of a column has three words.
-        let (mut low, mut high) = (0u128, 0u64);
-        for column in 0..2 * N - 1 {
-            for i in column.saturating_sub(N - 1)..=column.min(N - 1) {
-                let (sum, over) = low.overflowing_add(u128::from(a[i]) * u128::from(b[column - i]));
-                low = sum;
-                high += u64::from(over);
+        // Row by row, as on paper: the product has 2 N words. A product of words, a word and a carry fit into two words.
+        let (mut low, mut high) = ([0; N], [0; N]);
+        for i in 0..N {
+            let mut carry = 0;
+            for j in 0..N {
+                let word = if i + j < N { &mut low[i + j] } else { &mut high[i + j - N] };
+                let sum = u128::from(a[i]) * u128::from(b[j]) + u128::from(*word) + u128::from(carry);
+                (*word, carry) = (sum as u64, (sum >> 64) as u64);
             }
-            if column >= N - 1 {
-                words[column - (N - 1)] = low as u64;
-            }
-            low = low >> 64 | u128::from(high) << 64;
-            high = 0;
+            high[i] = carry;
         }
-        assert!(low == 0 && words[N - 1] >> 63 == 0, "a product is too great");
+        // Places: 2 (N - 1) words of the product; the lowest N - 1 of them are cut off.
+        let words: [u64; N] = std::array::from_fn(|i| if i == 0 { low[N - 1] } else { high[i - 1] });
+        assert!(high[N - 1] == 0 && words[N - 1] >> 63 == 0, "a product is too great");
         let size = Self(words);
         if self.is_negative() == other.is_negative() { size } else { -size }
     }
