@@ -29,6 +29,8 @@ pub struct Flow<const N: usize> {
     edge_s: f64,
     /// Steps of `digit * 64^level` edges at `63 level + digit - 1`.
     steps: Vec<Step<N>>,
+    /// `1 / k` at `k`, for the terms of a series.
+    shares: [Fixed<N>; 128],
     /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for `0 <= s <= t`.
     bounds: Vec<[[f64; 3]; 2]>,
 }
@@ -52,7 +54,8 @@ impl<const N: usize> Flow<N> {
         let matrix = a;
         let a = a.map(|row| row.map(Fixed::float));
         let bounds = bounds(&a, edge_s);
-        Self { matrix, a, edge_s, steps, bounds }
+        let shares = std::array::from_fn(|k| Fixed::whole(k.max(1) as u64).reciprocal());
+        Self { matrix, a, edge_s, steps, shares, bounds }
     }
 
     /// How fast the state changes.
@@ -65,7 +68,7 @@ impl<const N: usize> Flow<N> {
         let mut term = self.rate(x, g).map(|rate| rate * time_s);
         let mut state = sum(x, &term);
         for k in 2.. {
-            let share = time_s * Fixed::whole(k).reciprocal();
+            let share = time_s * self.shares[k];
             term = apply(&self.matrix, &term).map(|rate| rate * share);
             if term == [Fixed::ZERO; 3] {
                 break;
