@@ -1,18 +1,19 @@
 //! `hpu check`: the VHDL held against the emulator in GHDL.
 
-use std::path::{Path, PathBuf};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 use hpu_cosim::scene::shipped;
 use hpu_datapath::registry;
-use hpu_rtl::{CheckOptions, CheckReport, CheckRow, GhdlError, junit};
+use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, GhdlError, Hdl, junit};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
-use crate::interrupt;
 use crate::scene::{self, Loaded};
-use crate::terminal::{print, print_json, verdict};
+use crate::terminal::{note, print_json, print_row, verdict, with_progress};
+use crate::{hdl, interrupt};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
@@ -41,9 +42,11 @@ pub struct Args {
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]
     exhaustive: bool,
-    /// Folder of the VHDL
-    #[arg(long, value_name = "DIR", default_value = "hdl")]
-    hdl: PathBuf,
+    /// Runs of GHDL at a time [default: as many as the machine has cores]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    hdl: hdl::Args,
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -68,20 +71,30 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
 
-    interrupt::heed();
-    let mut report = CheckReport::default();
+    let setup = args.hdl.setup();
+    let options = CheckOptions {
+        blocks,
+        variants: args.variants.clone(),
+        scenes: scenes.iter().map(|loaded| loaded.in_vhdl(args.edges.min(loaded.scene.edges()))).collect(),
+        rows: args.rows,
+        seed: args.seed,
+        exhaustive: args.exhaustive,
+        ..CheckOptions::new(&setup)
+    };
+    let jobs = args.jobs.map_or(options.jobs, NonZeroUsize::get);
+    let options = CheckOptions { jobs, ..options };
+
     let mut shown = Shown { quiet: args.json, text: String::new() };
-    check_blocks(args, blocks, &mut report, &mut shown)?;
-    // VHDL that does not analyse would tell the same for each scene.
-    if report.rows.iter().all(|row| row.failure.is_none()) {
-        check_loops(args, &scenes, &mut report, &mut shown)?;
-    }
+    let report = match checked(&options, &mut shown) {
+        Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
+        report => report?,
+    };
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
-    shown.line(&total(&report))?;
+    shown.line(&total(&report, &setup.hdl))?;
 
-    let json = object(&report);
+    let json = object(&report, &setup.hdl);
     if let Some(file) = junit_file {
         file.write(&junit(&report))?;
     }
@@ -96,58 +109,46 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(report.ok()))
 }
 
-/// Blocks on vectors, until interrupted.
-fn check_blocks(args: &Args, blocks: Vec<String>, report: &mut CheckReport, shown: &mut Shown) -> Result<(), Failure> {
-    if !blocks.is_empty() {
-        shown.line(&header("block", "variant"))?;
-    }
-    for block in blocks {
-        let options = CheckOptions {
-            blocks: vec![block],
-            variants: args.variants.clone(),
-            rows: args.rows,
-            seed: args.seed,
-            exhaustive: args.exhaustive,
-            ..CheckOptions::new(&args.hdl)
-        };
-        let found = hpu_rtl::check(&options);
-        if interrupt::pressed() {
-            break;
+/// Checks blocks and scenes and shows the table as it grows.
+fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Failure> {
+    let control = interrupt::heed();
+    let check = match Check::new(options) {
+        Err(error @ GhdlError::Failed { .. }) => {
+            // VHDL that does not analyse is told once: all is analysed together.
+            let row = unfinished(options, &error);
+            shown.row(&row)?;
+            return Ok(CheckReport { rows: vec![row], loops: Vec::new() });
         }
-        match found {
-            Ok(found) => {
-                found.rows.iter().try_for_each(|row| shown.row(row))?;
-                report.rows.extend(found.rows);
+        check => check?,
+    };
+    let (blocks, scenes) = check.count();
+    note(&format!(
+        "VHDL {}: {blocks} configurations of blocks, {scenes} scenes; about {} by their rows and edges (an estimate), {} at a time",
+        options.setup.hdl,
+        duration(check.about_ms()),
+        check.at_a_time(),
+    ));
+    let mut told = 0;
+    with_progress(check.work_ms(), "ms of GHDL", control, || {
+        check.run(control, |row| {
+            if told == 0 && blocks > 0 {
+                shown.line(&header("block", "variant"))?;
             }
-            Err(error @ GhdlError::Failed { .. }) => {
-                // All blocks are analysed together: the next one would tell the same.
-                report.rows.push(unfinished(&options.blocks[0], "", &error));
-                return report.rows.last().map_or(Ok(()), |row| shown.row(row));
+            if told == blocks {
+                shown.line(&header("loop", "scene"))?;
             }
-            Err(error) => return Err(refused(error)),
-        }
-    }
-    Ok(())
+            told += 1;
+            shown.row(row)
+        })
+    })
 }
 
-/// Loops closed around the VHDL, until interrupted.
-fn check_loops(args: &Args, scenes: &[Loaded], report: &mut CheckReport, shown: &mut Shown) -> Result<(), Failure> {
-    if !scenes.is_empty() {
-        shown.line(&header("loop", "scene"))?;
+/// Seconds or minutes, for people.
+fn duration(ms: u64) -> String {
+    match ms.div_ceil(1000) {
+        seconds @ 0..=99 => format!("{seconds} s"),
+        seconds => format!("{} min", seconds.div_ceil(60)),
     }
-    for loaded in scenes {
-        let found = hpu_rtl::closed_loop(&loaded.in_vhdl(&args.hdl, args.edges.min(loaded.scene.edges())));
-        if interrupt::pressed() {
-            break;
-        }
-        let row = match found {
-            Err(error @ GhdlError::Failed { .. }) => unfinished("loop", loaded.scene.name(), &error),
-            found => found.map_err(refused)?,
-        };
-        shown.row(&row)?;
-        report.loops.push(row);
-    }
-    Ok(())
 }
 
 /// All blocks and all shipped scenes.
@@ -158,16 +159,12 @@ fn everything() -> (Vec<String>, Vec<String>) {
     )
 }
 
-/// A scene in VHDL beside the emulator.
-pub fn closed_loop(loaded: &Loaded, hdl: &Path, edges: u64) -> Result<CheckRow, Failure> {
-    hpu_rtl::closed_loop(&loaded.in_vhdl(hdl, edges)).map_err(refused)
-}
-
-/// A row that GHDL did not bring to a result.
-fn unfinished(block: &str, variant: &str, error: &GhdlError) -> CheckRow {
+/// A row for VHDL that does not analyse: of the first block, or of the first scene.
+fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
+    let block = options.blocks.first().map_or("loop", String::as_str);
     CheckRow {
         block: block.to_string(),
-        variant: variant.to_string(),
+        variant: String::new(),
         vectors: 0,
         edges: 0,
         mismatches: 0,
@@ -175,16 +172,6 @@ fn unfinished(block: &str, variant: &str, error: &GhdlError) -> CheckRow {
         failure: Some(error.to_string()),
         seconds: 0.0,
     }
-}
-
-/// A check that GHDL did not bring to a result is not passed.
-fn refused(error: GhdlError) -> Failure {
-    let exit = match error {
-        GhdlError::Missing | GhdlError::NoLibrary(_) => Exit::NoTool,
-        GhdlError::Io(..) => Exit::BadFile,
-        GhdlError::Failed { .. } => Exit::Differs,
-    };
-    Failure::new(exit, error)
 }
 
 /// The table, shown as it grows.
@@ -196,7 +183,7 @@ struct Shown {
 impl Shown {
     fn line(&mut self, line: &str) -> Result<(), Failure> {
         self.text += line;
-        if self.quiet { Ok(()) } else { print(line) }
+        if self.quiet { Ok(()) } else { print_row(line) }
     }
 
     fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
@@ -209,7 +196,7 @@ impl Shown {
         }
         self.text += &detail;
         let line = if row.ok() { line } else { verdict(&line, false) };
-        if self.quiet { Ok(()) } else { print(&format!("{line}\n{detail}")) }
+        if self.quiet { Ok(()) } else { print_row(&format!("{line}\n{detail}")) }
     }
 }
 
@@ -217,20 +204,20 @@ fn header(what: &str, which: &str) -> String {
     format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
 }
 
-fn total(report: &CheckReport) -> String {
+fn total(report: &CheckReport, hdl: &Hdl) -> String {
     let sum = |value: fn(&CheckRow) -> u64| report.all().map(value).sum::<u64>();
     let failed = report.all().filter(|row| !row.ok()).count();
     let said =
         if failed == 0 { "all agree".to_string() } else { format!("{failed} of {} differ", report.all().count()) };
     format!(
-        "{said}: {} vectors, {} edges, {} mismatches\n",
+        "{said}: {} vectors, {} edges, {} mismatches; VHDL {hdl}\n",
         sum(|row| row.vectors),
         sum(|row| row.edges),
         sum(|row| row.mismatches)
     )
 }
 
-fn object(report: &CheckReport) -> Value {
+fn object(report: &CheckReport, hdl: &Hdl) -> Value {
     let names = report.rows.iter().map(|row| &row.block).fold(Vec::new(), |mut names: Vec<&String>, name| {
         if !names.contains(&name) {
             names.push(name);
@@ -254,7 +241,12 @@ fn object(report: &CheckReport) -> Value {
         value["wiring"] = json!(row.block);
         value
     });
-    json!({ "ok": report.ok(), "blocks": blocks.collect::<Vec<_>>(), "loops": loops.collect::<Vec<_>>() })
+    json!({
+        "ok": report.ok(),
+        "hdl": hdl.to_string(),
+        "blocks": blocks.collect::<Vec<_>>(),
+        "loops": loops.collect::<Vec<_>>(),
+    })
 }
 
 fn detail(row: &CheckRow, key: &str, name: &str) -> Value {

@@ -8,10 +8,9 @@ use serde_json::{Value, json};
 use crate::block::{find, known, labels};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::interrupt;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict};
-use crate::widths_price;
+use crate::{hdl, interrupt, widths_price};
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
 ///
@@ -33,9 +32,8 @@ pub struct Args {
     set: scene::Set,
     #[command(flatten)]
     remember: Remember,
-    /// Folder of the VHDL
-    #[arg(long, value_name = "DIR", default_value = "hdl")]
-    hdl: PathBuf,
+    #[command(flatten)]
+    hdl: hdl::Args,
     /// Write cost.json and cost.txt into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -62,7 +60,7 @@ impl Remember {
         let dir = dir.ok_or_else(|| Failure::usage("no HOME to remember costs in; write --cache DIR"))?;
         Cache::open(&dir).map_err(|error| match error {
             CostError::Ghdl(GhdlError::Io(..)) => Failure::usage(format!("{error}; write --cache DIR")),
-            _ => refused(error),
+            _ => error.into(),
         })
     }
 }
@@ -80,7 +78,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let cache = args.remember.open()?;
-    let Some(price) = widths_price::price(&loaded.scene, &args.hdl, &cache, interrupt::heed())? else {
+    let Some(price) = widths_price::price(&loaded.scene, &args.hdl.setup(), &cache, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
@@ -109,6 +107,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     let cache = args.remember.open()?;
 
     interrupt::heed();
+    let setup = args.hdl.setup();
     let clocked = blocks.iter().all(|block| block.clocked());
     let mut text = header(name, clocked);
     let mut rows = Vec::new();
@@ -117,11 +116,11 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
         print(&text)?;
     }
     for (variant, block) in variants.iter().zip(&blocks) {
-        let cost = cache.cost(&**block, &args.hdl);
+        let cost = cache.cost(&**block, &setup);
         if interrupt::pressed() {
             return Ok(Exit::Interrupted);
         }
-        let cost = cost.map(Ok).or_else(unfinished)?;
+        let cost = or_reason(cost)?;
         let line = row(variant, clocked, &cost);
         if !args.json {
             print(&if cost.is_ok() { line.clone() } else { verdict(&line, false) })?;
@@ -140,22 +139,17 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     if args.json {
         print_json(&json)?;
     }
-    Ok(Exit::when(good))
+    Ok(if good { Exit::Fine } else { Exit::BadFile })
 }
 
-/// A variant that a tool refused is a row with its reason; a missing tool or file ends the command.
-fn unfinished(error: CostError) -> Result<Result<Cost, String>, Failure> {
-    match error {
-        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing | GhdlError::Io(..)) => Err(refused(error)),
-        _ => Ok(Err(error.to_string())),
-    }
-}
-
-/// What ends a command: a missing tool by its own code, all else as a file.
-pub fn refused(error: CostError) -> Failure {
-    match error {
-        CostError::Missing(_) | CostError::Ghdl(GhdlError::Missing) => Failure::new(Exit::NoTool, error),
-        _ => Failure::file(error),
+/// What a tool refused has a reason instead of a cost; a tool at fault or a missing file ends the command.
+pub fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
+    match found {
+        Ok(found) => Ok(Ok(found)),
+        Err(error @ (CostError::Failed { .. } | CostError::Ghdl(GhdlError::Failed { .. }))) => {
+            Ok(Err(error.to_string()))
+        }
+        Err(error) => Err(error.into()),
     }
 }
 

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
+use hpu_rtl::{CostError, GhdlError, ToolError};
+
 /// An exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Exit {
@@ -12,12 +14,14 @@ pub enum Exit {
     Differs = 1,
     /// Wrong usage; a place for output that cannot be used is wrong usage too.
     Usage = 2,
-    /// A needed tool is missing.
+    /// A needed tool is missing, or too old.
     NoTool = 3,
-    /// A bad scene, vector or data file, or a file that could not be written to its end (a full disk).
+    /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that failed.
     BadFile = 4,
-    /// Interrupted.
+    /// Interrupted: by SIGINT, unless it is known to have been another signal.
     Interrupted = 130,
+    /// Interrupted by SIGTERM.
+    Terminated = 143,
 }
 
 impl Exit {
@@ -64,5 +68,37 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.message)
+    }
+}
+
+impl From<ToolError> for Failure {
+    fn from(error: ToolError) -> Self {
+        let exit = match &error {
+            error if error.is_stopped() => Exit::Interrupted,
+            error if error.is_unusable() => Exit::NoTool,
+            _ => Exit::BadFile,
+        };
+        Self::new(exit, error)
+    }
+}
+
+impl From<GhdlError> for Failure {
+    fn from(error: GhdlError) -> Self {
+        match error {
+            GhdlError::Tool(error) => error.into(),
+            GhdlError::NoLibrary(_) => Self::new(Exit::NoTool, error),
+            GhdlError::Io(..) | GhdlError::Scene(_) => Self::file(error),
+            // VHDL that GHDL refuses has not passed.
+            GhdlError::Failed { .. } => Self::new(Exit::Differs, error),
+        }
+    }
+}
+
+impl From<CostError> for Failure {
+    fn from(error: CostError) -> Self {
+        match error {
+            CostError::Ghdl(GhdlError::Tool(error)) => error.into(),
+            _ => Self::file(error),
+        }
     }
 }

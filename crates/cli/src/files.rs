@@ -3,45 +3,29 @@
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process;
-use std::sync::Mutex;
+
+use hpu_rtl::temporary::{self, Temporary, sweep_files};
 
 use crate::exit::Failure;
-
-/// Temporary files of this process.
-static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Removes what is half written; the process must end thereafter.
-pub fn remove_temporaries() {
-    if let Ok(paths) = TEMPORARIES.lock() {
-        // Nobody is left to hear of a file that is gone already.
-        paths.iter().for_each(|path| drop(fs::remove_file(path)));
-    }
-}
-
-fn forget(temporary: &Path) {
-    if let Ok(mut paths) = TEMPORARIES.lock() {
-        paths.retain(|path| path != temporary);
-    }
-}
 
 /// A folder that files are written to. Unless committed, none of them stays.
 pub struct Folder {
     dir: PathBuf,
     created: bool,
-    /// Temporary names and places.
-    staged: Vec<(PathBuf, PathBuf)>,
+    /// Temporary files and their places.
+    staged: Vec<(Temporary, PathBuf)>,
 }
 
 impl Folder {
-    /// Opens or creates a folder. One that cannot be written to is refused here, before anything is computed.
+    /// Opens or creates a folder, and removes what killed processes have left half written in it. One that cannot be written to
+    /// is refused here, before anything is computed.
     pub fn open(dir: &Path) -> Result<Self, Failure> {
         let created = !dir.exists();
         let unusable = |error| Failure::usage(format!("cannot write to {}: {error}", dir.display()));
         fs::create_dir_all(dir).map_err(unusable)?;
+        sweep_files(dir);
         let folder = Self { dir: dir.to_path_buf(), created, staged: Vec::new() };
-        let probe = folder.dir.join(temporary_name("probe"));
-        File::create(&probe).and_then(|_| fs::remove_file(&probe)).map_err(unusable)?;
+        Temporary::file(&folder.dir, "probe").map_err(unusable)?;
         Ok(folder)
     }
 
@@ -50,14 +34,14 @@ impl Folder {
         let place = self.dir.join(name);
         let parent = place.parent().unwrap_or(&self.dir);
         fs::create_dir_all(parent).map_err(|error| Failure::at(parent, error))?;
-        let file_name = place.file_name().unwrap_or_default().to_string_lossy();
-        let temporary = parent.join(temporary_name(&file_name));
-        if let Ok(mut paths) = TEMPORARIES.lock() {
-            paths.push(temporary.clone());
+        if parent != self.dir && self.staged.iter().all(|(_, staged)| staged.parent() != Some(parent)) {
+            sweep_files(parent);
         }
-        let file = File::create(&temporary).map_err(|error| Failure::at(&place, error));
+        let file_name = place.file_name().unwrap_or_default().to_string_lossy();
+        let temporary = Temporary::file(parent, &file_name).map_err(|error| Failure::at(&place, error))?;
+        let file = temporary.open().map_err(|error| Failure::at(&place, error))?;
         self.staged.push((temporary, place));
-        file
+        Ok(file)
     }
 
     /// Writes a whole file.
@@ -79,33 +63,20 @@ impl Folder {
     /// Puts all files in their places.
     pub fn commit(mut self) -> Result<(), Failure> {
         self.created = false;
-        for (temporary, place) in std::mem::take(&mut self.staged) {
-            fs::rename(&temporary, &place).map_err(|error| {
-                drop(fs::remove_file(&temporary));
-                Failure::at(&place, error)
-            })?;
-            forget(&temporary);
-        }
-        Ok(())
+        temporary::place(std::mem::take(&mut self.staged)).map_err(|(place, error)| Failure::at(&place, error))
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        for (temporary, _) in &self.staged {
-            drop(fs::remove_file(temporary));
-            forget(temporary);
-        }
+        let mut inner: Vec<_> = self.staged.iter().filter_map(|(_, place)| place.parent().map(PathBuf::from)).collect();
+        self.staged.clear();
         if self.created {
             // Folders go only when they are empty.
-            self.staged.iter().filter_map(|(_, place)| place.parent()).for_each(|inner| drop(fs::remove_dir(inner)));
-            drop(fs::remove_dir(&self.dir));
+            inner.push(self.dir.clone());
+            inner.iter().for_each(|dir| drop(fs::remove_dir(dir)));
         }
     }
-}
-
-fn temporary_name(name: &str) -> String {
-    format!(".{name}.{}.tmp", process::id())
 }
 
 /// A file of its own, refused before anything is computed when its folder cannot be written to.

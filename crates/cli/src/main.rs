@@ -10,6 +10,7 @@ mod cost;
 mod exit;
 mod files;
 mod fit;
+mod hdl;
 mod interrupt;
 mod journal;
 mod limits;
@@ -49,12 +50,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use exit::Failure;
+use exit::{Exit, Failure};
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
 /// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a needed
-/// tool is missing; 4 a bad scene, vector or data file, a write that failed; 130 interrupted.
+/// tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130 interrupted (SIGINT);
+/// 143 terminated (SIGTERM).
 #[derive(Parser)]
 #[command(name = "hpu", version, max_term_width = 100)]
 struct Command {
@@ -95,8 +97,11 @@ fn main() -> ExitCode {
         Verb::Reproduce(args) => reproduce::run(&args),
     });
     let exit = done.unwrap_or_else(|failure: Failure| {
-        terminal::complain(&failure);
+        // Who interrupted a command knows why it ended.
+        if failure.exit() != Exit::Interrupted {
+            terminal::complain(&failure);
+        }
         failure.exit()
     });
-    ExitCode::from(exit as u8)
+    ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }

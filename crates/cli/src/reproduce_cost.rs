@@ -8,13 +8,11 @@ use hpu_study::units;
 use serde_json::json;
 
 use crate::block::find;
-use crate::cost::refused;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::interrupt;
-use crate::journal;
 use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
+use crate::{hdl, interrupt, journal};
 
 /// Blocks and loops, each with the label of its configuration: cheap ones first, full tables last.
 const PLAN: [(&str, &str); 20] = [
@@ -46,9 +44,8 @@ pub struct Args {
     /// These blocks alone, as in phantom_forward,phantom_loop
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = planned)]
     blocks: Vec<String>,
-    /// Folder of the VHDL
-    #[arg(long, value_name = "DIR", default_value = "hdl")]
-    hdl: PathBuf,
+    #[command(flatten)]
+    hdl: hdl::Args,
     /// Write phantom-cost.csv and phantom-cost.txt into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -71,8 +68,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         .filter(|(name, _)| args.blocks.is_empty() || args.blocks.iter().any(|of| of == name))
         .collect();
     let blocks = plan.iter().map(|(name, label)| find(name, label)).collect::<Result<Vec<_>, _>>()?;
-    let versions = tool_versions().map_err(refused)?;
-    let sources = plan.iter().map(|(name, _)| vhdl(name, &args.hdl).map_err(refused)).collect::<Result<Vec<_>, _>>()?;
+    let setup = args.hdl.setup();
+    let versions = tool_versions()?;
+    let sources = plan.iter().map(|(name, _)| vhdl(name, &setup.hdl)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);
     let header = || Ok(format!("study {} of hpu reproduce phantom-cost by seed", units::fingerprint(parts)));
@@ -86,7 +84,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let (name, label) = plan[index];
             // Blocks are of the thread that made them.
             let block = find(name, label).ok()?;
-            let made = cost(&*block, &args.hdl);
+            let made = cost(&*block, &setup);
             (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))
         };
         units::run(plan.len(), NonZeroUsize::MIN, done, control, unit, |index, row| {
@@ -132,5 +130,5 @@ fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) 
         let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
         print(&format!("{text}{files}"))?;
     }
-    Ok(Exit::when(rows.iter().all(|row| row.cost.is_ok())))
+    Ok(if rows.iter().all(|row| row.cost.is_ok()) { Exit::Fine } else { Exit::BadFile })
 }

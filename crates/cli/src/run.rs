@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
-use hpu_rtl::CheckRow;
+use hpu_rtl::{CheckRow, Hdl, closed_loop};
 use hpu_signal::Cycle;
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
@@ -16,7 +16,7 @@ use crate::files::Folder;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
-use crate::{check, fit, interrupt, pictures, run_json, run_text};
+use crate::{fit, hdl, interrupt, pictures, run_json, run_text};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(clap::Args)]
@@ -46,9 +46,8 @@ pub struct Args {
     /// Draw this scene's run beside, in one figure
     #[arg(long, value_name = "SCENE", requires = "out", conflicts_with = "no_plot")]
     beside: Option<String>,
-    /// Folder of the VHDL, for the driver `rtl`
-    #[arg(long, value_name = "DIR", default_value = "hdl")]
-    hdl: PathBuf,
+    #[command(flatten)]
+    hdl: hdl::Args,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -77,8 +76,8 @@ pub struct Ran<'s> {
     pub summary: Summary,
     /// What was recorded.
     pub trace: Trace,
-    /// The VHDL beside it.
-    pub rtl: Option<CheckRow>,
+    /// The VHDL beside it, and where that was from.
+    pub rtl: Option<(CheckRow, Hdl)>,
     /// Whether the outcome was the expected one, when one was.
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, what they were, and whether that is within tolerance.
@@ -92,7 +91,7 @@ pub struct Ran<'s> {
 impl Ran<'_> {
     fn exit(&self) -> Exit {
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
-        Exit::when(met && self.rtl.as_ref().is_none_or(CheckRow::ok))
+        Exit::when(met && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()))
     }
 }
 
@@ -130,12 +129,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut rtl = None;
     if args.driver == Some(DriverArg::Rtl) {
         interrupt::heed();
-        let row = check::closed_loop(&loaded, &args.hdl, loaded.scene.edges());
-        // A Ctrl-C at the terminal reaches GHDL too, which then fails.
+        let setup = args.hdl.setup();
+        let row = closed_loop(&loaded.in_vhdl(loaded.scene.edges()), &setup);
         if interrupt::pressed() {
             return Ok(Exit::Interrupted);
         }
-        rtl = Some(row?);
+        rtl = Some((row?, setup.hdl));
     }
     let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut())?;
     ran.rtl = rtl;

@@ -12,7 +12,7 @@ pub fn summary(ran: &Ran) -> Value {
     let summary = &ran.summary;
     let energy = &summary.energy;
     // The VHDL's time, when it ran.
-    let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |row| row.seconds);
+    let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |(row, _)| row.seconds);
     json!({
         "scene": ran.session.name(),
         "driver": ran.driver,
@@ -52,7 +52,9 @@ pub fn summary(ran: &Ran) -> Value {
         "realised": realised(ran.session),
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
-        "rtl": ran.rtl.as_ref().map(|row| json!({ "edges": row.edges, "mismatches": row.mismatches })),
+        "rtl": ran.rtl.as_ref().map(|(row, hdl)| {
+            json!({ "edges": row.edges, "mismatches": row.mismatches, "hdl": hdl.to_string() })
+        }),
         "files": ran.files,
     })
 }

@@ -62,9 +62,9 @@ pub fn summary(ran: &Ran) -> String {
     for line in expectations(ran) {
         writeln!(text, "{:<10} {line}", "expected").expect("a string grows");
     }
-    if let Some(rtl) = &ran.rtl {
+    if let Some((rtl, hdl)) = &ran.rtl {
         let said = terminal::verdict(&format!("{} mismatches", rtl.mismatches), rtl.ok());
-        writeln!(text, "{:<10} {} edges in GHDL, {said}", "rtl", rtl.edges).expect("a string grows");
+        writeln!(text, "{:<10} {} edges in GHDL, {said}; VHDL {hdl}", "rtl", rtl.edges).expect("a string grows");
         if let Some(first) = &rtl.first {
             text += &first.to_string();
         }
@@ -195,7 +195,7 @@ fn energy(ran: &Ran) -> [String; 3] {
 }
 
 fn edges(ran: &Ran) -> String {
-    let (edges, wall_s) = (ran.summary.edges, ran.rtl.as_ref().map_or(ran.summary.wall_s, |row| row.seconds));
+    let (edges, wall_s) = (ran.summary.edges, ran.rtl.as_ref().map_or(ran.summary.wall_s, |(row, _)| row.seconds));
     let motion = si(ran.summary.motion_s, "s");
     let rate = edges as f64 / wall_s;
     format!("{edges} ({motion}) in {} by {}: {rate:.2e} edges/s", si(wall_s, "s"), ran.driver)

@@ -5,7 +5,7 @@ use std::{fs, io};
 
 use clap::Args;
 use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
-use hpu_rtl::LoopOptions;
+use hpu_rtl::LoopScene;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
@@ -59,9 +59,8 @@ impl Loaded {
     }
 
     /// The scene for GHDL.
-    pub fn in_vhdl(&self, hdl: &Path, edges: u64) -> LoopOptions {
-        LoopOptions {
-            hdl: hdl.to_path_buf(),
+    pub fn in_vhdl(&self, edges: u64) -> LoopScene {
+        LoopScene {
             name: self.name.clone(),
             text: self.text.clone(),
             overrides: self.overrides.clone(),

@@ -19,6 +19,18 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Prints a row of a table that grows while a progress bar is shown.
+pub fn print_row(text: &str) -> Result<(), Failure> {
+    let is_over_bar = io::stdout().is_terminal() && io::stderr().is_terminal();
+    if is_over_bar { print(&format!("\r\x1b[K{text}")) } else { print(text) }
+}
+
+/// Says on stderr what is about to be done.
+pub fn note(text: &str) {
+    // Who cannot hear it has the result.
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 /// Prints one JSON object.
 pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     print(&format!("{value:#}\n"))

@@ -1,12 +1,12 @@
 //! `hpu widths`: what every signal of a scene needs, and what each bit buys.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::Experiment;
-use hpu_rtl::Cache;
+use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
 use hpu_study::chart::ranges;
 use hpu_study::widths::tables::{Tables, tables};
@@ -21,7 +21,7 @@ use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
 use crate::widths_proved::{Proved, proved};
 use crate::widths_search::Asked;
-use crate::{fit, interrupt, pictures, widths_csv, widths_gappa, widths_json, widths_search, widths_text};
+use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json, widths_search, widths_text};
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -52,9 +52,8 @@ pub struct Args {
     /// Say what one bit more would cost, and what the loop costs as it is, by Yosys and nextpnr; what was measured is remembered
     #[arg(long)]
     price: bool,
-    /// Folder of the VHDL
-    #[arg(long, value_name = "DIR", default_value = "hdl")]
-    hdl: PathBuf,
+    #[command(flatten)]
+    hdl: hdl::Args,
     #[command(flatten)]
     remember: Remember,
     /// Add the tables of sines of a PHANToM: other depths, other words and what could stand in their place
@@ -141,10 +140,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.price && args.scenes.len() > 1 {
         return Err(Failure::usage("--price takes one scene"));
     }
+    let setup = args.hdl.setup();
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
         let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
-        let prices = cache.as_ref().map(|cache| (cache, args.hdl.as_path()));
+        let prices = cache.as_ref().map(|cache| (cache, &setup));
         let (jobs, out) = (jobs(args), args.out.as_deref());
         let asked = Asked { scene, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
         return widths_search::run(&args.search, &asked);
@@ -159,7 +159,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(mut page) = page(args, &experiments)? else { return Ok(Exit::Interrupted) };
     page.tables = tables;
     if let Some(cache) = &cache
-        && !price(&mut page, &experiments[0], &args.hdl, cache)?
+        && !price(&mut page, &experiments[0], &setup, cache)?
     {
         return Ok(Exit::Interrupted);
     }
@@ -250,8 +250,8 @@ fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
 }
 
 /// Puts prices on the page: of one bit more, and of the loop as it is; says whether it was not interrupted.
-fn price(page: &mut Page, experiment: &Experiment, hdl: &Path, cache: &Cache) -> Result<bool, Failure> {
-    let Some(price) = widths_price::price(experiment, hdl, cache, interrupt::heed())? else { return Ok(false) };
+fn price(page: &mut Page, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
+    let Some(price) = widths_price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
     if let Experiment::Phantom(_) = experiment {
         page.one_more = Err("not priced; Yosys takes minutes for each loop of a PHANToM".into());
@@ -261,7 +261,7 @@ fn price(page: &mut Page, experiment: &Experiment, hdl: &Path, cache: &Cache) ->
         // Nowhere to tell it; the price has the scene's own keys.
         return Ok(true);
     }
-    let Some(all) = one_more(experiment, hdl, cache)? else { return Ok(false) };
+    let Some(all) = one_more(experiment, setup, cache)? else { return Ok(false) };
     page.one_more = Ok(all);
     Ok(true)
 }

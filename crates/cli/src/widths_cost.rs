@@ -1,13 +1,11 @@
 //! What one bit more of each width would cost, by Yosys alone.
 
-use std::path::Path;
-
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Ready, Rig};
-use hpu_rtl::{Cache, Counts};
+use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::widths::Field;
 
-use crate::cost::refused;
+use crate::cost::or_reason;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::terminal::with_progress;
@@ -17,23 +15,31 @@ use crate::widths_price::on_all_cores;
 pub type OneMore = Result<[i64; 2], String>;
 
 /// One bit more of every width of an axis's scene; `None` when interrupted.
-pub fn one_more(experiment: &Experiment, hdl: &Path, cache: &Cache) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
+pub fn one_more(
+    experiment: &Experiment,
+    setup: &Setup,
+    cache: &Cache,
+) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
     let ready = Ready::new(experiment).map_err(Failure::file)?;
-    let now = cache.counts(ready.wiring().block(), hdl).map_err(refused)?;
+    let now = cache.counts(ready.wiring().block(), setup)?;
     let fields = Field::all(experiment);
-    let one = |field: Field| {
-        let more = field.with(experiment, field.bits(experiment) + 1).and_then(|more| {
-            let ready = Ready::new(&more).map_err(|error| error.to_string())?;
-            cache.counts(ready.wiring().block(), hdl).map_err(|error| error.to_string())
-        });
-        (field, more.map(|more| difference(&more, &now)))
+    let counts = |field: Field| -> Result<Result<Counts, String>, Failure> {
+        let more = match field.with(experiment, field.bits(experiment) + 1) {
+            Ok(more) => more,
+            Err(why) => return Ok(Err(why)),
+        };
+        match Ready::new(&more) {
+            Ok(ready) => or_reason(cache.counts(ready.wiring().block(), setup)),
+            Err(error) => Ok(Err(error.to_string())),
+        }
     };
+    let one = |field: Field| Ok((field, counts(field)?.map(|more| difference(&more, &now))));
     let control = interrupt::heed();
     let found = with_progress(fields.len() as u64, "syntheses", control, || {
         on_all_cores(fields.len(), control, |index| one(fields[index]))
     });
     // What was killed half-way has no price, but for no reason of its own.
-    Ok(if interrupt::pressed() { None } else { found.into_iter().collect() })
+    if interrupt::pressed() { Ok(None) } else { found.into_iter().flatten().collect::<Result<_, _>>().map(Some) }
 }
 
 fn difference(more: &Counts, now: &Counts) -> [i64; 2] {

@@ -1,18 +1,17 @@
 //! The price of a scene's loop: what it costs, how long its torque takes, whether the loop notices, and what a bit costs.
 
 use std::num::NonZeroUsize;
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Ready, Rig};
-use hpu_rtl::{Cache, Cost, Counts};
+use hpu_rtl::{Cache, Cost, Counts, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};
 
-use crate::cost::refused;
+use crate::cost::or_reason;
 use crate::exit::Failure;
 use crate::terminal::with_progress;
 
@@ -40,14 +39,19 @@ pub(crate) struct Knob {
 }
 
 /// What a scene's loop costs, by the tools or from the cache; nothing if it was stopped.
-pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Control) -> Result<Option<Price>, Failure> {
+pub fn price(
+    experiment: &Experiment,
+    setup: &Setup,
+    cache: &Cache,
+    control: &Control,
+) -> Result<Option<Price>, Failure> {
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let wiring = ready.wiring();
     if !wiring.is_hardware() {
         return Err(Failure::file("a law in floats has no price; write model.datapath = \"words\""));
     }
     // Placed three times by different seeds, while nothing else can begin.
-    let cost = with_progress(1, "loops placed", control, || cache.cost(wiring.block(), hdl)).map_err(refused)?;
+    let cost = with_progress(1, "loops placed", control, || cache.cost(wiring.block(), setup))?;
     let mut price = Price {
         scene: experiment.name().to_string(),
         block: wiring.name(),
@@ -67,16 +71,16 @@ pub fn price(experiment: &Experiment, hdl: &Path, cache: &Cache, control: &Contr
     let count = parts + changed.len();
     let found = with_progress(count as u64, "syntheses", control, || {
         on_all_cores(count, control, |index| match index.checked_sub(parts) {
-            None => part(scene, index, hdl, cache),
-            Some(index) => counts(changed[index], hdl, cache),
+            None => part(scene, index, setup, cache),
+            Some(index) => counts(changed[index], setup, cache),
         })
     });
     let Some(mut found) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
     let changed = found.split_off(parts);
     for (instance, counts) in instances.iter().zip(found) {
-        price.parts.push((instance.label, instance.model.name(), counts?));
+        price.parts.push((instance.label, instance.model.name(), counts?.map_err(Failure::file)?));
     }
-    let mut changed = changed.into_iter().map(|found| found.map_err(|why| why.to_string()));
+    let mut changed = changed.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter();
     for (key, now, other) in knobs {
         let other = other.map(|(name, _)| (name, changed.next().expect("two of each")));
         price.knobs.push(Knob { key, now, other });
@@ -122,18 +126,20 @@ pub(crate) fn on_all_cores<T: Send>(
     found.into_inner().expect("no worker panics with it")
 }
 
-/// Primitives of an instance in the loop of a scene.
-fn part(scene: &Scene, index: usize, hdl: &Path, cache: &Cache) -> Result<Counts, Failure> {
+/// Primitives of an instance in the loop of a scene, or why a tool refused it.
+fn part(scene: &Scene, index: usize, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
     let ready = Ready::new(&experiment).map_err(Failure::file)?;
-    cache.counts(&*ready.wiring().instances()[index].model, hdl).map_err(refused)
+    or_reason(cache.counts(&*ready.wiring().instances()[index].model, setup))
 }
 
-/// Primitives of the loop of a scene.
-fn counts(scene: &Scene, hdl: &Path, cache: &Cache) -> Result<Counts, Failure> {
+/// Primitives of the loop of a scene, or why there is none.
+fn counts(scene: &Scene, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
-    let ready = Ready::new(&experiment).map_err(Failure::file)?;
-    cache.counts(ready.wiring().block(), hdl).map_err(refused)
+    match Ready::new(&experiment) {
+        Ok(ready) => or_reason(cache.counts(ready.wiring().block(), setup)),
+        Err(error) => Ok(Err(error.to_string())),
+    }
 }
 
 type Widths = (&'static str, String, [(String, Scene); 2]);

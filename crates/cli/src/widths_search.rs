@@ -7,14 +7,13 @@ use std::{io, io::IsTerminal, io::Write};
 
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
-use hpu_rtl::{Cache, Counts};
+use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::SceneText;
 use hpu_study::widths::search::{
     Design, Ended, Found, Knob, Plan, Point, Progress, Width, csv, errors_csv, phantom, search,
 };
 
-use crate::cost::refused;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::journal;
@@ -141,7 +140,7 @@ pub struct Asked<'a> {
     /// Threads.
     pub jobs: NonZeroUsize,
     /// A cache to price the front with, and the folder of the VHDL.
-    pub prices: Option<(&'a Cache, &'a Path)>,
+    pub prices: Option<(&'a Cache, &'a Setup)>,
     /// Where tables and pictures go.
     pub out: Option<&'a Path>,
     /// Whether one JSON object is wanted.
@@ -201,8 +200,8 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         set: set.to_vec(),
         prices: None,
     };
-    if let Some((cache, hdl)) = asked.prices {
-        searched.prices = price(&text, &searched, cache, hdl)?;
+    if let Some((cache, setup)) = &asked.prices {
+        searched.prices = price(&text, &searched, cache, setup)?;
         if searched.prices.is_none() {
             return Ok(Exit::Interrupted);
         }
@@ -234,7 +233,7 @@ pub fn tell_no_more() {
 type Prices = (Counts, Vec<Counts>);
 
 /// What Yosys makes of the reference and of the front; `None` when interrupted.
-fn price(text: &SceneText, searched: &Searched, cache: &Cache, hdl: &Path) -> Result<Option<Prices>, Failure> {
+fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) -> Result<Option<Prices>, Failure> {
     let counts = |design: &Design| -> Result<Counts, Failure> {
         let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();
         let experiment = text.parse(&set).map_err(Failure::file)?;
@@ -244,7 +243,7 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, hdl: &Path) -> Re
             Loop::Conventional => Box::new(ConventionalLoop::new(config).map_err(Failure::file)?),
             _ => Box::new(HybridLoop::new(config).map_err(Failure::file)?),
         };
-        cache.counts(&*block, hdl).map_err(refused)
+        Ok(cache.counts(&*block, setup)?)
     };
     let mut front = Vec::new();
     for point in searched.found.best() {

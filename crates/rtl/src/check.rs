@@ -1,27 +1,38 @@
-//! The check: every block's VHDL held against the emulator, row by row, in GHDL.
+//! The check: every block's VHDL held against the emulator, row by row, and loops closed around it, edge by edge, in GHDL.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
+use hpu_cosim::Control;
 use hpu_datapath::{AnyBlock, registry, variants};
 
+use crate::closed_loop::{LoopJob, LoopLibraries, LoopScene};
 use crate::ghdl::{GhdlError, Library};
+use crate::hdl::Setup;
 use crate::package::package;
 use crate::report::{CheckReport, CheckRow, Tally, tally};
 use crate::stimuli;
 use crate::testbench::{VECTOR_READER, testbench};
+use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Stimulus, Vectors, literal};
+
+/// No simulation is so slow: what takes longer for a row hangs.
+const LONGEST_ROW: Duration = Duration::from_millis(100);
 
 /// What to check.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct CheckOptions {
-    /// Directory with `<block>.vhd`.
-    pub hdl: PathBuf,
-    /// Names of the blocks; all when empty.
+    /// The VHDL.
+    pub setup: Setup,
+    /// Names of the blocks.
     pub blocks: Vec<String>,
     /// Labels of the variants; all when empty.
     pub variants: Vec<String>,
+    /// Scenes whose loops are closed around the VHDL.
+    pub scenes: Vec<LoopScene>,
     /// Random rows a variant, beside the directed ones (ten times as many for blocks with a PWM).
     pub rows: usize,
     /// Seed of the random rows.
@@ -33,67 +44,267 @@ pub struct CheckOptions {
 }
 
 impl CheckOptions {
-    /// Every block of a directory, 2000 random rows each, on every core.
+    /// Every block, 2000 random rows each, on every core; no scene.
     #[must_use]
-    pub fn new(hdl: impl Into<PathBuf>) -> Self {
-        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { hdl: hdl.into(), blocks: Vec::new(), variants: Vec::new(), rows: 2000, seed: 1, exhaustive: false, jobs }
+    pub fn new(setup: impl Into<Setup>) -> Self {
+        let jobs = thread::available_parallelism().map_or(1, usize::from);
+        let blocks = registry().iter().map(|block| block.name().to_string()).collect();
+        let (variants, scenes) = (Vec::new(), Vec::new());
+        Self { setup: setup.into(), blocks, variants, scenes, rows: 2000, seed: 1, exhaustive: false, jobs }
+    }
+
+    /// The configurations to check, in the order of the report.
+    fn wanted(&self) -> Vec<(String, Box<dyn AnyBlock>)> {
+        let is_wanted = |label: &String, block: &dyn AnyBlock| {
+            self.blocks.iter().any(|name| name == block.name())
+                && (self.variants.is_empty() || self.variants.contains(label))
+        };
+        variants().into_iter().filter(|(label, block)| is_wanted(label, &**block)).collect()
     }
 }
 
-/// Holds the VHDL of a directory against the emulator: directed and random rows for every configuration of every block.
+/// Holds the VHDL against the emulator: directed and random rows for every configuration of the blocks, then the scenes.
 ///
 /// # Errors
 ///
-/// [`GhdlError`] when GHDL is missing or the VHDL does not analyse. A mismatch is a result, and so is a run that failed.
+/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is a result, and so is a run
+/// that the VHDL stopped.
 pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
-    let library = library(&options.hdl)?;
-    let wanted = || -> Vec<_> {
-        let all = variants().into_iter();
-        let wanted = |names: &[String], name: &str| names.is_empty() || names.iter().any(|wanted| wanted == name);
-        all.filter(|(label, block)| wanted(&options.blocks, block.name()) && wanted(&options.variants, label)).collect()
-    };
-    let mut report = CheckReport::default();
-    let mut jobs = Vec::new();
-    for (index, (label, block)) in wanted().iter().enumerate() {
-        report.rows.push(CheckRow::new(block.name(), label));
-        jobs.extend((0..sets(&**block, label, options)).map(|set| (index, set)));
-    }
-    let next = AtomicUsize::new(0);
-    // A block is not `Send`: each thread makes its own.
-    let work = || {
-        let mut blocks = wanted();
-        let mut done = Vec::new();
-        while let Some(&(index, set)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let (label, block) = &mut blocks[index];
-            let start = Instant::now();
-            block.reset();
-            let stimuli = stimuli(&**block, set, options);
-            let result = run(&library, &format!("{label}-{set}"), &Vectors::record(&mut **block, stimuli));
-            done.push((index, set, result, start.elapsed().as_secs_f64()));
-        }
-        done
-    };
-    let mut done: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..options.jobs.max(1)).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().expect("a checking thread does not panic")).collect()
-    });
-    done.sort_by_key(|&(index, set, ..)| (index, set));
-    let blocks = wanted();
-    for (index, _, result, seconds) in done {
-        report.rows[index].add(result.map_err(|error| error.to_string()), blocks[index].1.clocked(), seconds);
-    }
-    Ok(report)
+    Check::new(options)?.run(&Control::default(), |_| Ok(()))
 }
 
-/// Analyses all blocks of a directory and their testbenches.
-fn library(hdl: &Path) -> Result<Library, GhdlError> {
+/// A check with all VHDL analysed and every run of GHDL known.
+pub struct Check<'o> {
+    options: &'o CheckOptions,
+    blocks: Option<Library>,
+    loops: LoopLibraries,
+    scenes: Vec<LoopJob>,
+    rows: Vec<Row>,
+    jobs: Vec<Job>,
+}
+
+/// A row of the report, and what its runs have found so far, by set.
+struct Row {
+    row: CheckRow,
+    clocked: bool,
+    runs: usize,
+    found: BTreeMap<u64, (Result<Tally, String>, f64)>,
+}
+
+/// A run of GHDL, for a row of the report.
+#[derive(Clone, Copy)]
+struct Job {
+    row: usize,
+    /// Of a block: which set of vectors.
+    set: u64,
+    /// Milliseconds that it will take about.
+    about_ms: u64,
+}
+
+impl<'o> Check<'o> {
+    /// Analyses the VHDL and lists the runs.
+    ///
+    /// # Errors
+    ///
+    /// [`GhdlError`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
+    pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
+        let scenes = options.scenes.iter().map(LoopJob::new).collect::<Result<Vec<_>, _>>()?;
+        Tool::Ghdl.version()?;
+        let (mut rows, mut jobs) = (Vec::new(), Vec::new());
+        for (label, block) in options.wanted() {
+            let runs = sets(&*block, &label, options);
+            for set in 0..runs {
+                let vectors = stimuli(&*block, set, options).len() as u64;
+                jobs.push(Job { row: rows.len(), set, about_ms: about_ms(row_us(block.name()), vectors) });
+            }
+            let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
+            rows.push(Row { row, clocked, runs: runs as usize, found: BTreeMap::new() });
+        }
+        let blocks = if rows.is_empty() { None } else { Some(library(&options.setup)?) };
+        for scene in &scenes {
+            jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(edge_us(scene.wiring), scene.edges) });
+            rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
+        }
+        let loops = LoopLibraries::new(&scenes, &options.setup)?;
+        Ok(Self { options, blocks, loops, scenes, rows, jobs })
+    }
+
+    /// GHDL processes at a time.
+    #[must_use]
+    pub fn at_a_time(&self) -> usize {
+        self.options.jobs.clamp(1, self.jobs.len().max(1))
+    }
+
+    /// How many configurations of blocks, and how many scenes.
+    #[must_use]
+    pub fn count(&self) -> (usize, usize) {
+        (self.rows.len() - self.scenes.len(), self.scenes.len())
+    }
+
+    /// Milliseconds of all runs together, about: by their rows and edges, and what these took on the machine of the record.
+    #[must_use]
+    pub fn work_ms(&self) -> u64 {
+        self.jobs.iter().map(|job| job.about_ms).sum()
+    }
+
+    /// Milliseconds that they take side by side, about.
+    #[must_use]
+    pub fn about_ms(&self) -> u64 {
+        let longest = self.jobs.iter().map(|job| job.about_ms).max().unwrap_or(0);
+        longest.max(self.work_ms() / self.at_a_time() as u64)
+    }
+
+    /// Runs all, several at a time, and tells each row of the report as soon as it and all before it are done. Progress is counted in
+    /// the milliseconds of [`work_ms`](Self::work_ms).
+    ///
+    /// # Errors
+    ///
+    /// [`GhdlError`] when a tool is at fault, or what `tell` answers.
+    pub fn run<E: From<GhdlError>>(
+        mut self,
+        control: &Control,
+        mut tell: impl FnMut(&CheckRow) -> Result<(), E>,
+    ) -> Result<CheckReport, E> {
+        self.order();
+        let mut rows = std::mem::take(&mut self.rows);
+        let blocks = rows.len() - self.scenes.len();
+        let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let (send, done) = mpsc::channel();
+        let work = |send: mpsc::Sender<_>| {
+            // A block is not `Send`: each thread makes its own.
+            let mut wanted = self.options.wanted();
+            while !ended.load(Ordering::Relaxed)
+                && let Some(&job) = self.jobs.get(next.fetch_add(1, Ordering::Relaxed))
+            {
+                let start = Instant::now();
+                let found = match job.row.checked_sub(blocks) {
+                    Some(scene) => self.scenes[scene].run(&self.loops),
+                    None => self.vectors(&mut wanted[job.row], job.set),
+                };
+                // Who listens no more has failed, and says so.
+                let _ = send.send((job, found, start.elapsed().as_secs_f64()));
+            }
+        };
+        let failed = thread::scope(|scope| {
+            for _ in 0..self.at_a_time() {
+                let send = send.clone();
+                scope.spawn(|| work(send));
+            }
+            drop(send);
+            let mut waiting = (0..rows.len()).peekable();
+            for (job, found, seconds) in done {
+                let took = rows[job.row].take(job.set, found, seconds);
+                control.progress.fetch_add(job.about_ms, Ordering::Relaxed);
+                let mut told = took.map_err(E::from);
+                while told.is_ok()
+                    && let Some(index) = waiting.next_if(|&index| rows[index].is_done())
+                {
+                    told = tell(rows[index].sum_up());
+                }
+                if let Err(error) = told {
+                    ended.store(true, Ordering::Relaxed);
+                    return Some(error);
+                }
+            }
+            None
+        });
+        let mut rows: Vec<_> = rows.into_iter().map(|row| row.row).collect();
+        let loops = rows.split_off(blocks);
+        failed.map_or(Ok(CheckReport { rows, loops }), Err)
+    }
+
+    /// In the order of the report, so that it grows; but what takes a good part of all the time comes first, the longest first.
+    fn order(&mut self) {
+        let long = self.work_ms() / (4 * self.at_a_time() as u64);
+        self.jobs.sort_by_key(|job| if job.about_ms > long { u64::MAX - job.about_ms } else { u64::MAX });
+    }
+
+    /// Runs the testbench of a configuration over one set.
+    fn vectors(&self, (label, block): &mut (String, Box<dyn AnyBlock>), set: u64) -> Result<Tally, GhdlError> {
+        let library = self.blocks.as_ref().expect("where a block is checked, blocks are analysed");
+        block.reset();
+        let stimuli = stimuli(&**block, set, self.options);
+        let vectors = Vectors::record(&mut **block, stimuli);
+        let (header, rows) = (&vectors.header, vectors.rows.len());
+        let file = format!("{}-{label}-{set}.txt", header.block);
+        library.write(&file, vectors.to_text())?;
+        let mut generics: Vec<_> = header.generics.iter().map(|&(name, value)| (name, literal(value))).collect();
+        generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
+        let unit = format!("tb_{}", header.block);
+        let longest = LONGEST_ROW.saturating_mul(u32::try_from(rows).unwrap_or(u32::MAX));
+        let said = library.run(&unit, &generics, &[], longest)?;
+        library.remove(&file)?;
+        let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
+        Ok(tally(&said).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
+    }
+}
+
+impl Row {
+    /// Keeps what a run has found. What GHDL says of the VHDL is a result; a tool at fault is none.
+    fn take(&mut self, set: u64, found: Result<Tally, GhdlError>, seconds: f64) -> Result<(), GhdlError> {
+        let found = match found {
+            Ok(tally) => Ok(tally),
+            Err(error @ GhdlError::Failed { .. }) => Err(error.to_string()),
+            Err(error) => return Err(error),
+        };
+        self.found.insert(set, (found, seconds));
+        Ok(())
+    }
+
+    fn is_done(&self) -> bool {
+        self.found.len() == self.runs
+    }
+
+    /// The whole row, whichever set was done first.
+    fn sum_up(&mut self) -> &CheckRow {
+        for (found, seconds) in std::mem::take(&mut self.found).into_values() {
+            self.row.add(found, self.clocked, seconds);
+        }
+        &self.row
+    }
+}
+
+/// Milliseconds of a run: GHDL's start, then rows or edges.
+fn about_ms(each_us: u64, count: u64) -> u64 {
+    50 + each_us * count / 1000
+}
+
+/// Microseconds that GHDL takes for a row of a block, a mean over its configurations, on the machine of the record.
+fn row_us(block: &str) -> u64 {
+    match block {
+        "phantom_torque" => 600,
+        "foaw" => 350,
+        "phantom_forward" => 250,
+        "input_shaper" | "trig_cordic" | "phantom_loop" | "cube_room" => 165,
+        "phantom_engine" | "energy_bounding_loop" | "passivity_controller_loop" => 120,
+        "sampled_wall_loop" | "virtual_coupling_loop" | "passive_spring_loop" => 95,
+        "biquad" | "trig_interpolated" | "phantom_shared_loop" => 65,
+        "command_scaler" | "trig_quarter" => 40,
+        "hybrid_loop" | "conventional_loop" | "sampled_wall" | "virtual_coupling" | "energy_bounding" => 18,
+        "passivity_controller" | "passive_spring" | "phantom_io" | "truncating_multiplier" | "axis_front" => 13,
+        _ => 4,
+    }
+}
+
+/// Microseconds for an edge of a loop, likewise; the emulator beside it included.
+fn edge_us(wiring: &str) -> u64 {
+    match wiring {
+        "phantom_shared_loop" => 17,
+        "phantom_loop" => 6,
+        "phantom_io" => 4,
+        "hybrid_loop" | "conventional_loop" => 3,
+        _ => 2,
+    }
+}
+
+/// Analyses all blocks and their testbenches.
+fn library(setup: &Setup) -> Result<Library, GhdlError> {
     let blocks = registry();
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
     packages.extend(blocks.iter().map(|block| (format!("{}_pkg.vhd", block.name()), package(&**block))));
-    let files: Vec<_> = blocks.iter().map(|block| hdl.join(format!("{}.vhd", block.name()))).collect();
     let testbench = |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block));
-    Library::analyse(&packages, &files, &blocks.iter().map(|block| testbench(&**block)).collect::<Vec<_>>())
+    let testbenches: Vec<_> = blocks.iter().map(|block| testbench(&**block)).collect();
+    Library::analyse(&packages, setup, blocks.iter().map(|block| block.name()), &testbenches)
 }
 
 /// Whether this is the multiplier whose products are taken all, or in strata.
@@ -119,18 +330,4 @@ fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimul
     }
     let (a, b) = (block.inputs()[0].format, block.inputs()[1].format);
     if options.exhaustive { stimuli::chunk(a, b, set - 1) } else { stimuli::stratified(a, b, options.seed) }
-}
-
-/// Runs a testbench over one set.
-fn run(library: &Library, label: &str, vectors: &Vectors) -> Result<Tally, GhdlError> {
-    let header = &vectors.header;
-    let file = format!("{}-{label}.txt", header.block);
-    library.write(&file, &vectors.to_text())?;
-    let mut generics: Vec<_> = header.generics.iter().map(|&(name, value)| (name, literal(value))).collect();
-    generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
-    let unit = format!("tb_{}", header.block);
-    let said = library.run(&unit, &generics, &[])?;
-    library.remove(&file)?;
-    let tally = tally(&said).filter(|tally| tally.rows == vectors.rows.len() as u64);
-    tally.ok_or_else(|| GhdlError::Failed { step: format!("finish {unit}"), said })
 }

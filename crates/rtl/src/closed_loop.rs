@@ -3,11 +3,11 @@
 //!
 //! GHDL 2.0 cannot read signals inside a design by external names. So the wiring is simulated from a copy in the work
 //! directory, its text as it is but for one instance added before the end of its architecture: a probe that tells every
-//! net. The library, `libhpu_rtl.so`, is looked for beside the running executable and in `deps` there, which is where
-//! cargo leaves it.
+//! net. The library, `libhpu_rtl.so`, is what the program carries, or it is looked for beside the running executable and in
+//! `deps` there, which is where cargo leaves it.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use std::{env, fs};
 
 use hpu_cosim::scene::{Experiment, shipped_file};
@@ -15,20 +15,22 @@ use hpu_cosim::{Ready, Rig, TheLoop};
 use hpu_datapath::{block_by_name, registry};
 
 use crate::ghdl::{GhdlError, Library};
+use crate::hdl::Setup;
 use crate::loop_bench::{LOOP_BRIDGE, loop_bench, probe, probe_instance};
 use crate::package::package;
-use crate::report::{CheckRow, tally};
+use crate::report::{CheckRow, Tally, tally};
 use crate::testbench::VECTOR_READER;
+use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Header, literal};
 
 /// Name of the shared library.
 const LIBRARY: &str = "libhpu_rtl.so";
+/// No simulation is so slow: what takes longer for an edge hangs.
+const LONGEST_EDGE: Duration = Duration::from_millis(10);
 
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct LoopOptions {
-    /// Directory with `<block>.vhd`.
-    pub hdl: PathBuf,
+pub struct LoopScene {
     /// The scene's file, as messages shall call it.
     pub name: String,
     /// The scene's text.
@@ -48,36 +50,110 @@ pub struct LoopOptions {
 ///
 /// [`GhdlError`] when GHDL or the shared library is missing, the VHDL does not analyse, or the scene has no datapath. A
 /// mismatch is a result.
-pub fn closed_loop(options: &LoopOptions) -> Result<CheckRow, GhdlError> {
+pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlError> {
     let start = Instant::now();
-    let LoopOptions { name, text, overrides, data, edges, .. } = options;
-    let scene = parse(name, text, overrides, data).map_err(|said| refused(name, said))?;
-    let session = Ready::new(&scene).map_err(|error| refused(name, error.to_string()))?;
-    let library = library(&options.hdl, session.wiring())?;
-    let wiring = session.wiring().block();
-    let shared = shared_library()?;
-    fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;
-
-    let mut generics: Vec<_> = wiring.generics().into_iter().map(|(name, value)| (name, literal(value))).collect();
-    generics.push(("FORMAT", Header::of(wiring).to_string()));
-    let set: Vec<_> = overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
-    let environment = [
-        ("HPU_SCENE_NAME", name.clone()),
-        ("HPU_SCENE_TEXT", text.clone()),
-        ("HPU_SCENE_SET", set.join("\n")),
-        ("HPU_SCENE_DATA", data.display().to_string()),
-        ("HPU_LOOP_EDGES", edges.to_string()),
-    ];
-    let unit = format!("tb_loop_{}", wiring.name());
-    let said = library.run(&unit, &generics, &environment)?;
-    let tally = tally(&said).ok_or_else(|| GhdlError::Failed { step: format!("finish {unit}"), said })?;
-    let mut row = CheckRow::new(wiring.name(), scene.name());
-    row.add(Ok(tally), true, start.elapsed().as_secs_f64());
+    let job = LoopJob::new(scene)?;
+    Tool::Ghdl.version()?;
+    let libraries = LoopLibraries::new(std::slice::from_ref(&job), setup)?;
+    let mut row = job.row();
+    row.add(Ok(job.run(&libraries)?), true, start.elapsed().as_secs_f64());
     Ok(row)
 }
 
-fn refused(name: &str, said: String) -> GhdlError {
-    GhdlError::Failed { step: format!("close the loop of {name}"), said }
+/// A scene whose wiring is known.
+pub(crate) struct LoopJob {
+    pub(crate) wiring: &'static str,
+    scene: String,
+    pub(crate) edges: u64,
+    generics: Vec<(&'static str, String)>,
+    environment: [(&'static str, String); 5],
+    /// The probe, and the instance of it.
+    probe: [String; 2],
+}
+
+impl LoopJob {
+    pub(crate) fn new(LoopScene { name, text, overrides, data, edges }: &LoopScene) -> Result<Self, GhdlError> {
+        let scene = parse(name, text, overrides, data).map_err(GhdlError::Scene)?;
+        let session = Ready::new(&scene).map_err(|error| GhdlError::Scene(format!("{name}: {error}")))?;
+        if !session.wiring().is_hardware() {
+            let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
+            return Err(GhdlError::Scene(format!("{name}: {why}")));
+        }
+        if session.direct().is_some() {
+            let why = "with this model.solver it runs without a clock, and VHDL has one";
+            return Err(GhdlError::Scene(format!("{name}: {why}")));
+        }
+        let wiring = session.wiring().block();
+        let mut generics: Vec<_> = wiring.generics().into_iter().map(|(name, value)| (name, literal(value))).collect();
+        generics.push(("FORMAT", Header::of(wiring).to_string()));
+        let set: Vec<_> = overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        Ok(Self {
+            wiring: wiring.name(),
+            scene: session.name().to_string(),
+            edges: *edges,
+            generics,
+            environment: [
+                ("HPU_SCENE_NAME", name.clone()),
+                ("HPU_SCENE_TEXT", text.clone()),
+                ("HPU_SCENE_SET", set.join("\n")),
+                ("HPU_SCENE_DATA", data.display().to_string()),
+                ("HPU_LOOP_EDGES", edges.to_string()),
+            ],
+            probe: [probe(session.wiring()), probe_instance(session.wiring())],
+        })
+    }
+
+    pub(crate) fn row(&self) -> CheckRow {
+        CheckRow::new(self.wiring, &self.scene)
+    }
+
+    pub(crate) fn run(&self, libraries: &LoopLibraries) -> Result<Tally, GhdlError> {
+        let unit = format!("tb_loop_{}", self.wiring);
+        let longest = u32::try_from(self.edges).map_or(Duration::MAX, |edges| LONGEST_EDGE.saturating_mul(edges));
+        let said = libraries.of(self).run(&unit, &self.generics, &self.environment, longest)?;
+        let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
+        Ok(tally(&said).filter(|tally| tally.rows == self.edges).ok_or_else(unfinished)?)
+    }
+}
+
+/// The wirings of some scenes, each probed, analysed with all blocks and their testbenches. The probe of a wiring may differ by
+/// scene (a net of one bit is no vector), and then so does the library.
+pub(crate) struct LoopLibraries(Vec<(Vec<Wired>, Library)>);
+
+/// A wiring with its probe.
+#[derive(Clone, PartialEq)]
+struct Wired {
+    wiring: &'static str,
+    probe: [String; 2],
+}
+
+impl Wired {
+    fn of(job: &LoopJob) -> Self {
+        Self { wiring: job.wiring, probe: job.probe.clone() }
+    }
+}
+
+impl LoopLibraries {
+    pub(crate) fn new(jobs: &[LoopJob], setup: &Setup) -> Result<Self, GhdlError> {
+        let mut groups: Vec<Vec<Wired>> = Vec::new();
+        for wired in jobs.iter().map(Wired::of) {
+            let fits =
+                |group: &&mut Vec<Wired>| group.iter().all(|in_it| in_it.wiring != wired.wiring || *in_it == wired);
+            match groups.iter_mut().find(fits) {
+                Some(group) if group.contains(&wired) => {}
+                Some(group) => group.push(wired),
+                None => groups.push(vec![wired]),
+            }
+        }
+        let analysed = |group: Vec<Wired>| library(&group, setup).map(|library| (group, library));
+        Ok(Self(groups.into_iter().map(analysed).collect::<Result<_, _>>()?))
+    }
+
+    fn of(&self, job: &LoopJob) -> &Library {
+        let wired = Wired::of(job);
+        let found = self.0.iter().find(|(group, _)| group.contains(&wired));
+        &found.expect("the wiring of every job is analysed").1
+    }
 }
 
 /// The scene and the number of edges that the runner asks its child process for.
@@ -99,33 +175,39 @@ fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) ->
     Experiment::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
 }
 
-/// Analyses the blocks, the probed copy of the wiring, and its testbench.
-fn library(hdl: &Path, wiring: &TheLoop) -> Result<Library, GhdlError> {
-    let name = wiring.name();
-    let by_default = block_by_name(name).expect("a wiring is a block");
-    let path = hdl.join(format!("{name}.vhd"));
-    let text = fs::read_to_string(&path).map_err(|error| GhdlError::Io(path.clone(), error))?;
-    // The last one ends the architecture.
-    let Some(end) = text.to_lowercase().rfind("end architecture") else {
-        return Err(refused(name, format!("{} has no `end architecture`", path.display())));
-    };
-    let probed = format!("{}{}{}", &text[..end], probe_instance(wiring), &text[end..]);
-    let packages = [
+/// Analyses the blocks, probed copies of wirings, and their testbenches, and puts the shared library beside them.
+fn library(group: &[Wired], setup: &Setup) -> Result<Library, GhdlError> {
+    let mut packages = vec![
         ("vector_reader.vhd".to_string(), VECTOR_READER.to_string()),
         ("loop_bridge.vhd".to_string(), LOOP_BRIDGE.to_string()),
-        (format!("{name}_pkg.vhd"), package(&*by_default)),
-        (format!("probe_{name}.vhd"), probe(wiring)),
     ];
-    let files: Vec<_> = registry()
-        .iter()
-        .filter(|block| TheLoop::all().iter().all(|wiring| wiring.name() != block.name()))
-        .map(|block| hdl.join(format!("{}.vhd", block.name())))
-        .collect();
-    let benches = [(format!("{name}.vhd"), probed), (format!("tb_loop_{name}.vhd"), loop_bench(&*by_default))];
-    Library::analyse(&packages, &files, &benches)
+    let mut benches = Vec::new();
+    for Wired { wiring: name, probe: [probe, instance] } in group {
+        let by_default = block_by_name(name).expect("a wiring is a block");
+        let text = setup.hdl.text(name)?;
+        // The last one ends the architecture.
+        let Some(end) = text.to_lowercase().rfind("end architecture") else {
+            let said = format!("{} has no `end architecture`", setup.hdl.file(name).display());
+            return Err(GhdlError::Failed { step: format!("close the loop of {name}"), said });
+        };
+        packages.push((format!("{name}_pkg.vhd"), package(&*by_default)));
+        packages.push((format!("probe_{name}.vhd"), probe.clone()));
+        benches.push((format!("{name}.vhd"), format!("{}{instance}{}", &text[..end], &text[end..])));
+        benches.push((format!("tb_loop_{name}.vhd"), loop_bench(&*by_default)));
+    }
+    let blocks = registry().into_iter().map(|block| block.name());
+    let blocks = blocks.filter(|name| TheLoop::all().iter().all(|wiring| wiring.name() != *name));
+    let library = Library::analyse(&packages, setup, blocks, &benches)?;
+    if setup.library.is_empty() {
+        let shared = shared_library()?;
+        fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;
+    } else {
+        library.write(LIBRARY, setup.library)?;
+    }
+    Ok(library)
 }
 
-/// The shared library of this build.
+/// The shared library of this build, which no program carries.
 fn shared_library() -> Result<PathBuf, GhdlError> {
     let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
     let beside = exe.parent().unwrap_or(Path::new("."));

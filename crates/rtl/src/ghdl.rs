@@ -1,23 +1,30 @@
-//! GHDL: finding it, analysing sources into a work directory, running a testbench.
+//! GHDL: analysing sources into a work directory, running a testbench.
 
 use std::fmt;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::{fs, io};
+use std::time::Duration;
+
+use crate::hdl::{Hdl, Setup};
+use crate::temporary::Temporary;
+use crate::tool::{Fault, TIMEOUT, Tool, ToolError, run};
 
 /// Why VHDL could not be run.
 #[derive(Debug)]
 pub enum GhdlError {
-    /// There is no `ghdl` on the PATH.
-    Missing,
+    /// A tool is missing, or it did not do what it was asked.
+    Tool(ToolError),
     /// The emulator's shared library is in none of these places.
     NoLibrary(Vec<PathBuf>),
     /// A file could not be read or written.
     Io(PathBuf, io::Error),
-    /// GHDL refused or stopped.
+    /// A scene that cannot be run in VHDL.
+    Scene(String),
+    /// GHDL refused the VHDL, or the VHDL stopped its run.
     Failed {
-        /// What it was asked to do.
+        /// What GHDL was asked to do.
         step: String,
         /// What it said.
         said: String,
@@ -27,12 +34,13 @@ pub enum GhdlError {
 impl fmt::Display for GhdlError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::Missing => write!(f, "`ghdl` is not installed; on Debian: apt install ghdl-mcode"),
+            Self::Tool(error) => error.fmt(f),
             Self::NoLibrary(places) => {
                 let places: Vec<_> = places.iter().map(|place| place.display().to_string()).collect();
                 write!(f, "no {}; `cargo build` leaves the library beside the program", places.join(", no "))
             }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::Scene(why) => f.write_str(why),
             Self::Failed { step, said } => write!(f, "ghdl could not {step}:\n{}", said.trim_end()),
         }
     }
@@ -40,52 +48,86 @@ impl fmt::Display for GhdlError {
 
 impl std::error::Error for GhdlError {}
 
+impl From<ToolError> for GhdlError {
+    /// What GHDL says about VHDL is about the VHDL; all else is a fault of the tool.
+    fn from(error: ToolError) -> Self {
+        if error.tool == Tool::Ghdl && error.refused() {
+            return Self::Failed { step: error.step, said: error.said };
+        }
+        Self::Tool(error)
+    }
+}
+
+impl GhdlError {
+    /// The tool that is to blame, if one is.
+    #[must_use]
+    pub fn tool(&self) -> Option<&ToolError> {
+        match self {
+            Self::Tool(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
 /// A work directory with analysed VHDL, removed when dropped.
 #[derive(Debug)]
 pub struct Library {
-    dir: PathBuf,
+    dir: Temporary,
+    timeout: Option<Duration>,
 }
 
 /// Arguments of every GHDL command. Wirings have a net `step` beside an instance that has a port of that name, and so on.
 const COMMON: [&str; 2] = ["--std=08", "-Wno-hide"];
 
 impl Library {
-    /// Analyses, in this order, packages from text (written into the work directory), the user's files where they are,
+    /// Analyses, in this order, packages from text (written into the work directory), blocks by name, a folder's where they are,
     /// and testbenches from text.
     ///
     /// # Errors
     ///
-    /// [`GhdlError`], [`Missing`](GhdlError::Missing) first of all.
-    pub fn analyse(
+    /// [`GhdlError`], a missing GHDL first of all.
+    pub fn analyse<'n>(
         packages: &[(String, String)],
-        files: &[PathBuf],
+        setup: &Setup,
+        blocks: impl IntoIterator<Item = &'n str>,
         testbenches: &[(String, String)],
     ) -> Result<Self, GhdlError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let dir = std::env::temp_dir().join(format!("hpu-ghdl-{}-{count}", std::process::id()));
-        fs::create_dir_all(&dir).map_err(|error| GhdlError::Io(dir.clone(), error))?;
-        let library = Self { dir };
+        let dir = Temporary::folder().map_err(|error| GhdlError::Io(std::env::temp_dir(), error))?;
+        let library = Self { dir, timeout: setup.timeout };
         let mut command = library.command("-a");
         for (name, text) in packages {
             library.write(name, text)?;
             command.arg(name);
         }
-        for file in files {
-            command.arg(fs::canonicalize(file).map_err(|error| GhdlError::Io(file.clone(), error))?);
+        for block in blocks {
+            let file = setup.hdl.file(block);
+            match &setup.hdl {
+                Hdl::Folder(_) => {
+                    command.arg(fs::canonicalize(&file).map_err(|error| GhdlError::Io(file, error))?);
+                }
+                Hdl::Carried => {
+                    library.write(&file, setup.hdl.text(block)?.as_bytes())?;
+                    command.arg(file);
+                }
+            }
         }
         for (name, text) in testbenches {
             library.write(name, text)?;
             command.arg(name);
         }
-        output(command, || "analyse the VHDL".to_string())?;
+        run(Tool::Ghdl, "analyse the VHDL", command, library.limit(Duration::ZERO))?;
         Ok(library)
     }
 
     /// The work directory, where the simulation runs.
     #[must_use]
     pub fn dir(&self) -> &Path {
-        &self.dir
+        self.dir.path()
+    }
+
+    /// How long a tool may run that has work for so long.
+    pub(crate) fn limit(&self, work: Duration) -> Duration {
+        self.timeout.unwrap_or(TIMEOUT.max(work))
     }
 
     /// Writes a file into the work directory.
@@ -93,9 +135,9 @@ impl Library {
     /// # Errors
     ///
     /// [`GhdlError::Io`].
-    pub fn write(&self, name: &str, text: &str) -> Result<(), GhdlError> {
-        let path = self.dir.join(name);
-        fs::write(&path, text).map_err(|error| GhdlError::Io(path, error))
+    pub fn write(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> Result<(), GhdlError> {
+        let path = self.dir().join(name);
+        fs::write(&path, content).map_err(|error| GhdlError::Io(path, error))
     }
 
     /// Removes a file from the work directory.
@@ -104,20 +146,21 @@ impl Library {
     ///
     /// [`GhdlError::Io`].
     pub fn remove(&self, name: &str) -> Result<(), GhdlError> {
-        let path = self.dir.join(name);
+        let path = self.dir().join(name);
         fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
     }
 
-    /// Elaborates and runs a unit; what it wrote to its standard output.
+    /// Elaborates and runs a unit that has `work` to do for so long at the most; what it wrote to its standard output.
     ///
     /// # Errors
     ///
-    /// [`GhdlError::Failed`] with everything GHDL said when the run ends with a failure.
+    /// [`GhdlError::Failed`] with what GHDL said when the run ends with a failure.
     pub fn run(
         &self,
         unit: &str,
         generics: &[(&str, String)],
         environment: &[(&str, String)],
+        work: Duration,
     ) -> Result<String, GhdlError> {
         let mut command = self.command("--elab-run");
         command.arg(unit);
@@ -125,32 +168,18 @@ impl Library {
         command.arg("--ieee-asserts=disable");
         command.args(generics.iter().map(|(name, value)| format!("-g{name}={value}")));
         command.envs(environment.iter().map(|(name, value)| (name, value)));
-        output(command, || format!("run {unit}"))
+        let said = run(Tool::Ghdl, &format!("run {unit}"), command, self.limit(work))?;
+        // Failures end a run; nothing else is to be said there. A simulator that says nothing at all has not run.
+        if said.out.trim().is_empty() {
+            let fault = Fault::Silent("result");
+            return Err(GhdlError::Tool(ToolError::new(Tool::Ghdl, &format!("run {unit}"), fault, &said.err)));
+        }
+        Ok(said.out)
     }
 
     fn command(&self, verb: &str) -> Command {
-        let mut command = Command::new("ghdl");
-        command.arg(verb).args(COMMON).current_dir(&self.dir);
+        let mut command = Command::new(Tool::Ghdl.name());
+        command.arg(verb).args(COMMON).current_dir(self.dir());
         command
     }
-}
-
-impl Drop for Library {
-    fn drop(&mut self) {
-        // Nobody waits for the answer; the directory is in the system's temporary place anyway.
-        let _ = fs::remove_dir_all(&self.dir);
-    }
-}
-
-fn output(mut command: Command, step: impl Fn() -> String) -> Result<String, GhdlError> {
-    let output = command.output().map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => GhdlError::Missing,
-        _ => GhdlError::Io(PathBuf::from("ghdl"), error),
-    })?;
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    if output.status.success() {
-        return Ok(said);
-    }
-    let said = format!("{}{said}", String::from_utf8_lossy(&output.stderr));
-    Err(GhdlError::Failed { step: step(), said })
 }

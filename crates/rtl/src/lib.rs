@@ -9,6 +9,7 @@ mod cost;
 mod foreign;
 mod generated;
 mod ghdl;
+mod hdl;
 mod junit;
 mod lockstep;
 mod loop_bench;
@@ -18,17 +19,20 @@ mod reader;
 mod report;
 mod scene;
 pub mod stimuli;
+pub mod temporary;
 mod testbench;
+mod tool;
 mod vector;
 pub mod wave;
 
-pub use check::{CheckOptions, check};
-pub use closed_loop::{LoopOptions, closed_loop};
+pub use check::{Check, CheckOptions, check};
+pub use closed_loop::{LoopScene, closed_loop};
 pub use cost::{
     Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog, vhdl,
 };
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
+pub use hdl::{Hdl, Setup};
 pub use junit::junit;
 pub use loop_bench::{LOOP_BRIDGE, loop_bench, probe};
 pub use package::package;
@@ -36,4 +40,5 @@ pub use reader::{Problem, VectorError, stimuli_from_csv};
 pub use report::{CheckReport, CheckRow, Mismatch};
 pub use scene::scene_vectors;
 pub use testbench::{VECTOR_READER, testbench};
+pub use tool::{Fault, TIMEOUT, Tool, ToolError, stop_tools};
 pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal};

@@ -1,18 +1,19 @@
 //! What blocks cost, remembered.
 
 use std::fs;
+use std::io::Write;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hpu_datapath::AnyBlock;
 use sha2::{Digest, Sha256};
 
 use super::entry::{self, Content};
-use super::tool::CostError;
-use super::{Cost, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions, vhdl};
+use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions, vhdl};
 use crate::ghdl::GhdlError;
+use crate::hdl::Setup;
+use crate::temporary::{self, Temporary, sweep_files};
 use crate::vector::literal;
 
 /// Goes up when the flow gives other numbers from the same VHDL, tools, scripts and bench.
@@ -33,11 +34,11 @@ impl Cache {
     ///
     /// # Errors
     ///
-    /// [`CostError::Missing`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such
-    /// folder.
+    /// [`CostError`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such folder.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, CostError> {
         let (dir, tools) = (dir.into(), tool_versions()?);
         fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
+        sweep_files(&dir);
         Ok(Self { dir, tools, measured: AtomicU64::new(0) })
     }
 
@@ -46,8 +47,8 @@ impl Cache {
     /// # Errors
     ///
     /// As [`cost`](super::cost), and when the folder cannot be read or written.
-    pub fn cost(&self, block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
-        self.remembered(block, hdl, super::cost)
+    pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
+        self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
 
     /// The primitives of a block by Yosys alone; see [`counts`](super::counts).
@@ -55,8 +56,8 @@ impl Cache {
     /// # Errors
     ///
     /// As [`cost`](Self::cost).
-    pub fn counts(&self, block: &dyn AnyBlock, hdl: &Path) -> Result<Counts, CostError> {
-        self.remembered(block, hdl, super::counts)
+    pub fn counts(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
+        self.remembered(block, &setup.into(), |block, setup| super::counts(block, setup))
     }
 
     /// How many answers the tools had to give, since the cache was opened.
@@ -72,13 +73,13 @@ impl Cache {
     fn remembered<C: Content>(
         &self,
         block: &dyn AnyBlock,
-        hdl: &Path,
-        measure: impl FnOnce(&dyn AnyBlock, &Path) -> Result<C, CostError>,
+        setup: &Setup,
+        measure: impl FnOnce(&dyn AnyBlock, &Setup) -> Result<C, CostError>,
     ) -> Result<C, CostError> {
         let generics: Vec<_> =
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools.join(", "));
-        let key = self.key(block, &about, &vhdl(block.name(), hdl)?);
+        let key = self.key(block, &about, &vhdl(block.name(), &setup.hdl)?);
         let place = self.dir.join(format!("{key}.{}", C::EXTENSION));
         match fs::read(&place) {
             Ok(bytes) => {
@@ -89,14 +90,13 @@ impl Cache {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(refused(&place, error)),
         }
-        let found = measure(block, hdl)?;
-        let count = self.measured.fetch_add(1, Ordering::Relaxed);
-        let beside = self.dir.join(format!(".{key}.{}-{count}", process::id()));
-        let written = fs::write(&beside, entry::write(&key, &about, &found)).and_then(|()| fs::rename(&beside, &place));
-        written.map_err(|error| {
-            let _ = fs::remove_file(&beside);
-            refused(&place, error)
-        })?;
+        let found = measure(block, setup)?;
+        self.measured.fetch_add(1, Ordering::Relaxed);
+        let written = Temporary::file(&self.dir, &key).and_then(|file| {
+            file.open()?.write_all(entry::write(&key, &about, &found).as_bytes())?;
+            temporary::place(vec![(file, place.clone())]).map_err(|(_, error)| error)
+        });
+        written.map_err(|error| refused(&place, error))?;
         Ok(found)
     }
 

@@ -14,24 +14,29 @@
 mod bench;
 mod cache;
 mod entry;
+mod error;
 mod said;
 mod sources;
-mod tool;
 mod verilog;
 
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
-use std::path::Path;
+use std::io::ErrorKind;
+use std::process::Command;
+use std::time::Duration;
 
 use hpu_datapath::AnyBlock;
 
 use crate::ghdl::{GhdlError, Library};
-use said::{cell_counts, fmax, is_full, sum, used_cells, version};
+use crate::hdl::Setup;
+use crate::tool::{self, Fault, Tool, ToolError};
+use said::{cell_counts, fmax, is_full, sum, used_cells};
 use sources::library;
-use tool::{Tool, run};
 
 pub use cache::Cache;
+pub use error::CostError;
 pub use sources::vhdl;
-pub use tool::CostError;
 
 /// Logic cells of the HX8K.
 pub const HX8K_CELLS: u64 = 7680;
@@ -129,15 +134,13 @@ const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
 /// # Errors
 ///
 /// [`CostError`]: a tool is missing, refuses, or does not come to an end.
-pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
-    let (name, (library, ice40)) = (block.name(), synthesised(block, hdl)?);
+pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
+    let (name, (library, ice40)) = (block.name(), synthesised(block, &setup.into())?);
     let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
-    let said = run(library.dir(), Tool::Nextpnr, name, pack)?;
-    let cells = used_cells(&said).ok_or_else(|| CostError::Failed {
-        tool: Tool::Nextpnr.name(),
-        block: name.to_string(),
-        said,
-    })?;
+    let said = run(&library, Tool::Nextpnr, name, pack)?;
+    let step = format!("pack {name}");
+    let silent = || ToolError::new(Tool::Nextpnr, &step, Fault::Silent("number of cells"), &said);
+    let cells = used_cells(&said).ok_or_else(silent)?;
     if cells > HX8K_CELLS || ice40.bram > HX8K_BRAM {
         return Ok(Cost { ice40, cells, ecp5: Some(ecp5(&library, name)?), placed: None });
     }
@@ -153,18 +156,17 @@ pub fn cost(block: &dyn AnyBlock, hdl: &Path) -> Result<Cost, CostError> {
 /// # Errors
 ///
 /// As [`cost`].
-pub fn counts(block: &dyn AnyBlock, hdl: &Path) -> Result<Counts, CostError> {
-    synthesised(block, hdl).map(|(_, ice40)| ice40)
+pub fn counts(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
+    synthesised(block, &setup.into()).map(|(_, ice40)| ice40)
 }
 
 /// The block's netlist, alone and on its bench, and its primitives.
-fn synthesised(block: &dyn AnyBlock, hdl: &Path) -> Result<(Library, Counts), CostError> {
+fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts), CostError> {
     let name = block.name();
-    let library = library(name, hdl)?;
-    library.write("block.v", &verilog::verilog(block, &library)?)?;
-    library.write("bench.v", &bench::bench(block))?;
-    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &ice40_script(name)])?;
-    let cells = cell_counts(&read(&library, "ice40.txt")?);
+    let library = library(name, setup)?;
+    library.write("block.v", verilog::verilog(block, &library)?)?;
+    library.write("bench.v", bench::bench(block))?;
+    let cells = yosys(&library, name, &ice40_script(name), "ice40.txt")?;
     let ice40 = Counts {
         lut4: sum(&cells, "SB_LUT4"),
         ff: sum(&cells, "SB_DFF"),
@@ -177,8 +179,7 @@ fn synthesised(block: &dyn AnyBlock, hdl: &Path) -> Result<(Library, Counts), Co
 
 /// A block too large for the HX8K, in the primitives of the ECP5.
 fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
-    run(library.dir(), Tool::Yosys, name, ["-q", "-p", &ecp5_script(name)])?;
-    let cells = cell_counts(&read(library, "ecp5.txt")?);
+    let cells = yosys(library, name, &ecp5_script(name), "ecp5.txt")?;
     Ok(Counts {
         lut4: sum(&cells, "LUT4"),
         ff: sum(&cells, "TRELLIS_FF"),
@@ -192,29 +193,56 @@ fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
 fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError> {
     let seed = seed.to_string();
     let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "bench.json"]].concat();
-    match run(library.dir(), Tool::Nextpnr, name, place) {
+    match run(library, Tool::Nextpnr, name, place) {
         Ok(said) => Ok(fmax(&said).map_or(Placed::NoPath, Placed::Mhz)),
         Err(CostError::Failed { said, .. }) if is_full(&said) => Ok(Placed::NoRoom),
         Err(error) => Err(error),
     }
 }
 
-fn read(library: &Library, file: &str) -> Result<String, CostError> {
-    let path = library.dir().join(file);
-    Ok(fs::read_to_string(&path).map_err(|error| GhdlError::Io(path, error))?)
+/// Runs Yosys over a block; the cells in the statistics that its script writes.
+fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTreeMap<String, u64>, CostError> {
+    let said = run(library, Tool::Yosys, name, ["-q", "-p", script])?;
+    let path = library.dir().join(stat);
+    match fs::read_to_string(&path) {
+        Ok(text) => Ok(cell_counts(&text)),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let step = format!("synthesise {name}");
+            Err(ToolError::new(Tool::Yosys, &step, Fault::Silent("table of cells"), &said).into())
+        }
+        Err(error) => Err(GhdlError::Io(path, error).into()),
+    }
+}
+
+/// Runs a tool in a library's directory; what it said, first on its standard output, then on its standard error.
+fn run(
+    library: &Library,
+    tool: Tool,
+    block: &str,
+    arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+) -> Result<String, CostError> {
+    let mut command = Command::new(tool.name());
+    // What a tool leaves in its temporary folder goes with the library.
+    command.args(arguments).current_dir(library.dir()).env("TMPDIR", library.dir());
+    let step = match tool {
+        Tool::Ghdl => "write Verilog of",
+        Tool::Yosys => "synthesise",
+        Tool::Nextpnr => "place",
+    };
+    let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
+    let said = said.map_err(|error| CostError::of(block, error))?;
+    // GHDL's complaints are no Verilog.
+    Ok(if tool == Tool::Ghdl { said.out } else { said.out + &said.err })
 }
 
 /// The tools of the flow with their versions, in the order of their use, from what each says of itself.
 ///
 /// # Errors
 ///
-/// [`CostError::Missing`], or what keeps a tool from answering.
+/// A tool that is missing or too old, or what keeps it from answering.
 pub fn tool_versions() -> Result<[String; 3], CostError> {
-    let ask = |tool: Tool, option: &str| -> Result<String, CostError> {
-        let said = run(&std::env::temp_dir(), tool, "its version", [option])?;
-        Ok(format!("{} {}", tool.name(), version(&said)))
-    };
-    Ok([ask(Tool::Ghdl, "--version")?, ask(Tool::Yosys, "-V")?, ask(Tool::Nextpnr, "--version")?])
+    let ask = |tool: Tool| -> Result<String, CostError> { Ok(format!("{} {}", tool.name(), tool.version()?)) };
+    Ok([ask(Tool::Ghdl)?, ask(Tool::Yosys)?, ask(Tool::Nextpnr)?])
 }
 
 /// The Verilog that a block is synthesised from: GHDL's, with its errors put right.
@@ -222,6 +250,6 @@ pub fn tool_versions() -> Result<[String; 3], CostError> {
 /// # Errors
 ///
 /// [`CostError`] when GHDL is missing or refuses the VHDL.
-pub fn verilog(block: &dyn AnyBlock, hdl: &Path) -> Result<String, CostError> {
-    verilog::verilog(block, &library(block.name(), hdl)?)
+pub fn verilog(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<String, CostError> {
+    verilog::verilog(block, &library(block.name(), &setup.into())?)
 }

@@ -33,11 +33,3 @@ pub fn fmax(said: &str) -> Option<f64> {
 pub fn is_full(said: &str) -> bool {
     said.contains("no BELs remaining") || said.contains("Unable to find legal placement")
 }
-
-/// The version in the first line of what a tool says of itself; a date or a compiler, in brackets after a number, is none of it.
-pub fn version(said: &str) -> &str {
-    let line = said.lines().next().unwrap_or_default();
-    let mut words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
-    let number = words.find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
-    number.or(line.rsplit(' ').next()).unwrap_or_default().trim_end_matches(')')
-}

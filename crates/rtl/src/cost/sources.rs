@@ -1,44 +1,39 @@
 //! The VHDL that a block is made of.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use super::tool::CostError;
-use crate::ghdl::{GhdlError, Library};
+use super::CostError;
+use crate::ghdl::Library;
+use crate::hdl::{Hdl, Setup};
 
 /// The VHDL of a block and of all that it instantiates, in the order of analysis, as one text.
 ///
 /// # Errors
 ///
 /// When a file cannot be read.
-pub fn vhdl(name: &str, hdl: &Path) -> Result<String, CostError> {
-    sources(name, hdl)?.iter().map(|file| read(file)).collect()
+pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, CostError> {
+    sources(name, hdl)?.iter().map(|entity| Ok(hdl.text(entity)?)).collect()
 }
 
 /// It, analysed.
-pub fn library(name: &str, hdl: &Path) -> Result<Library, CostError> {
-    Ok(Library::analyse(&[], &sources(name, hdl)?, &[])?)
+pub fn library(name: &str, setup: &Setup) -> Result<Library, CostError> {
+    let sources = sources(name, &setup.hdl)?;
+    Ok(Library::analyse(&[], setup, sources.iter().map(String::as_str), &[])?)
 }
 
-/// The files of an entity and of all that it instantiates, in the order of analysis.
-fn sources(name: &str, hdl: &Path) -> Result<Vec<PathBuf>, CostError> {
-    let mut files = Vec::new();
-    visit(&hdl.join(format!("{name}.vhd")), hdl, &mut files)?;
-    Ok(files)
+/// An entity and all that it instantiates, in the order of analysis.
+fn sources(name: &str, hdl: &Hdl) -> Result<Vec<String>, CostError> {
+    let mut entities = Vec::new();
+    visit(name, hdl, &mut entities)?;
+    Ok(entities)
 }
 
-fn visit(file: &Path, hdl: &Path, files: &mut Vec<PathBuf>) -> Result<(), CostError> {
-    if files.iter().any(|known| known == file) {
+fn visit(entity: &str, hdl: &Hdl, entities: &mut Vec<String>) -> Result<(), CostError> {
+    if entities.iter().any(|known| known == entity) {
         return Ok(());
     }
-    for after in read(file)?.split("entity work.").skip(1) {
+    for after in hdl.text(entity)?.split("entity work.").skip(1) {
         let name: String = after.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-        visit(&hdl.join(format!("{name}.vhd")), hdl, files)?;
+        visit(&name, hdl, entities)?;
     }
-    files.push(file.to_path_buf());
+    entities.push(entity.to_string());
     Ok(())
-}
-
-fn read(file: &Path) -> Result<String, CostError> {
-    Ok(fs::read_to_string(file).map_err(|error| GhdlError::Io(file.to_path_buf(), error))?)
 }

@@ -2,8 +2,9 @@
 
 use hpu_datapath::AnyBlock;
 
-use super::tool::{CostError, Tool, run};
+use super::{CostError, run};
 use crate::ghdl::Library;
+use crate::tool::Tool;
 use crate::vector::literal;
 
 /// The block and what it instantiates.
@@ -15,7 +16,7 @@ pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostEr
         .replace(", 0'b}", "}");
     let text: String = text.lines().map(|line| with_sign(line) + "\n").collect();
     with_defaults(&text, &synth(block, library, "vhdl")?).ok_or_else(|| CostError::Failed {
-        tool: Tool::Ghdl.name(),
+        tool: Tool::Ghdl,
         block: block.name().to_string(),
         said: "its Verilog lacks the choice `others`, and its VHDL does not tell it".to_string(),
     })
@@ -26,7 +27,7 @@ fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<Stri
     arguments.push(format!("--out={language}"));
     arguments.extend(block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))));
     arguments.push(block.name().to_string());
-    run(library.dir(), Tool::Ghdl, block.name(), arguments)
+    run(library, Tool::Ghdl, block.name(), arguments)
 }
 
 /// Words of more than 64 bits are written as VHDL's `"0101"`, which Verilog reads as text.

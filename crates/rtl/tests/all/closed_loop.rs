@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
 use hpu_cosim::{AxisWorld, Control, Driver, NetUse, Rig, Schedule, Session, World};
 use hpu_datapath::{AnyBlock, Wiring};
-use hpu_rtl::{LoopOptions, closed_loop, scene_vectors};
+use hpu_rtl::{LoopScene, closed_loop, scene_vectors};
 
 const EDGES: u64 = 60_000;
 
@@ -15,7 +15,7 @@ fn project() -> PathBuf {
 }
 
 /// A shipped scene, thrown at the wall so fast that even a millisecond has hundreds of encoder edges.
-fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
+fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let thrown = [
         ("device.initial_speed", "300 rad/s"),
@@ -24,8 +24,7 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
         ("run.duration", "1.2 ms"),
     ];
     let overrides = thrown.iter().chain(more).map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    LoopOptions {
-        hdl: project().join("hdl"),
+    LoopScene {
         name: format!("{name}.toml"),
         text: scene.text.to_string(),
         overrides,
@@ -34,14 +33,14 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
     }
 }
 
-fn scene(options: &LoopOptions) -> Scene {
+fn scene(options: &LoopScene) -> Scene {
     let scene = Scene::parse(&options.name, &options.text, &options.overrides, &mut shipped_file);
     scene.unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The scene must do something in these edges, or their equality says nothing: it touches the wall, the torque is not
 /// always full, and (in the emulator, which is equal) the velocity was sampled.
-fn does_something(options: &LoopOptions) -> Vec<NetUse> {
+fn does_something(options: &LoopScene) -> Vec<NetUse> {
     let scene = scene(options);
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
     let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
@@ -55,9 +54,9 @@ fn does_something(options: &LoopOptions) -> Vec<NetUse> {
     run.nets
 }
 
-fn equal(options: &LoopOptions) {
+fn equal(options: &LoopScene) {
     does_something(options);
-    let row = closed_loop(options).unwrap_or_else(|error| panic!("{error}"));
+    let row = closed_loop(options, &project().join("hdl").into()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (EDGES, 0), "{:?}", row.first);
     println!("{} {} edges in {:.2} s", row.variant, row.edges, row.seconds);
 }
@@ -124,8 +123,8 @@ fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
 fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
     // Contact everywhere: wrong from the first edge on, for the wall lies ahead.
     let hdl = patched("unilateral.vhd", "contact     <= not delta(delta'high);", "contact     <= '1';");
-    let options = LoopOptions { hdl: hdl.clone(), edges: 100, ..fast("hybrid-wall", &[]) };
-    let row = closed_loop(&options).unwrap_or_else(|error| panic!("{error}"));
+    let options = LoopScene { edges: 100, ..fast("hybrid-wall", &[]) };
+    let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let first = row.first.expect("a mismatch");
     assert_eq!((first.row, first.signal.as_str()), (1, "contact"));
@@ -136,7 +135,7 @@ fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
 #[test]
 fn a_scene_that_is_refused_is_refused_with_its_own_message() {
     let options = fast("hybrid-wall", &[("wall.stifness", "1")]);
-    let error = closed_loop(&options).expect_err("an unknown key").to_string();
+    let error = closed_loop(&options, &project().join("hdl").into()).expect_err("an unknown key").to_string();
     assert!(error.contains("wall.stifness"), "{error}");
 }
 

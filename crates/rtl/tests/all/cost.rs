@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_datapath::{AnyBlock, variants};
-use hpu_rtl::{Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, cost, counts};
+use hpu_rtl::{Cost, Counts, Fault, HX8K_BRAM, HX8K_CELLS, cost, counts};
 
 fn hdl() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl")
@@ -158,12 +158,9 @@ fn without_the_tools_the_packages_to_install_are_named() {
     const CHILD: &str = "HPU_TEST_WITHOUT_TOOLS";
     if let Some(which) = std::env::var_os(CHILD) {
         let error = cost(&*block("synchronizer", "default"), &hdl()).expect_err("a tool is missing");
-        if which == "yosys" {
-            assert!(matches!(error, CostError::Missing("yosys")), "{error}");
-            assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");
-        } else {
-            assert!(matches!(error, CostError::Ghdl(GhdlError::Missing)), "{error}");
-        }
+        let missing = error.tool().expect("a tool's fault");
+        assert!(matches!(missing.fault, Fault::Missing) && missing.tool.name() == which, "{error}");
+        assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");
         return;
     }
     // The same test in a process that finds no program at all, then in one that finds GHDL alone.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Visit, World};
 use hpu_datapath::{AnyBlock, Wiring};
-use hpu_rtl::{LoopOptions, Vectors, closed_loop, scene_vectors};
+use hpu_rtl::{LoopScene, Vectors, closed_loop, scene_vectors};
 
 const EDGES: u64 = 60_000;
 
@@ -15,13 +15,12 @@ fn project() -> PathBuf {
 }
 
 /// A shipped scene, thrown so fast that the wall is hit within the first 0.3 ms.
-fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
+fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let thrown =
         [("drop.speed", "2 m/s"), ("room.distance", "0.5 mm"), ("room.walls", "xyz"), ("run.duration", "1.2 ms")];
     let overrides = thrown.iter().chain(more).map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    LoopOptions {
-        hdl: project().join("hdl"),
+    LoopScene {
         name: format!("{name}.toml"),
         text: scene.text.to_string(),
         overrides,
@@ -30,14 +29,14 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopOptions {
     }
 }
 
-fn scene(options: &LoopOptions) -> PhantomScene {
+fn scene(options: &LoopScene) -> PhantomScene {
     let shipped = shipped().iter().find(|scene| options.name == format!("{}.toml", scene.name)).expect("shipped");
     let scene = shipped.parse(&options.overrides).unwrap_or_else(|error| panic!("{error}"));
     scene.phantom().expect("a PHANToM")
 }
 
 /// The wall must be hit and the motors pull in these edges, or their equality says nothing.
-fn does_something(options: &LoopOptions) {
+fn does_something(options: &LoopScene) {
     let scene = scene(options);
     let session = PhantomSession::new(&scene).unwrap_or_else(|error| panic!("{error}"));
     let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
@@ -49,9 +48,9 @@ fn does_something(options: &LoopOptions) {
     assert!(net("contact").is_none_or(|contact| contact.min == 0 && contact.max > 0), "no contact");
 }
 
-fn equal(options: &LoopOptions) {
+fn equal(options: &LoopScene) {
     does_something(options);
-    let row = closed_loop(options).unwrap_or_else(|error| panic!("{error}"));
+    let row = closed_loop(options, &project().join("hdl").into()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (EDGES, 0), "{:?}", row.first);
     println!("{} {} edges in {:.2} s", row.variant, row.edges, row.seconds);
 }
@@ -82,7 +81,9 @@ fn beyond_the_tables_the_vhdl_commands_nothing_as_the_emulator_does() {
     let abort = run.aborted.expect("it leaves the tables");
     assert!(abort.why.contains("tables"), "{abort:?}");
     // The VHDL goes on after the run would be over: as many edges again.
-    let row = closed_loop(&LoopOptions { edges: 2 * run.edges, ..options }).unwrap_or_else(|error| panic!("{error}"));
+    let hdl = project().join("hdl").into();
+    let row = closed_loop(&LoopScene { edges: 2 * run.edges, ..options }, &hdl).unwrap_or_else(|error| panic!("{error}"));
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (2 * run.edges, 0), "{:?}", row.first);
 }
 
@@ -127,8 +128,8 @@ fn a_wall_that_pulls_is_caught_at_the_edge_of_the_first_contact() {
     let phrase = "force_y <= push(depth(y, y_low, y_high), stiffness, room(1));";
     let wrong = "force_y <= push(-depth(y, y_low, y_high), stiffness, room(1));";
     let hdl = patched("cube_room.vhd", phrase, wrong);
-    let options = LoopOptions { hdl: hdl.clone(), edges: 30_000, ..fast("phantom-thrown", &[]) };
-    let row = closed_loop(&options).unwrap_or_else(|error| panic!("{error}"));
+    let options = LoopScene { edges: 30_000, ..fast("phantom-thrown", &[]) };
+    let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let scene = scene(&options);
     let session = PhantomSession::new(&scene).expect("valid");
@@ -145,8 +146,8 @@ fn a_wall_that_pulls_is_caught_at_the_edge_of_the_first_contact() {
 fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
     // Of period 3: takes the host's word on the first edge and every third from there.
     let hdl = patched("phantom_io.vhd", "period => \"01\"", "period => \"11\"");
-    let options = LoopOptions { hdl: hdl.clone(), edges: 30_000, ..fast("phantom-thrown-rtos", &[]) };
-    let row = closed_loop(&options).unwrap_or_else(|error| panic!("{error}"));
+    let options = LoopScene { edges: 30_000, ..fast("phantom-thrown-rtos", &[]) };
+    let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let scene = scene(&options);
     let session = PhantomSession::new(&scene).expect("valid");

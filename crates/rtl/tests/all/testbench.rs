@@ -1,9 +1,10 @@
 //! Generated testbenches refuse what they cannot trust, as the reader in Rust does.
 
 use std::path::Path;
+use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, block_by_name};
-use hpu_rtl::{GhdlError, Library, VECTOR_READER, package, testbench};
+use hpu_rtl::{GhdlError, Library, Setup, VECTOR_READER, package, testbench};
 
 const VECTORS: &str = "\
 # position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12
@@ -19,13 +20,16 @@ fn run(vectors: &str) -> Result<String, String> {
         ("vector_reader.vhd".to_string(), VECTOR_READER.to_string()),
         ("position_counter_pkg.vhd".to_string(), package(&*block)),
     ];
-    let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl/position_counter.vhd");
+    let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
     let benches = [("tb_position_counter.vhd".to_string(), testbench(&*block))];
-    let library = Library::analyse(&packages, &[hdl], &benches).unwrap_or_else(|error| panic!("{error}"));
+    let library = Library::analyse(&packages, &Setup::from(hdl), ["position_counter"], &benches)
+        .unwrap_or_else(|error| panic!("{error}"));
     library.write("v.txt", vectors).unwrap_or_else(|error| panic!("{error}"));
-    library.run("tb_position_counter", &[("VECTORS", "v.txt".to_string())], &[]).map_err(|error| match error {
-        GhdlError::Failed { said, .. } => said,
-        other => panic!("{other}"),
+    library.run("tb_position_counter", &[("VECTORS", "v.txt".to_string())], &[], Duration::ZERO).map_err(|error| {
+        match error {
+            GhdlError::Failed { said, .. } => said,
+            other => panic!("{other}"),
+        }
     })
 }
 

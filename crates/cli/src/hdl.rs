@@ -1,0 +1,37 @@
+//! Where commands have the VHDL from, and how long its tools may run.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hpu_rtl::{Hdl, Setup};
+
+/// The shared library that GHDL calls in a closed loop. The build leaves it where it leaves all libraries, before it compiles
+/// this program; it is empty where nothing but this program's own code was looked at (`cargo check`).
+static LIBRARY: &[u8] = include_bytes!(env!("HPU_RTL_LIBRARY"));
+
+/// The VHDL and its tools.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of the VHDL [default: hdl, where the command runs, if it holds VHDL of a block, else what hpu carries]
+    #[arg(long, value_name = "DIR")]
+    hdl: Option<PathBuf>,
+    /// Kill a tool (GHDL, Yosys, nextpnr) that runs longer [default: 1800, more for a simulation of many rows or edges]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    tool_timeout: Option<Duration>,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
+}
+
+impl Args {
+    /// What was asked for.
+    pub fn setup(&self) -> Setup {
+        let hdl = match &self.hdl {
+            Some(folder) => Hdl::Folder(folder.clone()),
+            None => Hdl::of_folder_or_carried(Path::new("hdl")),
+        };
+        Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }
+    }
+}

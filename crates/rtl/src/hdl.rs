@@ -1,0 +1,154 @@
+//! Where the VHDL of the blocks is from: a folder, or this very program, which carries it.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::ghdl::GhdlError;
+
+/// Name and text of every block's VHDL, as `hdl/` had it when this was built.
+macro_rules! carried {
+    ($($name:ident)*) => {
+        &[$((stringify!($name), include_str!(concat!("../../../hdl/", stringify!($name), ".vhd")))),*]
+    };
+}
+
+/// By name.
+static CARRIED: &[(&str, &str)] = carried! {
+    axis_front biquad command_limiter command_register command_scaler conventional_loop cube_room displacement edge_timer
+    energy_bounding energy_bounding_loop filtered_difference foaw hybrid_loop input_shaper passive_spring passive_spring_loop
+    passivity_controller passivity_controller_loop phantom_engine phantom_forward phantom_io phantom_loop
+    phantom_shared_loop phantom_torque position_counter pwm quadrature_decoder sample_register sampled_wall sampled_wall_loop
+    saturator sequential_divider square_root synchronizer torque_sum trig_cordic trig_interpolated trig_quarter trig_table
+    truncating_multiplier unilateral velocity_register virtual_coupling virtual_coupling_loop window_difference
+    zero_order_hold
+};
+
+/// Where the VHDL of the blocks is from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Hdl {
+    /// A folder with `<block>.vhd`.
+    Folder(PathBuf),
+    /// This program carries it.
+    Carried,
+}
+
+impl Hdl {
+    /// The folder, if it holds the VHDL of any block, and what the program carries if not.
+    #[must_use]
+    pub fn of_folder_or_carried(folder: &Path) -> Self {
+        let has = |&(name, _): &(&str, &str)| folder.join(format!("{name}.vhd")).is_file();
+        if CARRIED.iter().any(has) { Self::Folder(folder.to_path_buf()) } else { Self::Carried }
+    }
+
+    /// The file of a block, as messages call it.
+    #[must_use]
+    pub fn file(&self, block: &str) -> PathBuf {
+        match self {
+            Self::Folder(folder) => folder.join(format!("{block}.vhd")),
+            Self::Carried => PathBuf::from(format!("{block}.vhd")),
+        }
+    }
+
+    /// The VHDL of a block.
+    ///
+    /// # Errors
+    ///
+    /// When the folder has none that could be read.
+    pub fn text(&self, block: &str) -> Result<Cow<'static, str>, GhdlError> {
+        let place = self.file(block);
+        match self {
+            Self::Folder(_) => fs::read_to_string(&place).map(Cow::Owned).map_err(|error| GhdlError::Io(place, error)),
+            Self::Carried => CARRIED
+                .iter()
+                .find(|(name, _)| *name == block)
+                .map(|(_, text)| Cow::Borrowed(*text))
+                .ok_or_else(|| GhdlError::Io(place, std::io::ErrorKind::NotFound.into())),
+        }
+    }
+}
+
+impl fmt::Display for Hdl {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Folder(folder) => write!(f, "{}", folder.display()),
+            Self::Carried => f.write_str("carried by hpu"),
+        }
+    }
+}
+
+/// What VHDL is simulated or synthesised, and how.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Setup {
+    /// Where the VHDL is from.
+    pub hdl: Hdl,
+    /// The shared library that GHDL calls in a closed loop, where the program carries it; empty: it is beside the program.
+    pub library: &'static [u8],
+    /// The longest that a tool may run; without it [`TIMEOUT`](crate::TIMEOUT), or more where there is more to do.
+    pub timeout: Option<std::time::Duration>,
+}
+
+impl Setup {
+    /// VHDL from there, all else as usual.
+    #[must_use]
+    pub fn new(hdl: Hdl) -> Self {
+        Self { hdl, library: &[], timeout: None }
+    }
+}
+
+impl From<&Path> for Setup {
+    fn from(folder: &Path) -> Self {
+        Self::new(Hdl::Folder(folder.to_path_buf()))
+    }
+}
+
+impl From<&PathBuf> for Setup {
+    fn from(folder: &PathBuf) -> Self {
+        folder.as_path().into()
+    }
+}
+
+impl From<PathBuf> for Setup {
+    fn from(folder: PathBuf) -> Self {
+        folder.as_path().into()
+    }
+}
+
+impl From<&Setup> for Setup {
+    fn from(setup: &Setup) -> Self {
+        setup.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn the_vhdl_of_every_block_is_carried_and_it_is_that_of_the_folder() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
+        let carried: BTreeSet<_> = CARRIED.iter().map(|(name, _)| (*name).to_string()).collect();
+        let blocks: BTreeSet<_> = hpu_datapath::registry().iter().map(|block| block.name().to_string()).collect();
+        assert_eq!(carried, blocks);
+        let files = fs::read_dir(&folder).expect("hdl/").flatten().map(|entry| entry.path());
+        let files: BTreeSet<_> = files
+            .filter(|path| path.extension().is_some_and(|extension| extension == "vhd"))
+            .map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(carried, files);
+        let of_folder = Hdl::Folder(folder);
+        for name in carried {
+            assert_eq!(Hdl::Carried.text(&name).expect("carried"), of_folder.text(&name).expect("a file"), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_folder_without_the_vhdl_of_a_block_is_no_folder_of_vhdl() {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        assert_eq!(Hdl::of_folder_or_carried(&project), Hdl::Carried);
+        assert_eq!(Hdl::of_folder_or_carried(&project.join("hdl")), Hdl::Folder(project.join("hdl")));
+    }
+}

@@ -1,0 +1,244 @@
+//! Files and folders that are there only while a process works on them.
+//!
+//! Who makes one holds a lock on it, which goes with the process however it ends: what nobody holds a lock on was left by a
+//! process that was killed, and the next one [sweeps](sweep_files) it away.
+
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+use std::{mem, process};
+
+/// What the names of folders begin with.
+const FOLDERS: &str = "hpu-ghdl-work-";
+/// What is between the file's name and the numbers, and what the names of files end with.
+const FILES: (&str, &str) = (".hpu-", ".tmp");
+
+/// Those of this process.
+static OWN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn own() -> MutexGuard<'static, Vec<PathBuf>> {
+    OWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A temporary file or folder, locked; it goes when this does.
+#[derive(Debug)]
+pub struct Temporary {
+    path: PathBuf,
+    file: File,
+    is_placed: bool,
+}
+
+impl Temporary {
+    /// Makes an empty file in a folder, beside where `name` shall be.
+    ///
+    /// # Errors
+    ///
+    /// When there can be no file.
+    pub fn file(dir: &Path, name: &str) -> io::Result<Self> {
+        let open = |path: &Path| File::options().write(true).read(true).create_new(true).open(path);
+        Self::new(|numbers| dir.join(format!(".{name}{}{numbers}{}", FILES.0, FILES.1)), open)
+    }
+
+    /// Makes an empty folder among the system's temporary ones, and sweeps those that were left there.
+    ///
+    /// # Errors
+    ///
+    /// When there can be no folder.
+    pub fn folder() -> io::Result<Self> {
+        let parent = std::env::temp_dir();
+        sweep(&parent, |name| name.starts_with(FOLDERS));
+        let open = |path: &Path| fs::create_dir(path).and_then(|()| File::open(path));
+        Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)
+    }
+
+    /// Makes and locks what nobody else has. A name may be that of a leftover, when processes have the same number; and who
+    /// sweeps may take what is not locked yet.
+    fn new(name: impl Fn(&str) -> PathBuf, open: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        loop {
+            let path = name(&format!("{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+            let mut own = own();
+            let file = match open(&path) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            let is_ours = match file.try_lock() {
+                Ok(()) => {
+                    fs::metadata(&path).is_ok_and(|found| file.metadata().is_ok_and(|it| it.ino() == found.ino()))
+                }
+                Err(TryLockError::WouldBlock) => false,
+                // A file system without locks: nobody can take it for a leftover either.
+                Err(TryLockError::Error(_)) => true,
+            };
+            if is_ours {
+                own.push(path.clone());
+                return Ok(Self { path, file, is_placed: false });
+            }
+        }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The open file, to write to.
+    ///
+    /// # Errors
+    ///
+    /// When the process has too many open.
+    pub fn open(&self) -> io::Result<File> {
+        self.file.try_clone()
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let mut own = own();
+        own.retain(|path| *path != self.path);
+        if !self.is_placed {
+            remove(&self.path);
+        }
+    }
+}
+
+/// Renames files to their places, in this order; a signal waits for the last of them. What is behind one that cannot be renamed is
+/// removed.
+///
+/// # Errors
+///
+/// The first place that cannot be, and why.
+pub fn place(mut files: Vec<(Temporary, PathBuf)>) -> Result<(), (PathBuf, io::Error)> {
+    let own = own();
+    let failed = files.iter_mut().find_map(|(file, place)| {
+        let renamed = fs::rename(&file.path, &*place);
+        file.is_placed = renamed.is_ok();
+        renamed.err().map(|error| (mem::take(place), error))
+    });
+    drop(own);
+    failed.map_or(Ok(()), Err)
+}
+
+/// Removes all that this process has; from here on it can make no more. For a process that is to end.
+pub fn remove_temporaries() {
+    let own = own();
+    own.iter().for_each(|path| remove(path));
+    mem::forget(own);
+}
+
+/// Nobody is left to hear of what is gone already. A tool that was just killed may have been about to write into a folder.
+fn remove(path: &Path) {
+    if !path.is_dir() {
+        let _ = fs::remove_file(path);
+        return;
+    }
+    for _ in 0..20 {
+        match fs::remove_dir_all(path) {
+            Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => thread::sleep(Duration::from_millis(10)),
+            _ => return,
+        }
+    }
+}
+
+/// Removes the files that killed processes have left in a folder.
+pub fn sweep_files(dir: &Path) {
+    sweep(dir, |name| {
+        let middle = name.strip_prefix('.').and_then(|name| name.strip_suffix(FILES.1));
+        let numbers = middle.and_then(|name| name.rsplit_once(FILES.0)).map_or("", |(_, numbers)| numbers);
+        !numbers.is_empty() && numbers.chars().all(|c| c.is_ascii_digit() || c == '-')
+    });
+}
+
+/// Removes what has such a name and nobody's lock. What cannot be looked at is left alone.
+fn sweep(dir: &Path, is_ours: impl Fn(&str) -> bool) {
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if !entry.file_name().to_str().is_some_and(&is_ours) || entry.file_type().is_ok_and(|kind| kind.is_symlink()) {
+            continue;
+        }
+        if let Ok(file) = File::open(&path)
+            && file.try_lock().is_ok()
+        {
+            remove(&path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scratch(test: &str) -> PathBuf {
+        let dir = std::env::temp_dir().join(format!("hpu-temporary-{test}-{}", process::id()));
+        fs::create_dir_all(&dir).expect("a folder for the test");
+        dir
+    }
+
+    fn names(dir: &Path) -> Vec<String> {
+        let names = fs::read_dir(dir).expect("a folder").flatten().map(|entry| entry.file_name());
+        let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_nobody_holds_is_swept_and_nothing_else() {
+        let dir = scratch("sweep");
+        let held = Temporary::file(&dir, "wave.vcd").expect("a file");
+        let name = held.path().file_name().expect("a name").to_string_lossy().into_owned();
+        // Those of this very process number among them: a number says nothing.
+        let left = [".wave.vcd.hpu-1-0.tmp".to_string(), format!(".trace.csv.hpu-{}-77.tmp", process::id())];
+        let others = [".wave.vcd.tmp", "wave.vcd.hpu-1-0.tmp", ".mine.hpu-.tmp", ".notes.hpu-a1.tmp", "trace.csv"];
+        for name in left.iter().map(String::as_str).chain(others) {
+            fs::write(dir.join(name), "left").expect("a file");
+        }
+        sweep_files(&dir);
+        let mut expected: Vec<_> = others.iter().map(|name| (*name).to_string()).chain([name]).collect();
+        expected.sort();
+        assert_eq!(names(&dir), expected);
+        drop(held);
+        assert_eq!(names(&dir).len(), others.len());
+        fs::remove_dir_all(dir).expect("the folder goes");
+    }
+
+    #[test]
+    fn a_file_that_is_written_to_elsewhere_is_held() {
+        let dir = scratch("held");
+        let temporary = Temporary::file(&dir, "a").expect("a file");
+        let writer = temporary.open().expect("the same file");
+        drop(writer);
+        sweep_files(&dir);
+        assert!(temporary.path().exists(), "the lock is that of the temporary");
+        place(vec![(temporary, dir.join("a"))]).expect("renamed");
+        assert_eq!(names(&dir), ["a"]);
+        fs::remove_dir_all(dir).expect("the folder goes");
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_is_told_and_nothing_temporary_stays() {
+        let dir = scratch("place");
+        let files = ["a", "no/b", "c"].map(|name| (Temporary::file(&dir, "x").expect("a file"), dir.join(name)));
+        let (at, _) = place(files.into()).expect_err("there is no such folder");
+        assert_eq!((at, names(&dir)), (dir.join("no/b"), vec!["a".to_string()]));
+        fs::remove_dir_all(dir).expect("the folder goes");
+    }
+
+    #[test]
+    fn a_folder_is_swept_only_when_nobody_holds_it() {
+        let held = Temporary::folder().expect("a folder");
+        fs::write(held.path().join("file"), "").expect("a file");
+        let left = std::env::temp_dir().join(format!("{FOLDERS}{}-left", process::id()));
+        fs::create_dir_all(left.join("within")).expect("a folder");
+        let other = Temporary::folder().expect("a folder");
+        assert!(held.path().exists() && other.path().exists() && !left.exists());
+        let path = held.path().to_path_buf();
+        drop(held);
+        assert!(!path.exists());
+    }
+}
