@@ -1,5 +1,6 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
+mod anywhere;
 mod architecture;
 mod bad_input;
 mod blocks;
@@ -14,4 +15,6 @@ mod price;
 mod reproduce;
 mod reproduce_words;
 mod run;
+mod signals;
+mod tools;
 mod widths;

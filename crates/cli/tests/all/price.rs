@@ -70,7 +70,7 @@ fn a_scene_is_priced_with_the_clocks_that_its_torque_takes() {
     }
     // Another version of a tool remembers nothing of this one's.
     fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.10' || exit 1\n").expect("a script");
-    assert_refused(&cost(&dir, &tools, &["--scene", "hybrid-wall"]), 4, &["yosys failed on hybrid_loop"]);
+    assert_refused(&cost(&dir, &tools, &["--scene", "hybrid-wall"]), 4, &["yosys ended with code 1", "hybrid_loop"]);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn a_tool_that_fails_leaves_a_row_with_its_words_and_nothing_in_the_cache() {
     let dir = scratch("price_failure");
     let tools = tools(&dir, "echo 'ERROR: an internal one' >&2; exit 1");
     let output = cost(&dir, &tools, &["torque_sum", "--variant", "8_bit"]);
-    assert_eq!(code(&output), 1);
+    assert_eq!(code(&output), 4);
     assert!(stdout(&output).contains("nextpnr-ice40 failed on torque_sum:\n  ERROR: an internal one"));
     assert_eq!(names(&dir.join("cache")), Vec::<String>::new());
 }
@@ -151,7 +151,7 @@ fn a_page_is_priced_once_and_then_from_the_cache() {
     assert_eq!((code(&warm), stdout(&warm)), (0, page));
     assert_eq!(names(&dir.join("cache")), entries);
     // Other widths are not in it, and what failed leaves nothing.
-    assert_refused(&widths(&dir, &tools, "slow-pwm"), 4, &["yosys failed on hybrid_loop"]);
+    assert_refused(&widths(&dir, &tools, "slow-pwm"), 4, &["yosys ended with code 1", "hybrid_loop"]);
     assert_eq!(names(&dir.join("cache")), entries);
 }
 

@@ -82,8 +82,8 @@ fn beyond_the_tables_the_vhdl_commands_nothing_as_the_emulator_does() {
     assert!(abort.why.contains("tables"), "{abort:?}");
     // The VHDL goes on after the run would be over: as many edges again.
     let hdl = project().join("hdl").into();
-    let row = closed_loop(&LoopScene { edges: 2 * run.edges, ..options }, &hdl).unwrap_or_else(|error| panic!("{error}"));
-        .unwrap_or_else(|error| panic!("{error}"));
+    let row =
+        closed_loop(&LoopScene { edges: 2 * run.edges, ..options }, &hdl).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (2 * run.edges, 0), "{:?}", row.first);
 }
 

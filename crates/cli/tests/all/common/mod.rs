@@ -1,6 +1,7 @@
 //! What the tests of the command share: running it, and a folder of their own.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -74,4 +75,17 @@ pub fn assert_refused(output: &Output, expected: i32, words: &[&str]) {
     for word in words {
         assert!(said.contains(word), "`{word}` is not in: {said}");
     }
+}
+
+/// A folder of these scripts as the only tools; within them the real ones are found.
+pub fn tools(dir: &Path, scripts: &[(&str, &str)]) -> PathBuf {
+    let place = dir.join("tools");
+    fs::create_dir_all(&place).expect("a folder");
+    let path = std::env::var("PATH").expect("a PATH");
+    for (name, script) in scripts {
+        let tool = place.join(name);
+        fs::write(&tool, format!("#!/bin/sh\nPATH='{path}'\n{script}\n")).expect("a script");
+        fs::set_permissions(&tool, fs::Permissions::from_mode(0o755)).expect("it may run");
+    }
+    place
 }

@@ -1,0 +1,82 @@
+//! The command carries what it needs: it works from any folder, without the project or its own library beside it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::common::{assert_refused, code, hpu, json, run, scratch, stderr, stdout};
+
+/// The program alone in a folder, as `cargo install` leaves it.
+fn alone(dir: &Path) -> PathBuf {
+    let program = dir.join("bin").join("hpu");
+    fs::create_dir_all(program.parent().expect("a folder")).expect("a folder");
+    let built = env!("CARGO_BIN_EXE_hpu");
+    fs::hard_link(built, &program).or_else(|_| fs::copy(built, &program).map(drop)).expect("the program");
+    program
+}
+
+fn in_folder(program: &Path, folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(program).args(arguments).current_dir(folder).output().expect("the command starts")
+}
+
+#[test]
+fn vhdl_is_checked_far_from_any_clone() {
+    let dir = scratch("anywhere");
+    let program = alone(&dir);
+    let output = in_folder(&program, Path::new("/"), &["check", "saturator", "--scene", "one-tick", "--edges", "2000"]);
+    let said = stdout(&output);
+    assert_eq!(code(&output), 0, "{said}{}", stderr(&output));
+    assert!(said.contains("all agree") && said.ends_with("; VHDL carried by hpu\n"), "{said}");
+    assert!(stderr(&output).starts_with("VHDL carried by hpu: 3 configurations of blocks, 1 scenes; about "), "{said}");
+    let output = in_folder(&program, Path::new("/"), &["run", "short-contact", "--driver", "rtl", "--edges", "2000"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("0 mismatches; VHDL carried by hpu"), "{}", stdout(&output));
+}
+
+#[test]
+fn a_folder_of_vhdl_is_taken_before_what_is_carried() {
+    let dir = scratch("anywhere-folder");
+    let program = alone(&dir);
+    // Somebody's own `hdl` without any of the blocks.
+    fs::create_dir_all(dir.join("hdl")).expect("a folder");
+    fs::write(dir.join("hdl/adder.vhd"), "entity adder is end entity;\n").expect("a file");
+    let output = in_folder(&program, &dir, &["check", "saturator", "--json"]);
+    assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("carried by hpu")));
+    let output = in_folder(&program, &dir, &["check", "saturator", "--hdl", "hdl"]);
+    assert_refused(&output, 4, &["hdl/", ".vhd: No such file"]);
+    // With a block it is a folder of VHDL, and has to have all.
+    fs::write(dir.join("hdl/saturator.vhd"), "nonsense").expect("a file");
+    let output = in_folder(&program, &dir, &["check", "saturator"]);
+    assert_refused(&output, 4, &["hdl/", ".vhd: No such file"]);
+    let output = run(&["check", "saturator", "--json"]);
+    assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("hdl")));
+}
+
+/// A report without its seconds.
+fn without_seconds(mut report: Value) -> Value {
+    for group in ["blocks", "loops"] {
+        for entry in report[group].as_array_mut().expect("rows") {
+            let rows = match entry.get_mut("variants") {
+                Some(variants) => variants.as_array_mut().expect("variants").iter_mut().collect(),
+                None => vec![entry],
+            };
+            rows.into_iter().for_each(|row| row["seconds"] = Value::Null);
+        }
+    }
+    report
+}
+
+#[test]
+fn a_check_is_the_same_however_many_runs_are_at_a_time() {
+    let arguments = ["check", "foaw", "saturator", "displacement", "--rows", "300", "--edges", "5000", "--json"];
+    let scenes = ["--scene", "one-tick", "--scene", "short-contact", "--jobs"];
+    let with = |jobs| {
+        let output = hpu().args(arguments).args(scenes).arg(jobs).output().expect("starts");
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(stderr(&output).contains(&format!("s by their rows and edges (an estimate), {jobs} at a time\n")));
+        without_seconds(json(&output))
+    };
+    assert_eq!(with("1"), with("4"));
+}

@@ -1,0 +1,195 @@
+//! SIGINT and SIGTERM end every command soon, with the tools that it runs; and what a killed one left, the next sweeps.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::{self, sleep};
+use std::time::{Duration, Instant};
+
+use crate::common::{code, hpu, names, run, scratch, stderr, stdout, text, tools};
+
+/// How long a command may take to end.
+const SOON: Duration = Duration::from_secs(2);
+
+/// A scene of which GHDL is not done for hours.
+const ENDLESS: [&str; 3] = ["hybrid-wall", "--set", "run.duration=1000 s"];
+
+/// A command in the background; all that it starts can be told by the mark in its environment, its temporary folder.
+struct Started {
+    child: Child,
+    work: String,
+}
+
+impl Started {
+    fn new(arguments: &[&str], work: &Path, tools: Option<&Path>) -> Self {
+        fs::create_dir_all(work).expect("a folder");
+        let mut command = hpu();
+        if let Some(tools) = tools {
+            command.env("PATH", tools);
+        }
+        let child = command.args(arguments).env("TMPDIR", work).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        Self { child: child.expect("starts"), work: text(work).to_string() }
+    }
+
+    /// Waits until something holds.
+    fn until(&self, what: &str, holds: impl Fn() -> bool) {
+        let start = Instant::now();
+        while !holds() {
+            assert!(start.elapsed() < Duration::from_secs(30), "{what}: not within 30 s");
+            sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Waits until a tool of this name runs.
+    fn until_runs(&self, tool: &str) {
+        self.until(tool, || running(&self.work).iter().any(|(_, command)| command.contains(tool)));
+    }
+
+    /// Sends a signal and returns the exit code, what was said, and how long it took.
+    fn end(self, signal: &str) -> (i32, String, Duration) {
+        send(signal, self.child.id());
+        let start = Instant::now();
+        let output = self.child.wait_with_output().expect("ends");
+        (output.status.code().unwrap_or(-1), stdout(&output) + &stderr(&output), start.elapsed())
+    }
+}
+
+fn send(signal: &str, id: u32) {
+    let status = Command::new("sh").args(["-c", &format!("kill -{signal} {id}")]).status();
+    assert!(status.expect("a shell").success());
+}
+
+/// Number and command of each process with this temporary folder, or one within it.
+fn running(work: &str) -> Vec<(u32, String)> {
+    let mark = format!("TMPDIR={work}");
+    let process = |entry: fs::DirEntry| {
+        let id: u32 = entry.file_name().to_str()?.parse().ok()?;
+        let environment = fs::read(entry.path().join("environ")).ok()?;
+        let is_marked = environment.split(|byte| *byte == 0).any(|variable| variable.starts_with(mark.as_bytes()));
+        let command = String::from_utf8_lossy(&fs::read(entry.path().join("cmdline")).ok()?).replace('\0', " ");
+        (is_marked && !command.is_empty()).then_some((id, command))
+    };
+    fs::read_dir("/proc").expect("a process table").flatten().filter_map(process).collect()
+}
+
+fn assert_ended(ended: &(i32, String, Duration), expected: i32, work: &Path) {
+    let (code, said, took) = ended;
+    assert_eq!(*code, expected, "{said}");
+    assert!(*took < SOON, "{took:?}");
+    assert_eq!(running(text(work)), [], "processes");
+    assert_eq!(names(work), [""; 0], "temporary files");
+}
+
+#[test]
+fn signals_end_a_check_while_ghdl_runs() {
+    for (signal, expected) in [("INT", 130), ("TERM", 143)] {
+        let dir = scratch(&format!("signal-check-{signal}"));
+        let (work, out) = (dir.join("work"), dir.join("out"));
+        let scene = ["check", "--edges", "1000000000", "-o", text(&out), "--scene"];
+        let started = Started::new(&[&scene[..], &ENDLESS].concat(), &work, None);
+        started.until_runs("tb_loop_hybrid_loop");
+        assert_ended(&started.end(signal), expected, &work);
+        assert_eq!(names(&dir), ["work"]);
+    }
+}
+
+#[test]
+fn signals_end_a_run_of_the_vhdl_while_ghdl_runs() {
+    for (signal, expected) in [("INT", 130), ("TERM", 143)] {
+        let dir = scratch(&format!("signal-rtl-{signal}"));
+        let (work, out) = (dir.join("work"), dir.join("out"));
+        let arguments = [&["run"], &ENDLESS[..], &["--driver", "rtl", "-o", text(&out)]].concat();
+        let started = Started::new(&arguments, &work, None);
+        started.until_runs("tb_loop_hybrid_loop");
+        assert_ended(&started.end(signal), expected, &work);
+        assert_eq!(names(&dir), ["work"]);
+    }
+}
+
+#[test]
+fn signals_end_a_synthesis_with_what_yosys_started() {
+    let yosys = "[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\nsleep 1001 & exec sleep 1002";
+    let commands: [&[&str]; 3] =
+        [&["cost", "pwm"], &["cost", "--scene", "hybrid-wall"], &["widths", "one-tick", "--no-trials", "--price"]];
+    thread::scope(|scope| {
+        for (index, arguments) in commands.into_iter().enumerate() {
+            scope.spawn(move || {
+                for (signal, expected) in [("INT", 130), ("TERM", 143)] {
+                    let dir = scratch(&format!("signal-cost-{index}-{signal}"));
+                    let scripts =
+                        [("ghdl", "exec ghdl \"$@\""), ("yosys", yosys), ("nextpnr-ice40", "echo nextpnr 9.9")];
+                    let (work, tools, cache) = (dir.join("work"), tools(&dir, &scripts), dir.join("cache"));
+                    let arguments = [arguments, &["--cache", text(&cache)]].concat();
+                    let started = Started::new(&arguments, &work, Some(&tools));
+                    started.until_runs("sleep 1002");
+                    assert_ended(&started.end(signal), expected, &work);
+                    assert_eq!(names(&cache), [""; 0]);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn sigterm_ends_every_other_command() {
+    let commands: [&[&str]; 7] = [
+        &["run", "hybrid-wall", "--driver", "clock", "--set", "run.duration=1000 s"],
+        &["run", "hybrid-wall", "--compare", "--set", "run.duration=1000 s"],
+        &["limits", "hybrid-wall"],
+        &["chart", "friction-wall"],
+        &["widths", "hybrid-wall", "--set", "run.duration=1000 s"],
+        &["fit", "hybrid-wall", "--set", "run.duration=1000 s"],
+        &["reproduce", "drop"],
+    ];
+    thread::scope(|scope| {
+        for (index, arguments) in commands.into_iter().enumerate() {
+            scope.spawn(move || {
+                let work = scratch(&format!("signal-other-{index}"));
+                let mut started = Started::new(arguments, &work, None);
+                sleep(Duration::from_millis(300));
+                let ended = started.child.try_wait().expect("a child").is_some();
+                assert!(!ended, "{arguments:?} is done too soon to be stopped");
+                let (code, said, took) = started.end("TERM");
+                assert_eq!(code, 143, "{arguments:?}: {said}");
+                assert!(took < SOON, "{arguments:?}: {took:?}");
+            });
+        }
+    });
+}
+
+#[test]
+fn what_a_killed_run_left_is_swept_by_the_next_and_a_living_runs_files_are_not() {
+    let (dir, work) = (scratch("killed-run"), scratch("killed-run-work"));
+    let endless = [&["run"], &ENDLESS[..], &["--driver", "clock", "--vcd", "-o", text(&dir)]].concat();
+    let temporary = || names(&dir).iter().filter(|name| name.starts_with(".wave")).count();
+    let killed = Started::new(&endless, &work, None);
+    killed.until("its files", || temporary() == 3);
+    killed.end("KILL");
+    assert_eq!(temporary(), 3, "nobody was there to remove them");
+    let living = Started::new(&endless, &work, None);
+    living.until("those of the first gone, its own there", || {
+        let names = names(&dir);
+        temporary() == 3 && names.iter().all(|name| name.contains(&living.child.id().to_string()))
+    });
+    let output = run(&["run", "wrap-product", "--no-plot", "-o", text(&dir)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(temporary(), 3, "a living run's files were swept");
+    assert_eq!(living.end("TERM").0, 143);
+    assert_eq!(names(&dir), ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw"]);
+}
+
+#[test]
+fn the_work_of_ghdl_that_a_killed_check_left_is_swept_by_the_next() {
+    let work = scratch("killed-check");
+    let scene = ["check", "--edges", "1000000000", "--scene"];
+    let started = Started::new(&[&scene[..], &ENDLESS].concat(), &work, None);
+    started.until_runs("tb_loop_hybrid_loop");
+    started.end("KILL");
+    for (id, _) in running(text(&work)) {
+        send("KILL", id);
+    }
+    assert_eq!(names(&work).len(), 1, "its folder");
+    let output = hpu().args(["check", "saturator"]).env("TMPDIR", &work).output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(names(&work), [""; 0]);
+}

@@ -1,0 +1,136 @@
+//! Tools that hang, flood, die, say nothing or are too old are named, and are no mismatch.
+
+use std::fs;
+use std::process::Output;
+use std::time::{Duration, Instant};
+
+use crate::common::{code, hpu, names, scratch, stderr, stdout, text, tools};
+
+/// What a command does with these tools; nothing temporary may stay.
+fn with(test: &str, scripts: &[(&str, &str)], arguments: &[&str]) -> Output {
+    let dir = scratch(test);
+    let (tools, work) = (tools(&dir, scripts), dir.join("work"));
+    fs::create_dir_all(&work).expect("a folder");
+    let start = Instant::now();
+    let output = hpu().args(arguments).env("PATH", tools).env("TMPDIR", &work).output().expect("starts");
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert_eq!(names(&work), [""; 0], "temporary files");
+    output
+}
+
+fn assert_blamed(output: &Output, expected: i32, words: &[&str]) {
+    let said = stderr(output);
+    assert_eq!(code(output), expected, "{said}{}", stdout(output));
+    for word in words {
+        assert!(said.contains(word), "`{word}` is not in: {said}");
+    }
+    assert!(!stdout(output).contains("all agree"), "{}", stdout(output));
+}
+
+/// A GHDL that does this where it should simulate.
+fn ghdl(running: &str) -> String {
+    format!("case \"$1\" in --version) echo 'GHDL 2.0.0'; exit;; -a) exit;; esac\n{running}")
+}
+
+const LOOP: [&str; 4] = ["run", "short-contact", "--driver", "rtl"];
+
+#[test]
+fn a_ghdl_that_is_missing_or_too_old_is_named() {
+    for arguments in [&["check", "saturator"][..], &LOOP, &["cost", "pwm", "--cache", "/nowhere"]] {
+        let output = with("tool-none", &[], arguments);
+        if arguments[0] != "cost" {
+            assert_blamed(&output, 3, &["error: `ghdl` is not installed", "apt install ghdl-mcode"]);
+        }
+        let old = [("ghdl", "echo 'GHDL 0.29 (20100109) [Sokcho edition]'")];
+        assert_blamed(&with("tool-old", &old, arguments), 3, &["error: `ghdl` is version 0.29", "1.0 or later"]);
+    }
+    let mute = [("ghdl", "exit 0")];
+    let words = ["ghdl ended without an error and without a version when asked to tell its version"];
+    assert_blamed(&with("tool-mute", &mute, &["check", "saturator"]), 4, &words);
+}
+
+#[test]
+fn a_ghdl_that_hangs_is_killed_and_named_with_its_last_words() {
+    let hanging = ghdl("echo half a result; sleep 1000");
+    let words = ["ghdl was killed: no end after 0.5 s (--tool-timeout) when asked to run tb_", "half a result"];
+    for (test, arguments) in [("tool-hang-check", &["check", "saturator"][..]), ("tool-hang-run", &LOOP)] {
+        let output = with(test, &[("ghdl", &hanging)], &[arguments, &["--tool-timeout", "0.5"]].concat());
+        assert_blamed(&output, 4, &words);
+    }
+    let hanging = [("ghdl", "[ \"$1\" = --version ] && echo 'GHDL 2.0.0' && exit; while :; do :; done")];
+    let output = with("tool-hang-analysis", &hanging, &["check", "--tool-timeout", "0.5"]);
+    assert_blamed(&output, 4, &["ghdl was killed: no end after 0.5 s", "analyse the VHDL; it said nothing"]);
+}
+
+#[test]
+fn a_ghdl_that_floods_is_killed_and_named() {
+    let output = with("tool-flood", &[("ghdl", &ghdl("exec yes and so on"))], &["check", "saturator", "--jobs", "1"]);
+    assert_blamed(
+        &output,
+        4,
+        &["ghdl was killed: more than 64 MiB of output when asked to run tb_saturator", "and so on"],
+    );
+    assert!(stderr(&output).len() < 10_000);
+}
+
+#[test]
+fn a_ghdl_that_dies_or_says_nothing_is_no_mismatch() {
+    let ways = [
+        ("echo before; kill -SEGV $$", "ghdl was killed by signal 11 (SIGSEGV) when asked to run tb_"),
+        ("exit 0", "ghdl ended without an error and without a result when asked to run tb_"),
+        ("echo hello", "ghdl ended without an error and without a result when asked to finish tb_"),
+        ("exit 7", "ghdl ended with code 7 when asked to run tb_"),
+    ];
+    for (script, words) in ways {
+        for arguments in [&["check", "saturator"][..], &LOOP] {
+            assert_blamed(&with("tool-dies", &[("ghdl", &ghdl(script))], arguments), 4, &[words]);
+        }
+    }
+}
+
+#[test]
+fn vhdl_that_stops_its_run_or_does_not_analyse_is_a_failed_row() {
+    let failing = ghdl("echo 'saturator.vhd:9:3:@5ns:(assertion failure): no' >&2; exit 1");
+    let output = with("tool-assertion", &[("ghdl", &failing)], &["check", "saturator"]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("assertion failure") && stdout(&output).contains("2 of 2 differ"));
+    let refusing =
+        [("ghdl", "[ \"$1\" = --version ] && echo 'GHDL 2.0.0' && exit; echo 'pwm.vhd:1:1: no' >&2; exit 1")];
+    let output = with("tool-refuses", &refusing, &["check"]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("ghdl could not analyse the VHDL:\n  pwm.vhd:1:1: no"), "{}", stdout(&output));
+}
+
+#[test]
+fn the_tools_of_synthesis_are_named_too() {
+    let real = ("ghdl", "exec ghdl \"$@\"");
+    let nextpnr = ("nextpnr-ice40", "echo 'nextpnr (Version 9.9)'");
+    let yosys = |script: &str| format!("[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\n{script}");
+    let stat = yosys("echo '  SB_LUT4   5' > ice40.txt");
+    let cases = [
+        ("exec yes", &["yosys was killed: more than 64 MiB of output when asked to synthesise torque_sum"][..]),
+        ("echo begun; sleep 1000", &["yosys was killed: no end after 1 s", "begun"]),
+        ("kill -ABRT $$", &["yosys was killed by signal 6 (SIGABRT) when asked to synthesise torque_sum"]),
+        ("echo done", &["yosys ended without an error and without a table of cells when asked to synthesise", "done"]),
+    ];
+    let arguments = |cache| ["cost", "torque_sum", "--variant", "8_bit", "--tool-timeout", "1", "--cache", cache];
+    let cache = scratch("tool-cache");
+    for (script, words) in cases {
+        let script = yosys(script);
+        let output = with("tool-yosys", &[real, ("yosys", &script), nextpnr], &arguments(text(&cache)));
+        assert_blamed(&output, 4, words);
+    }
+    let output = with("tool-nextpnr", &[real, ("yosys", &stat), nextpnr], &arguments(text(&cache)));
+    assert_blamed(
+        &output,
+        4,
+        &["nextpnr-ice40 ended without an error and without a number of cells when asked to pack"],
+    );
+    let old = [real, ("yosys", "echo 'Yosys 0.8 (git sha1 5706e90)'"), nextpnr];
+    assert_blamed(&with("tool-old-yosys", &old, &arguments(text(&cache))), 3, &["`yosys` is version 0.8", "0.10"]);
+    let hanging = yosys("sleep 1000");
+    let page = ["widths", "one-tick", "--no-trials", "--price", "--tool-timeout", "0.5", "--cache", text(&cache)];
+    let output = with("tool-price", &[real, ("yosys", &hanging), nextpnr], &page);
+    assert_blamed(&output, 4, &["yosys was killed: no end after 0.5 s"]);
+    assert_eq!(names(&cache), [""; 0]);
+}
