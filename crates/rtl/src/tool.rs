@@ -20,8 +20,9 @@ const VERSION_TIMEOUT: Duration = Duration::from_secs(60);
 const MOST_OUTPUT: usize = 64 << 20;
 /// How often a run looks at its time limit, and whether it was stopped.
 const TICK: Duration = Duration::from_millis(20);
-/// What a process that a tool left behind may take to close the tool's output.
-const GRACE: Duration = Duration::from_millis(200);
+/// How long the end of what a tool wrote is waited for when the tool has ended, and with it its group: what left the group may
+/// keep the stream open for ever, but a busy machine may also be slow to hand over what was written.
+const GRACE: Duration = Duration::from_secs(10);
 /// Lines of a tool that are shown: first ones, last ones, and characters of each.
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
@@ -340,6 +341,10 @@ fn gather(group: &mut Group, written: &mut [Vec<u8>; 2], start: Instant, limit: 
         }
         if ended.is_none() {
             ended = group.child.try_wait().map_err(Fault::NotStarted)?.map(|status| (status, Instant::now()));
+            if ended.is_some() {
+                // What it left behind holds its output.
+                kill(group.id);
+            }
         }
         match ended {
             Some((status, at)) if !open || at.elapsed() > GRACE => return Ok(status),
@@ -433,6 +438,13 @@ mod tests {
         let said = sh("sleep 1000 & echo $!", 10.0).expect("it ends well");
         thread::sleep(Duration::from_millis(50));
         assert!(!runs(&said.out), "{}", said.out);
+    }
+
+    #[test]
+    fn what_is_handed_over_late_is_waited_for() {
+        // Who left the group stands for a machine too busy to hand over what was written.
+        let said = sh("setsid sh -c 'sleep 0.5; echo late' & echo early", 10.0).expect("it ends well");
+        assert_eq!(said.out, "early\nlate\n");
     }
 
     #[test]
