@@ -137,7 +137,9 @@ impl<'p> ArmState<'p> {
     #[cold]
     fn watch(&mut self) {
         let (plant, counts) = (self.plant, self.counts());
-        if counts.iter().any(|count| !(-plant.half..plant.half).contains(count)) {
+        if self.encoders.iter().any(|encoder| encoder.over().is_some()) {
+            self.over = Some("the arm passed a singular pose, where its motion is not defined");
+        } else if counts.iter().any(|count| !(-plant.half..plant.half).contains(count)) {
             self.over = Some("a joint left the tables of sines: the datapath says invalid, torques are zero");
         } else if plant.limited && !kinematics::within_limits_1_5(plant.angles_rad(counts)) {
             self.over = Some("a joint left its limits");

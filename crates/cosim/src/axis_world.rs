@@ -322,7 +322,7 @@ impl World for AxisWorld<'_> {
     }
     #[inline]
     fn over(&self) -> Option<&'static str> {
-        self.device.as_ref().and_then(Body::over)
+        self.encoder.over().or_else(|| self.device.as_ref().and_then(Body::over))
     }
 
     fn redecided(&self) -> u64 {

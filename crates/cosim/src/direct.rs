@@ -172,6 +172,10 @@ impl AxisDirect<'_> {
                 over = Some(DIVERGED);
                 break;
             }
+            over = course.encoder.over();
+            if over.is_some() {
+                break;
+            }
             if steps % 4096 == 0 {
                 control.progress.store(edge, Ordering::Relaxed);
                 if control.stop.load(Ordering::Relaxed) {

@@ -12,12 +12,17 @@ pub(crate) struct Encoder {
     band: Band,
     /// Changes of the count so far.
     pub(crate) edges: u64,
+    /// Whether the angle has left the range of counts, or is no number.
+    lost: bool,
 }
+
+/// The greatest size of a count: to twice as many an angle in `f64` still tells one from the next.
+const MOST_COUNT: f64 = (1u64 << 52) as f64;
 
 impl Encoder {
     /// An encoder whose count turns over every `step_rad`, at an angle.
     pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
-        let mut encoder = Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0 };
+        let mut encoder = Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0, lost: false };
         encoder.recount(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low));
         encoder.edges = 0;
         encoder
@@ -25,6 +30,12 @@ impl Encoder {
 
     pub(crate) fn count(&self) -> i64 {
         self.count
+    }
+
+    /// Why no count follows the angle any more, if none does.
+    #[inline]
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        self.lost.then_some("the motion has left the 2^52 counts to either side that an encoder can tell apart")
     }
 
     pub(crate) fn pins(&self) -> Pins {
@@ -61,8 +72,14 @@ impl Encoder {
     fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
         let step = self.step_rad;
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
-        let mut count = (angle_rad / step) as i64;
-        while angle_rad.is_finite() {
+        let near = angle_rad / step;
+        // Not a number is not within the range either.
+        self.lost = !(near.abs() < MOST_COUNT);
+        if self.lost {
+            return;
+        }
+        let mut count = near as i64;
+        loop {
             match side(band(count)) {
                 0 => break,
                 way => count += i64::from(way),

@@ -1,9 +1,12 @@
 //! Recorded input: encoder lines from a logic analyser (VCD), and motions from a table (CSV).
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::fmt;
 
 use vcd::{Command, IdCode, ScopeItem};
+
+use crate::message::{self, excerpt};
 
 /// The levels of the two encoder lines from a time on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,10 +52,10 @@ impl std::error::Error for ReplayError {}
 /// # Errors
 ///
 /// [`ReplayError`] for a file that is not VCD, a missing, ambiguous or wide channel (told with those there are), an
-/// unknown level (`x`, `z`), time running backwards, and a time beyond 2^64 ps.
+/// unknown level (`x`, `z`), time running backwards, a time beyond 2^64 ps, and a last line without its line feed.
 pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Vec<PinEdge>, ReplayError> {
-    // The parser wants white space behind the last value.
-    let mut parser = vcd::Parser::new(std::io::Read::chain(bytes, &b"\n"[..]));
+    whole(bytes)?;
+    let mut parser = vcd::Parser::new(bytes);
     let header = parser.parse_header().map_err(|error| from_parser(&error, 1))?;
     let line = parser.line();
     let (count, unit) = header.timescale.ok_or_else(|| ReplayError::new(line, "no $timescale, as in `1 us`"))?;
@@ -101,6 +104,18 @@ pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Ve
     settle(&mut edges, now);
     Ok(edges)
 }
+
+/// Refuses a recording whose last line does not end: it may be cut within a number, which nothing else tells.
+fn whole(bytes: &[u8]) -> Result<(), ReplayError> {
+    if bytes.last().is_none_or(|last| *last == b'\n') {
+        return Ok(());
+    }
+    let line = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
+    Err(ReplayError::new(line as u64, CUT))
+}
+
+/// Why a table or a recording is refused whose last line does not end.
+pub const CUT: &str = "the last line has no line feed, so the file may be cut short; end a whole one with a line feed";
 
 /// Appends the levels reached at a time, unless they are those of before.
 fn settle(edges: &mut Vec<PinEdge>, now: PinEdge) {
@@ -158,20 +173,21 @@ fn from_parser(error: &std::io::Error, line: u64) -> ReplayError {
 /// Reads a motion: a table with the header `time_s,angle_rad` or `time_s,angle_deg`, one point a line.
 ///
 /// Lines that are empty or start with `#` are passed over. Returns times in seconds, strictly increasing, and angles in
-/// radians.
+/// radians; `most` are the latest time and the greatest size of an angle.
 ///
 /// # Errors
 ///
 /// [`ReplayError`] for another header, another number of columns, what is not a finite number, a time that does not
-/// increase, and a table without points.
+/// increase, a time or an angle beyond the greatest, a table without points, and a last line without its line feed.
 ///
 /// # Example
 ///
 /// ```
-/// let motion = hpu_cosim::replay::read_motion_csv("time_s,angle_rad\n0,0\n0.5,1.25\n").unwrap();
+/// let motion = hpu_cosim::replay::read_motion_csv("time_s,angle_rad\n0,0\n0.5,1.25\n", (10.0, 6.3)).unwrap();
 /// assert_eq!(motion, [(0.0, 0.0), (0.5, 1.25)]);
 /// ```
-pub fn read_motion_csv(text: &str) -> Result<Vec<(f64, f64)>, ReplayError> {
+pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, ReplayError> {
+    whole(text.as_bytes())?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let accepted = "write `time_s,angle_rad` or `time_s,angle_deg`";
@@ -181,7 +197,7 @@ pub fn read_motion_csv(text: &str) -> Result<Vec<(f64, f64)>, ReplayError> {
         ["time_s", "angle_rad"] => false,
         ["time_s", "angle_deg"] => true,
         _ => {
-            return Err(ReplayError::new(line, format!("the header `{header}` is not known; {accepted}")));
+            return Err(ReplayError::new(line, format!("the header `{}` is not known; {accepted}", excerpt(header))));
         }
     };
     let mut motion: Vec<(f64, f64)> = Vec::new();
@@ -192,11 +208,21 @@ pub fn read_motion_csv(text: &str) -> Result<Vec<(f64, f64)>, ReplayError> {
         };
         let number = |cell: &str| {
             let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| ReplayError::new(line, format!("`{cell}` is not a finite number")))
+            value.ok_or_else(|| ReplayError::new(line, format!("`{}` is not a finite number", excerpt(cell))))
         };
-        let (time_s, angle) = (number(time)?, number(angle)?);
+        let within = |cell: &str, value: f64, least: f64, most: f64| {
+            let beyond = || format!("{}; accepted: {} to {}", excerpt(cell), message::number(least), message::number(most));
+            if (least..=most).contains(&value) { Ok(value) } else { Err(ReplayError::new(line, beyond())) }
+        };
+        let scale = if degrees { PI / 180.0 } else { 1.0 };
+        let time_s = within(time, number(time)?, 0.0, most.0)?;
+        let angle = within(angle, number(angle)?, -most.1 / scale, most.1 / scale)?;
         if let Some((before_s, _)) = motion.last().filter(|(before_s, _)| time_s <= *before_s) {
-            let reason = format!("time must increase from line to line: {time_s} s follows {before_s} s");
+            let reason = format!(
+                "time must increase from line to line: {} s follows {} s",
+                message::number(time_s),
+                message::number(*before_s)
+            );
             return Err(ReplayError::new(line, reason));
         }
         motion.push((time_s, if degrees { angle.to_radians() } else { angle }));

@@ -2,7 +2,7 @@
 
 use super::quantity as q;
 use super::section::Section;
-use super::section::Sign::Positive;
+use super::section::Sense::Within;
 use super::source::SceneError;
 
 /// Something that a run tells, by which models are compared.
@@ -68,7 +68,7 @@ pub struct Accuracy {
 /// Reads `[accuracy]`; `all` are the outputs there are.
 pub(super) fn accuracy(s: &Section, all: &[Output]) -> Result<Accuracy, SceneError> {
     s.accept(&["outputs", "within"])?;
-    let within = s.quantity("within", &q::RATIO, Positive, Some(0.01))?;
+    let within = s.quantity("within", &q::RATIO, Within(1e-9, 1e3), Some(0.01))?;
     Ok(Accuracy { outputs: if s.has("outputs") { Some(outputs(s, all)?) } else { None }, within })
 }
 

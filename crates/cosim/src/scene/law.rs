@@ -6,7 +6,7 @@ use hpu_signal::Format;
 use super::quantity as q;
 use super::read_device::Axis;
 use super::section::Section;
-use super::section::Sign::{NotNegative, Positive};
+use super::section::Sense::{NotNegative, Positive, Within};
 use super::source::SceneError;
 use crate::law::{BoundingForm, Observer};
 
@@ -156,8 +156,8 @@ pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMeth
             }
         }
         "passive_spring" => LawMethod::PassiveSpring {
-            alpha: s.quantity("alpha", &q::RATIO, Positive, Some(1.0))?,
-            beta: s.quantity("beta", &q::RATIO, Positive, Some(1.0))?,
+            alpha: s.quantity("alpha", &q::RATIO, Within(1e-9, 1e9), Some(1.0))?,
+            beta: s.quantity("beta", &q::RATIO, Within(1e-9, 1e9), Some(1.0))?,
             revive: s.flag("revive", true)?,
             extension_frac: small("extension_frac", 8, 16, 8)?,
         },

@@ -5,12 +5,16 @@
 
 use std::f64::consts::PI;
 
-/// A physical dimension, and the units it may be written in.
+/// A physical dimension, the sizes it may have, and the units it may be written in.
 pub(super) struct Dimension {
     /// What the quantity is called in a message, with its article.
     pub name: &'static str,
     /// Its SI unit: what a plain number is in.
     pub si: &'static str,
+    /// The least size above 0 of a quantity that has no sign.
+    pub least: f64,
+    /// The greatest size.
+    pub most: f64,
     units: &'static [Unit],
 }
 
@@ -33,36 +37,40 @@ const fn unit(symbol: &'static str, factor: f64, exponent: i32) -> Unit {
 }
 
 macro_rules! dimensions {
-    ($($dimension:ident = $name:literal, $si:literal, [$($unit:expr),*];)*) => {
-        $(pub(super) static $dimension: Dimension = Dimension { name: $name, si: $si, units: &[$($unit),*] };)*
+    ($($dimension:ident = $name:literal, $si:literal, $least:literal to $most:literal, [$($unit:expr),*];)*) => {
+        $(pub(super) static $dimension: Dimension =
+            Dimension { name: $name, si: $si, least: $least, most: $most, units: &[$($unit),*] };)*
         #[cfg(test)]
-        static ALL: &[&Dimension] = &[$(&$dimension),*];
+        pub(super) static ALL: &[&Dimension] = &[$(&$dimension),*];
     };
 }
 
+// A scene's quantities may be so large and so small. Published devices are orders of magnitude away from either end; between
+// the ends everything that is computed from them stays finite and is resolved: a count of the finest encoder at the
+// farthest place (`Scene::counts`), a time constant within a clock edge, a speed after the longest run.
 dimensions! {
-    TIME = "a time", "s", [si("s"), unit("min", 60.0, 0)];
-    FREQUENCY = "a frequency", "Hz", [si("Hz")];
-    ANGLE = "an angle", "rad", [si("rad"), unit("deg", PI / 180.0, 0), unit("rev", 2.0 * PI, 0)];
-    ANGULAR_SPEED = "an angular speed", "rad/s",
+    TIME = "a time", "s", 1e-12 to 1e9, [si("s"), unit("min", 60.0, 0)];
+    FREQUENCY = "a frequency", "Hz", 1e-6 to 1e10, [si("Hz")];
+    ANGLE = "an angle", "rad", 1e-12 to 1e6, [si("rad"), unit("deg", PI / 180.0, 0), unit("rev", 2.0 * PI, 0)];
+    ANGULAR_SPEED = "an angular speed", "rad/s", 1e-9 to 1e5,
         [si("rad/s"), unit("deg/s", PI / 180.0, 0), unit("rpm", PI / 30.0, 0), unit("rev/s", 2.0 * PI, 0)];
-    TORQUE = "a torque", "N.m", [si("N.m")];
-    TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
-    TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", [si("N.m.s/rad")];
-    INERTIA = "a moment of inertia", "kg.m2", [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
-    VOLTAGE = "a voltage", "V", [si("V")];
-    CURRENT = "a current", "A", [si("A")];
-    RESISTANCE = "a resistance", "Ohm", [si("Ohm"), si("ohm")];
-    INDUCTANCE = "an inductance", "H", [si("H")];
-    TORQUE_CONSTANT = "a torque constant", "N.m/A", [si("N.m/A"), si("V.s/rad"), si("V.s")];
-    LENGTH = "a length", "m", [si("m"), unit("cm", 1.0, -2)];
-    SPEED = "a speed", "m/s", [si("m/s")];
-    FORCE = "a force", "N", [si("N")];
-    STIFFNESS = "a stiffness", "N/m", [si("N/m"), unit("N/mm", 1.0, 3)];
-    DAMPING = "a damping", "N.s/m", [si("N.s/m")];
-    MASS = "a mass", "kg", [unit("kg", 1.0, 0), si("g").thousandth()];
-    ENERGY = "an energy", "J", [si("J"), si("N.m")];
-    RATIO = "a plain number", "1", [unit("%", 1.0, -2)];
+    TORQUE = "a torque", "N.m", 1e-12 to 1e4, [si("N.m")];
+    TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6, [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
+    TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];
+    INERTIA = "a moment of inertia", "kg.m2", 1e-12 to 1e3, [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
+    VOLTAGE = "a voltage", "V", 1e-6 to 1e5, [si("V")];
+    CURRENT = "a current", "A", 1e-9 to 1e5, [si("A")];
+    RESISTANCE = "a resistance", "Ohm", 1e-6 to 1e6, [si("Ohm"), si("ohm")];
+    INDUCTANCE = "an inductance", "H", 1e-9 to 1e3, [si("H")];
+    TORQUE_CONSTANT = "a torque constant", "N.m/A", 1e-6 to 1e3, [si("N.m/A"), si("V.s/rad"), si("V.s")];
+    LENGTH = "a length", "m", 1e-12 to 1e4, [si("m"), unit("cm", 1.0, -2)];
+    SPEED = "a speed", "m/s", 1e-9 to 1e4, [si("m/s")];
+    FORCE = "a force", "N", 1e-9 to 1e6, [si("N")];
+    STIFFNESS = "a stiffness", "N/m", 1e-6 to 1e9, [si("N/m"), unit("N/mm", 1.0, 3)];
+    DAMPING = "a damping", "N.s/m", 1e-9 to 1e6, [si("N.s/m")];
+    MASS = "a mass", "kg", 1e-6 to 1e6, [unit("kg", 1.0, 0), si("g").thousandth()];
+    ENERGY = "an energy", "J", 1e-15 to 1e9, [si("J"), si("N.m")];
+    RATIO = "a plain number", "1", 1e-9 to 1e12, [unit("%", 1.0, -2)];
 }
 
 impl Unit {

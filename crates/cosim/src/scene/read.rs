@@ -13,9 +13,10 @@ use super::read_hand::{Load, hand};
 use super::read_method::method;
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
-use super::section::Sign::{Any, NotNegative, Positive};
+use super::section::Sense::{Any, NotNegative, Positive, Within};
 use super::source::{SceneError, Source};
 use super::{MOST_EDGES, Scene};
+use crate::message::{number, number_above, number_below};
 use crate::session::SessionError;
 
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
@@ -113,13 +114,16 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         return Err(scene.places.error("method.settling", reason));
     }
     agree_on_model(scene)?;
+    if !linear {
+        agree_on_speeds(scene)?;
+    }
     if let Some(ramp) = &scene.wall.ramp {
         agree_on_ramp(scene, ramp)?;
     }
     if let Some(shaper) = scene.amplifier.and_then(|amplifier| amplifier.shaper)
         && scene.clock.edges(shaper.hold_s) == 0
     {
-        let reason = format!("less than half a clock; write at least {:e} s", scene.clock.period_s());
+        let reason = format!("less than half a clock; write at least {} s", number_above(scene.clock.period_s()));
         return Err(scene.places.error("amplifier.shaper.hold", reason));
     }
     scene.check_period()?;
@@ -132,6 +136,42 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         Err(error) => Err(scene.places.error("method.kind", error.to_string())),
         Ok(_) => Ok(()),
     }
+}
+
+/// Counts that a clock edge may pass by at most: some hundred times what a decoder follows, which is one.
+const MOST_COUNTS_AN_EDGE: f64 = 1000.0;
+
+/// No speed of a scene passes by more counts in a clock edge than anything can be learnt from.
+fn agree_on_speeds(scene: &Scene) -> Result<(), SceneError> {
+    let (clock, count_rad, unit) = (scene.clock, scene.encoder.count_rad(), scene.device.units().position);
+    let most = MOST_COUNTS_AN_EDGE * count_rad;
+    let check = |key: &str, when: &dyn Fn() -> String, edges: f64, change: f64| {
+        if change.abs() <= most * edges {
+            return Ok(());
+        }
+        let reason = format!(
+            "{}{} {unit}/s passes {} encoder counts in one clock edge; \
+             accepted: {MOST_COUNTS_AN_EDGE} counts, which is {} {unit}/s",
+            when(),
+            number_below(change / (edges * clock.period_s())),
+            number_below(change.abs() / count_rad / edges),
+            number_below(most / clock.period_s()),
+        );
+        Err(scene.places.error(key, reason))
+    };
+    let start = match &scene.device {
+        Device::Motor(motor) => motor.initial_speed_rad_per_s,
+        Device::Mass(mass) => mass.initial_speed_m_per_s,
+    };
+    check("device.initial_speed", &String::new, 1.0, start * clock.period_s())?;
+    let Hand::Prescribed { path } = &scene.hand else { return Ok(()) };
+    for (pair, index) in path.windows(2).zip(1..) {
+        let [from, to] = [pair[0].time_s, pair[1].time_s];
+        let when = || format!("between {} s and {} s ", number(from), number(to));
+        let edges = ((to - from) / clock.period_s()).max(1.0);
+        check(&format!("hand.path[{index}]"), &when, edges, pair[1].angle_rad - pair[0].angle_rad)?;
+    }
+    Ok(())
 }
 
 fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
@@ -161,7 +201,7 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
         return refused("wall.ramp", reason.into());
     }
     if scene.clock.edges(ramp.to_s) <= scene.clock.edges(ramp.from_s) {
-        let reason = format!("{} s is no clock after from, {} s", ramp.to_s, ramp.from_s);
+        let reason = format!("{} s is no clock after from, {} s", number(ramp.to_s), number(ramp.from_s));
         return refused("wall.ramp.to", reason);
     }
     Ok(())
@@ -169,10 +209,10 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
 
 pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
     s.accept(&["frequency"])?;
-    let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Positive, None)?;
+    let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Within(1.0, 1e10), None)?;
     // Beyond u64 the cast saturates, and the clock refuses that too.
     let whole = if frequency_hz.fract() == 0.0 { frequency_hz as u64 } else { 0 };
-    Clock::new(whole).map_err(|error| s.error("frequency", format!("{frequency_hz} Hz: {error}")))
+    Clock::new(whole).map_err(|error| s.error("frequency", format!("{} Hz: {error}", number(frequency_hz))))
 }
 
 fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
@@ -207,7 +247,7 @@ pub(super) fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
     let duration_s = s.quantity("duration", &q::TIME, Positive, None)?;
     let edges = duration_s * clock.frequency_hz() as f64;
     if !(0.5..=MOST_EDGES as f64).contains(&edges) {
-        let reason = format!("{edges:.3} clock edges; a run has 1 to 2^62");
+        let reason = format!("{} clock edges; a run has 1 to 2^62", number(edges));
         return Err(s.error("duration", reason));
     }
     Ok(Run { duration_s, seed: s.integer("seed", 0, i64::MAX as u64, Some(0))? })

@@ -3,7 +3,7 @@
 use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
 use super::quantity::{self as q, Dimension};
 use super::section::Section;
-use super::section::Sign::{Any, NotNegative, Positive};
+use super::section::Sense::{Any, NotNegative, Positive, Within};
 use super::source::SceneError;
 
 /// The dimensions of a device's motion.
@@ -71,7 +71,7 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
             Some(1.3e-6),
         )?,
         coulomb_friction_nm: s.quantity("coulomb_friction", &q::TORQUE, NotNegative, Some(0.0))?,
-        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Positive, Some(7.0))?,
+        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Within(1e-3, 1e4), Some(7.0))?,
         wheel_inertia_kg_m2: s.quantity("wheel_inertia", &q::INERTIA, NotNegative, Some(0.0))?,
         initial_angle_rad: s.quantity("initial_angle", &q::ANGLE, Any, Some(0.0))?,
         initial_speed_rad_per_s: s.quantity("initial_speed", &q::ANGULAR_SPEED, Any, Some(0.0))?,
@@ -88,7 +88,7 @@ pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encod
     }
     s.accept(&["resolution"])?;
     let ideal = (!words).then_some(0.0);
-    Ok(Encoder::Linear { resolution_m: s.quantity("resolution", &q::LENGTH, Positive, ideal)? })
+    Ok(Encoder::Linear { resolution_m: s.quantity("resolution", &q::LENGTH, Within(1e-11, 1.0), ideal)? })
 }
 
 /// The amplifier of a mass; without words it does without.

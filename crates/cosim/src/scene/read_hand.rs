@@ -6,8 +6,9 @@ use super::parts::{Hand, PathPoint};
 use super::quantity as q;
 use super::read_device::Axis;
 use super::section::Section;
-use super::section::Sign::{Any, NotNegative};
+use super::section::Sense::{Any, NotNegative};
 use super::source::SceneError;
+use crate::message::{number, utf8};
 use crate::replay;
 
 /// Reads a file that the scene names.
@@ -63,8 +64,9 @@ fn motion(s: &Section, axis: &Axis, load: Load) -> Result<Vec<PathPoint>, SceneE
         (false, true) => {
             let file = s.text("file", "the name of a CSV file beside the scene")?;
             let bytes = read(s, file, load)?;
-            let text = std::str::from_utf8(&bytes).map_err(|_| s.error("file", format!("{file}: not UTF-8 text")))?;
-            let motion = replay::read_motion_csv(text).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            let text = utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            let motion = replay::read_motion_csv(text, (q::TIME.most, axis.position.most))
+                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             Ok(motion.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
         }
     }
@@ -79,14 +81,14 @@ fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
         let key = format!("path[{index}]");
         let pair = point.as_array().filter(|pair| pair.len() == 2);
         let pair = pair.ok_or_else(|| s.error(&key, format!("not a pair; {accepted}")))?;
-        let number = |at: usize, dimension, sign| {
+        let quantity = |at: usize, dimension, sense| {
             let item = toml_edit::Item::Value(pair.get(at).expect("one of two").clone());
-            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sign)
+            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sense)
         };
-        let time_s = number(0, &q::TIME, NotNegative)?;
-        let angle_rad = number(1, axis.position, Any)?;
+        let time_s = quantity(0, &q::TIME, NotNegative)?;
+        let angle_rad = quantity(1, axis.position, Any)?;
         if let Some(before) = path.last().filter(|before| time_s <= before.time_s) {
-            let reason = format!("times must increase: {time_s} s follows {} s", before.time_s);
+            let reason = format!("times must increase: {} s follows {} s", number(time_s), number(before.time_s));
             return Err(s.error(&format!("{key}[0]"), reason));
         }
         path.push(PathPoint { time_s, angle_rad });

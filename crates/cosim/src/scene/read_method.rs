@@ -7,7 +7,7 @@ use super::parts::{Loop, Method, Pwm};
 use super::quantity as q;
 use super::read_device::Axis;
 use super::section::Section;
-use super::section::Sign::{NotNegative, Positive};
+use super::section::Sense::{NotNegative, Positive};
 use super::source::SceneError;
 
 pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {

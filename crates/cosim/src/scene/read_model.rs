@@ -8,7 +8,7 @@ use super::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver,
 use super::parts::{Device, Hand};
 use super::quantity as q;
 use super::section::Section;
-use super::section::Sign::{NotNegative, Positive};
+use super::section::Sense::{NotNegative, Positive};
 use super::source::SceneError;
 
 const FIXED: &str = "\"euler\", \"semi_implicit\", \"midpoint\" or \"rk4\"";

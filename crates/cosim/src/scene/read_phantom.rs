@@ -4,6 +4,7 @@ use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::{ArmModel, kinematics};
 
 use crate::arm_world::is_singular;
+use crate::message::number;
 
 use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
@@ -15,7 +16,7 @@ use super::quantity as q;
 use super::read::{clock, record, run, scene_name};
 use super::read_model::step;
 use super::section::Section;
-use super::section::Sign::{Any, NotNegative, Positive};
+use super::section::Sense::{Any, NotNegative, Positive, UpTo, Within};
 use super::source::{SceneError, Source};
 
 pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, SceneError> {
@@ -61,7 +62,7 @@ fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
             let reason = format!(
                 "the tip cannot come to the wall at {} = {} m: {why}",
                 direction.name(),
-                tip_m[direction.index()]
+                number(tip_m[direction.index()])
             );
             scene.places.error("room.distance", reason)
         };
@@ -123,17 +124,17 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
         }
         *length_m = device.quantity(key, &q::LENGTH, Positive, Some(*length_m))?;
         if !(0.02..=0.5).contains(length_m) {
-            return Err(device.error(key, format!("{length_m} m: links of 20 mm to 500 mm are accepted")));
+            return Err(device.error(key, format!("{} m: links of 20 mm to 500 mm are accepted", number(*length_m))));
         }
     }
     Ok(Drop {
         premium,
         lengths_m,
-        coulomb_n: device.quantity("coulomb_force", &q::FORCE, NotNegative, Some(0.038))?,
-        damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, NotNegative, Some(0.005))?,
+        coulomb_n: device.quantity("coulomb_force", &q::FORCE, UpTo(100.0), Some(0.038))?,
+        damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, UpTo(100.0), Some(0.005))?,
         axis: s.choice("axis", &axes, None)?,
-        weight_n: s.quantity("weight", &q::FORCE, NotNegative, Some(0.15))?,
-        speed_m_per_s: s.quantity("speed", &q::SPEED, NotNegative, Some(0.0))?,
+        weight_n: s.quantity("weight", &q::FORCE, UpTo(100.0), Some(0.15))?,
+        speed_m_per_s: s.quantity("speed", &q::SPEED, UpTo(100.0), Some(0.0))?,
         trial: s.integer("trial", 0, i64::MAX as u64, Some(1))?,
     })
 }
@@ -205,7 +206,7 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
     let distance_m = s.quantity("distance", &q::LENGTH, Any, Some(0.02))?;
     if distance_m <= 0.0 {
         let reason =
-            format!("the walls of a pair stand at -distance and distance; {distance_m} m turns the room inside out");
+            format!("the walls of a pair stand at -distance and distance; {} m turns the room inside out", number(distance_m));
         return Err(s.error("distance", reason));
     }
     Ok(Room { distance_m, stiffness_n_per_m: s.quantity("stiffness", &q::STIFFNESS, NotNegative, None)?, walls })
@@ -234,13 +235,13 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
     if delay_samples > 4.0 {
         return Err(s.error("delay", "at most 4 samples"));
     }
-    let transmission_n_per_m = s.quantity("transmission_stiffness", &q::STIFFNESS, NotNegative, Some(0.0))?;
+    let transmission_n_per_m = s.quantity("transmission_stiffness", &q::STIFFNESS, UpTo(1e7), Some(0.0))?;
     for key in ["transmission_damping", "motor_share"] {
         if s.has(key) && transmission_n_per_m == 0.0 {
             return Err(s.error(key, "a rigid transmission has none; write transmission_stiffness too"));
         }
     }
-    let motor_share = s.quantity("motor_share", &q::RATIO, Positive, Some(0.5))?;
+    let motor_share = s.quantity("motor_share", &q::RATIO, Within(1e-3, 1.0), Some(0.5))?;
     if motor_share >= 1.0 {
         return Err(s.error("motor_share", "below 1: the arm has some of the mass"));
     }
@@ -254,9 +255,9 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
         friction: s.flag("friction", true)?,
         delay_samples,
         latency_s,
-        amplifier_lag_s: s.quantity("amplifier_lag", &q::TIME, NotNegative, Some(0.0))?,
+        amplifier_lag_s: s.quantity("amplifier_lag", &q::TIME, UpTo(100.0), Some(0.0))?,
         transmission_n_per_m,
-        transmission_n_s_per_m: s.quantity("transmission_damping", &q::DAMPING, NotNegative, Some(0.1))?,
+        transmission_n_s_per_m: s.quantity("transmission_damping", &q::DAMPING, UpTo(1e3), Some(0.1))?,
         motor_share,
     })
 }

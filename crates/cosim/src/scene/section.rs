@@ -5,13 +5,54 @@ use toml_edit::{Item, TableLike, Value};
 
 use super::quantity::Dimension;
 use super::source::{Places, SceneError, join};
+use crate::message::{excerpt, number};
 
-/// Which values of a quantity make sense.
+/// Which values of a quantity make sense. Sizes are those of the [`Dimension`], or the key's own.
 #[derive(Clone, Copy)]
-pub(super) enum Sign {
+pub(super) enum Sense {
+    /// Either sign, and 0.
     Any,
+    /// 0 and above.
     NotNegative,
+    /// 0 and above, up to the key's own greatest size.
+    UpTo(f64),
+    /// Above 0.
     Positive,
+    /// Above 0, between the key's own sizes.
+    Within(f64, f64),
+}
+
+impl Sense {
+    /// The least size above 0, if there is one, and the greatest.
+    fn sizes(self, dimension: &Dimension) -> (Option<f64>, f64) {
+        match self {
+            Self::Any => (None, dimension.most),
+            Self::NotNegative | Self::Positive => (Some(dimension.least), dimension.most),
+            Self::UpTo(most) => (Some(dimension.least), most),
+            Self::Within(least, most) => (Some(least), most),
+        }
+    }
+
+    /// Why a value is refused, which is written so.
+    fn refuses(self, dimension: &Dimension, value: f64, shown: &str) -> Option<String> {
+        let rule = match self {
+            Self::NotNegative | Self::UpTo(_) if value < 0.0 => "must not be negative",
+            Self::Positive | Self::Within(..) if value <= 0.0 => "must be above zero",
+            _ => "",
+        };
+        if !rule.is_empty() {
+            return Some(format!("{shown} {rule}"));
+        }
+        let (least, most) = self.sizes(dimension);
+        if value.abs() <= most && least.is_none_or(|least| value == 0.0 || value >= least) {
+            return None;
+        }
+        let unit = if dimension.si == "1" { "" } else { dimension.si };
+        let [low, high] = [least.unwrap_or(-most), most].map(number);
+        let zero = if matches!(self, Self::NotNegative | Self::UpTo(_)) { "0, or " } else { "" };
+        let accepted = format!("{zero}{low} to {high} {unit}");
+        Some(format!("{} {unit}; accepted: {}", number(value), accepted.trim_end()).replace(" ;", ";"))
+    }
 }
 
 /// One table of the scene. A table that is not there reads as an empty one.
@@ -85,7 +126,7 @@ impl<'a> Section<'a> {
         &self,
         key: &str,
         dimension: &Dimension,
-        sign: Sign,
+        sense: Sense,
         default: Option<f64>,
     ) -> Result<f64, SceneError> {
         match (self.get(key), default) {
@@ -93,11 +134,11 @@ impl<'a> Section<'a> {
             (None, None) => {
                 Err(self.error(key, format!("missing; write {} as {}", dimension.name, dimension.accepted())))
             }
-            (Some(item), _) => self.quantity_of(key, item, dimension, sign),
+            (Some(item), _) => self.quantity_of(key, item, dimension, sense),
         }
     }
 
-    pub fn quantity_of(&self, key: &str, item: &Item, dimension: &Dimension, sign: Sign) -> Result<f64, SceneError> {
+    pub fn quantity_of(&self, key: &str, item: &Item, dimension: &Dimension, sense: Sense) -> Result<f64, SceneError> {
         let value = match item {
             Item::Value(Value::Integer(number)) => Some(*number.value() as f64),
             Item::Value(Value::Float(number)) => Some(*number.value()).filter(|number| number.is_finite()),
@@ -107,14 +148,9 @@ impl<'a> Section<'a> {
         let value = value.ok_or_else(|| {
             self.error(key, format!("{} is not {}: write {}", shown(item), dimension.name, dimension.accepted()))
         })?;
-        let refused = match sign {
-            Sign::Any => None,
-            Sign::NotNegative => (value < 0.0).then_some("must not be negative"),
-            Sign::Positive => (value <= 0.0).then_some("must be above zero"),
-        };
-        match refused {
+        match sense.refuses(dimension, value, &shown(item)) {
             None => Ok(value),
-            Some(rule) => Err(self.error(key, format!("{} {rule}", shown(item)))),
+            Some(reason) => Err(self.error(key, reason)),
         }
     }
 
@@ -176,8 +212,8 @@ impl<'a> Section<'a> {
 /// A value as it was written, between backticks.
 fn shown(item: &Item) -> String {
     match item {
-        Item::Value(Value::String(text)) => format!("`{}`", text.value()),
-        Item::Value(value) => format!("`{}`", value.to_string().trim()),
+        Item::Value(Value::String(text)) => format!("`{}`", excerpt(text.value())),
+        Item::Value(value) => format!("`{}`", excerpt(value.to_string().trim())),
         _ => "a section".to_string(),
     }
 }

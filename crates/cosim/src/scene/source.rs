@@ -6,6 +6,7 @@ use std::fmt;
 use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::section::Section;
+use crate::message::excerpt;
 
 /// Why a scene was refused: where, which key, and what is accepted instead.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -116,7 +117,7 @@ impl Source {
     }
 
     fn set(&mut self, key: &str, text: &str) -> Result<(), SceneError> {
-        let place = format!("--set {key}={text}");
+        let place = format!("--set {}={}", excerpt(key), excerpt(text));
         let refuse =
             |reason: &str| SceneError { place: place.clone(), key: key.to_string(), reason: reason.to_string() };
         let keys = Key::parse(key).map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;

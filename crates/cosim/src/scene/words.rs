@@ -5,6 +5,7 @@ use hpu_signal::Format;
 
 use super::source::SceneError;
 use super::{Device, LawMethod, Loop, Scene};
+use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
 
 /// The words of a loop, and what they stand for.
@@ -165,7 +166,7 @@ impl Scene {
         let dead_time = dead_time.ok().filter(|clocks| *clocks <= most).ok_or_else(|| {
             let most_s = f64::from(most) * self.clock.period_s();
             self.places
-                .error("method.pwm.dead_time", format!("longer than half a PWM period; write at most {most_s:e} s"))
+                .error("method.pwm.dead_time", format!("longer than half a PWM period; write at most {} s", number_below(most_s)))
         })?;
         Ok(LoopConfig {
             position_width: method.position_bits,
@@ -196,10 +197,11 @@ impl Scene {
         }
         let clock_hz = self.clock.frequency_hz() as f64;
         let reason = format!(
-            "{} Hz takes {period} clocks a sample; period_bits = {} at this clock accepts {:.6} Hz to {clock_hz} Hz",
-            self.method.sample_rate_hz,
+            "{} Hz takes {period} clocks a sample; period_bits = {} at this clock accepts {} Hz to {} Hz",
+            number(self.method.sample_rate_hz),
             self.method.period_bits,
-            clock_hz / word.max() as f64,
+            number_above(clock_hz / word.max() as f64),
+            number(clock_hz),
         );
         Err(self.places.error("method.sample_rate", reason))
     }
@@ -211,12 +213,14 @@ impl Scene {
         let (least, most) = (format.lsb() * unit, format.max() as f64 * format.lsb() * unit);
         if nearest > format.max() as f64 {
             let reason =
-                format!("{value} {si} does not fit {format}; write at most {most:.6} {si}, or more integer bits");
+                format!("{} {si} does not fit {format}; write at most {} {si}, or more integer bits", number(value), number_below(most));
             return Err(self.places.error(key, reason));
         }
         if nearest == 0.0 && value > 0.0 {
             let reason = format!(
-                "{value} {si} rounds to zero in {format}; write 0, at least {least:e} {si}, or more fraction bits"
+                "{} {si} rounds to zero in {format}; write 0, at least {} {si}, or more fraction bits",
+                number(value),
+                number_above(least)
             );
             return Err(self.places.error(key, reason));
         }

@@ -3,6 +3,9 @@
 use hpu_cosim::replay::{PinEdge, read_capture, read_motion_csv};
 use proptest::prelude::*;
 
+/// The latest time and the greatest angle.
+const MOST: (f64, f64) = (1e9, 1e6);
+
 fn edge(picoseconds: u64, a: u8, b: u8) -> PinEdge {
     PinEdge { picoseconds, a: a == 1, b: b == 1 }
 }
@@ -36,7 +39,7 @@ fn a_capture_is_read_in_picoseconds_whatever_its_timescale() {
 fn initial_levels_are_those_dumped_or_zero() {
     let dumped = "$dumpvars\n1!\n1\"\n$end\n#5\n0!\n";
     assert_eq!(read(&capture("1 ps", dumped)).unwrap(), [edge(0, 1, 1), edge(5, 0, 1)]);
-    assert_eq!(read(&capture("1 ps", "#5 1!")).unwrap(), [edge(0, 0, 0), edge(5, 1, 0)]);
+    assert_eq!(read(&capture("1 ps", "#5 1!\n")).unwrap(), [edge(0, 0, 0), edge(5, 1, 0)]);
     assert_eq!(read(&capture("1 ps", "")).unwrap(), [edge(0, 0, 0)]);
 }
 
@@ -71,7 +74,7 @@ fn a_bad_capture_is_refused_by_line() {
     assert_eq!(read(&capture("1 ps", "#9 1!\n#10 x!\n")).unwrap_err(), "13: the level `x` is neither 0 nor 1");
     assert_eq!(read(&capture("100 s", "#9 1!\n#18446744073\n")).unwrap_err(), "13: #18446744073 is beyond 2^64 ps");
     for (text, line) in
-        [("", 1), ("nonsense", 1), ("$timescale 1 parsec $end\n", 1), (&capture("1 ps", "#0 1!\n?\n"), 13)]
+        [("", 1), ("nonsense\n", 1), ("$timescale 1 parsec $end\n", 1), (&capture("1 ps", "#0 1!\n?\n"), 13)]
     {
         let message = read(text).unwrap_err();
         assert!(message.starts_with(&format!("{line}: not VCD: ")), "{message}");
@@ -82,9 +85,9 @@ fn a_bad_capture_is_refused_by_line() {
 
 #[test]
 fn a_motion_is_read_in_radians() {
-    let degrees = read_motion_csv("\u{feff}# by hand\r\ntime_s, angle_deg\r\n0, 0\r\n\r\n0.5,-180\r\n").unwrap();
+    let degrees = read_motion_csv("\u{feff}# by hand\r\ntime_s, angle_deg\r\n0, 0\r\n\r\n0.5,-180\r\n", MOST).unwrap();
     assert_eq!(degrees, [(0.0, 0.0), (0.5, -std::f64::consts::PI)]);
-    assert_eq!(read_motion_csv("time_s,angle_rad\n1e-3,2.5").unwrap(), [(1e-3, 2.5)]);
+    assert_eq!(read_motion_csv("time_s,angle_rad\n1e-3,2.5\n", MOST).unwrap(), [(1e-3, 2.5)]);
 }
 
 #[test]
@@ -98,10 +101,26 @@ fn a_bad_motion_is_refused_by_line() {
         ("time_s,angle_rad\n0,0\n1\n", "3: 1 columns; the header has 2".to_string()),
         ("time_s,angle_rad\n0,0,0\n", "2: 3 columns; the header has 2".to_string()),
         ("time_s,angle_rad\n0,nan\n", "2: `nan` is not a finite number".to_string()),
+        ("time_s,angle_rad\n0,0\n1,1e7\n", "3: 1e7; accepted: -1000000 to 1000000".to_string()),
+        ("time_s,angle_rad\n0,0\n-1,0\n", "3: -1; accepted: 0 to 1000000000".to_string()),
         ("time_s,angle_rad\n0,0\n1,one\n", "3: `one` is not a finite number".to_string()),
         ("time_s,angle_rad\n0,0\n#\n0,1\n", "4: time must increase from line to line: 0 s follows 0 s".to_string()),
     ] {
-        assert_eq!(read_motion_csv(text).unwrap_err().to_string(), message, "{text}");
+        assert_eq!(read_motion_csv(text, MOST).unwrap_err().to_string(), message, "{text}");
+    }
+}
+
+#[test]
+fn a_recording_that_is_cut_in_its_last_line_is_refused_wherever() {
+    let (table, capture) = ("time_s,angle_rad\n0,0\n0.25,12.5\n", capture("1 ps", "#0 0! 0\"\n#1250 1!\n"));
+    assert!(read_motion_csv(table, MOST).is_ok() && read(&capture).is_ok());
+    for cut in 1..10 {
+        let message = read_motion_csv(&table[..table.len() - cut], MOST).unwrap_err().to_string();
+        assert!(message.starts_with("3: the last line has no line feed"), "{cut}: {message}");
+    }
+    for cut in 1..9 {
+        let message = read(&capture[..capture.len() - cut]).unwrap_err();
+        assert!(message.starts_with("13: the last line has no line feed"), "{cut}: {message}");
     }
 }
 
@@ -112,7 +131,7 @@ proptest! {
         let (from, to) = (at.min(good.len()), (at + cut).min(good.len()));
         let spoiled = format!("{}{with}{}", &good[..from], &good[to..]);
         let _ = read(&spoiled);
-        let _ = read_motion_csv(&spoiled);
-        let _ = read_motion_csv(&format!("time_s,angle_rad\n{with}"));
+        let _ = read_motion_csv(&spoiled, MOST);
+        let _ = read_motion_csv(&format!("time_s,angle_rad\n{with}\n"), MOST);
     }
 }

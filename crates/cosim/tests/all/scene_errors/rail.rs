@@ -53,7 +53,7 @@ fn a_mass_in_words_says_its_resolution_and_its_force() {
     );
     // Its words are refused in its own units: 4095 counts a count are 4095 / 4096 of 10 N / 29.1 um.
     let said = parse(&rail, &[("wall.stiffness", "1000 N/mm")]).unwrap_err();
-    assert!(said.contains("1000000 N/m does not fit (0,12,0); write at most 343558.71"), "{said}");
+    assert!(said.contains("1000000 N/m does not fit (0,12,0); write at most 343558.7"), "{said}");
 }
 
 #[test]

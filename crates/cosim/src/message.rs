@@ -1,0 +1,102 @@
+//! Numbers and excerpts of input as messages write them, and input that is no text.
+
+/// Characters of input that a message repeats.
+const MOST_REPEATED: usize = 60;
+
+/// A number with all of its digits: plain from 0.0001 to below 10^10, with an exponent beyond.
+///
+/// # Example
+///
+/// ```
+/// use hpu_cosim::number;
+/// assert_eq!(number(0.25), "0.25");
+/// assert_eq!(number(2e-7), "2e-7");
+/// assert_eq!(number(-1e300), "-1e300");
+/// ```
+#[must_use]
+pub fn number(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-4..1e10).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
+/// Seven digits of a number, rounded down: for the greatest number that is accepted.
+#[must_use]
+pub(crate) fn number_below(value: f64) -> String {
+    number(rounded(value, |near| near > value, -1e-6))
+}
+
+/// Seven digits of a number, rounded up: for the least number that is accepted.
+#[must_use]
+pub(crate) fn number_above(value: f64) -> String {
+    number(rounded(value, |near| near < value, 1e-6))
+}
+
+/// The nearest number of seven digits, or the next one where that is wrong.
+fn rounded(value: f64, is_wrong: impl Fn(f64) -> bool, next: f64) -> f64 {
+    let text = format!("{value:.6e}");
+    let read = |text: &str| text.parse().unwrap_or(value);
+    match text.split_once('e') {
+        Some((digits, exponent)) if is_wrong(read(&text)) => read(&format!("{:.6}e{exponent}", read(digits) + next)),
+        _ => read(&text),
+    }
+}
+
+/// Text as a message repeats it: its beginning, when it is long.
+#[must_use]
+pub fn excerpt(text: &str) -> String {
+    match text.char_indices().nth(MOST_REPEATED) {
+        None => text.to_string(),
+        Some((end, _)) => format!("{}...", &text[..end]),
+    }
+}
+
+/// Input as text.
+///
+/// # Errors
+///
+/// For what is not UTF-8: the line where that begins, and the reason, as they follow a file's name and a colon.
+pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+        format!("{line}: not text in UTF-8")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{excerpt, number, number_above, number_below};
+
+    #[test]
+    fn numbers_are_short_and_never_zero_unless_they_are() {
+        for (value, text) in [
+            (0.0, "0"),
+            (-0.25, "-0.25"),
+            (1.0 / 3.0, "0.3333333333333333"),
+            (1e-4, "0.0001"),
+            (1.5e-9, "1.5e-9"),
+            (25_175_001.0, "25175001"),
+            (1e300, "1e300"),
+            (f64::MAX, "1.7976931348623157e308"),
+            (5e-324, "5e-324"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+
+    #[test]
+    fn what_is_accepted_is_rounded_to_the_side_that_is() {
+        for value in [2.0 / 3.0, 1.0 / 3.0, 4_294_967_295.0, 1.234_567_89e-20, 7.0] {
+            let read = |text: String| text.parse::<f64>().unwrap();
+            let (below, above) = (read(number_below(value)), read(number_above(value)));
+            assert!(below <= value && above >= value, "{below} {value} {above}");
+            assert!(below > value * (1.0 - 3e-6) && above < value * (1.0 + 3e-6), "{below} {value} {above}");
+        }
+    }
+
+    #[test]
+    fn long_text_is_cut() {
+        assert_eq!(excerpt("1.5 N"), "1.5 N");
+        assert_eq!(excerpt(&"é".repeat(300)).chars().count(), 63);
+    }
+}
