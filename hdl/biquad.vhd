@@ -9,7 +9,7 @@
 --          OUT_INT, OUT_FRAC      format of the output
 --          COEF_INT, COEF_FRAC    format of the coefficients, at most 32 bits
 --          B0, B1, B2, A1, A2     coefficients, words of (1,COEF_INT,COEF_FRAC)
---          PERIOD_WIDTH           bits of the period, at most 31
+--          PERIOD_WIDTH           bits of the period, 2 to 30
 -- in       x      (1,IN_INT,IN_FRAC)
 --          period (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      y      (1,OUT_INT,OUT_FRAC)
@@ -38,7 +38,7 @@ entity biquad is
     B2           : integer  := 0;
     A1           : integer  := 0;
     A2           : integer  := 0;
-    PERIOD_WIDTH : positive := 24
+    PERIOD_WIDTH : positive range 2 to 30 := 24
   );
   port (
     clk    : in  std_logic;

@@ -8,7 +8,7 @@
 -- logic between the two has.
 --
 -- generics WIDTH         bits of a command
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 --          DELAY         edges from a sample edge to its load edge, at most 2^16
 -- in       d1, d2, d3 (1,WIDTH-1,0)
 --          period     (0,PERIOD_WIDTH,0)  sample period in clocks, 0 acts as 1
@@ -28,7 +28,7 @@ use ieee.numeric_std.all;
 entity command_register is
   generic (
     WIDTH        : positive := 16;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     DELAY        : natural  := 8
   );
   port (

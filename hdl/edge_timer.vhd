@@ -17,7 +17,7 @@
 -- The velocity is f_clock/interval counts/s, by a sequential_divider.
 --
 -- generics WIDTH      bits of the position
---          TIME_WIDTH bits of the interval, at most 31
+--          TIME_WIDTH bits of the interval, 2 to 30
 -- in       position (0,WIDTH,0)
 -- out      interval (0,TIME_WIDTH,0) in clocks
 --          forward  (0,1,0)  the last change was upwards
@@ -35,7 +35,7 @@ use ieee.numeric_std.all;
 entity edge_timer is
   generic (
     WIDTH      : positive := 12;
-    TIME_WIDTH : positive := 20
+    TIME_WIDTH : positive range 2 to 30 := 20
   );
   port (
     clk      : in  std_logic;

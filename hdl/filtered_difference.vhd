@@ -10,7 +10,7 @@
 -- 2^SHIFT - 1 LSB below the steady d.
 --
 -- generics WIDTH         bits of the position
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 --          SHIFT         alpha is 2^-SHIFT; 0 does not filter
 --          OUT_FRAC      fraction bits of the velocity
 -- in       position (0,WIDTH,0)
@@ -31,7 +31,7 @@ use ieee.numeric_std.all;
 entity filtered_difference is
   generic (
     WIDTH        : positive := 12;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     SHIFT        : natural  := 3;
     OUT_FRAC     : natural  := 8
   );

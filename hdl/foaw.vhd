@@ -16,7 +16,7 @@
 -- product is wrong by less than |2a+1| / 2^(RATIO_FRAC+1) < 1/32 <= 1/(2n).
 --
 -- generics WIDTH         bits of the position
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 --          WINDOW        samples of the longest window, 2 to 16
 --          NOISE         what a position may miss the line by, in counts, at
 --                        most 15
@@ -40,7 +40,7 @@ use ieee.numeric_std.all;
 entity foaw is
   generic (
     WIDTH        : positive := 12;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     WINDOW       : positive := 8;
     NOISE        : natural  := 1;
     OUT_FRAC     : natural  := 8

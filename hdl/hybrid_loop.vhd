@@ -13,7 +13,7 @@
 -- generics POSITION_WIDTH                   bits of the position
 --          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
 --          DAMPING_WIDTH, DAMPING_FRAC      bits of the damping, its fraction
---          PERIOD_WIDTH                     bits of the sample period, at most 31
+--          PERIOD_WIDTH                     bits of the sample period, 2 to 30
 --          VELOCITY_WIDTH                   bits of the velocity
 --          RESCALED, SCALE_WIDTH, SCALE_FRAC  see velocity_register
 --          SATURATE                         see truncating_multiplier
@@ -49,7 +49,7 @@ entity hybrid_loop is
     STIFFNESS_FRAC  : natural  := 0;
     DAMPING_WIDTH   : positive := 12;
     DAMPING_FRAC    : natural  := 0;
-    PERIOD_WIDTH    : positive := 24;
+    PERIOD_WIDTH    : positive range 2 to 30 := 24;
     VELOCITY_WIDTH  : positive := 12;
     RESCALED        : boolean  := false;
     SCALE_WIDTH     : positive := 16;

@@ -13,7 +13,7 @@
 --
 -- generics ENABLED            shape, or else pass the torque on
 --          TORQUE_WIDTH       bits of the command's magnitude, at most 30
---          PERIOD_WIDTH       bits of the period, at most 31
+--          PERIOD_WIDTH       bits of the period, 2 to 30
 --          PHASE              edges after reset before the first sample edge, at
 --                             most 4095
 --          B0, B1, B2, A1, A2 coefficients of the filter, words of (1,1,30)
@@ -37,7 +37,7 @@ entity input_shaper is
   generic (
     ENABLED      : boolean  := false;
     TORQUE_WIDTH : positive := 12;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     PHASE        : natural  := 0;
     B0           : integer  := 0;
     B1           : integer  := 0;

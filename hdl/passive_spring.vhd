@@ -18,7 +18,7 @@
 -- generics WIDTH                            bits of the position
 --          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
 --          DAMPING_WIDTH, DAMPING_FRAC      bits of the damping, its fraction
---          PERIOD_WIDTH                     bits of the sample period, at most 31
+--          PERIOD_WIDTH                     bits of the sample period, 2 to 30
 --          SCALE_WIDTH, SCALE_FRAC          bits of the scale, its fraction
 --          TORQUE_WIDTH                     bits of the torque's magnitude, at most 30
 --          EXTENSION_FRAC                   fraction bits of the extension, at
@@ -57,7 +57,7 @@ entity passive_spring is
     STIFFNESS_FRAC  : natural  := 0;
     DAMPING_WIDTH   : positive := 12;
     DAMPING_FRAC    : natural  := 0;
-    PERIOD_WIDTH    : positive := 24;
+    PERIOD_WIDTH    : positive range 2 to 30 := 24;
     SCALE_WIDTH     : positive := 16;
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;

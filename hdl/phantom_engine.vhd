@@ -17,7 +17,7 @@
 --    5  sine1*radius    11  sine1*force_x       17  sine3*force_y      23  -
 --    6  cosine1*radius  12  cosine1*force_z     18  cosine3*radial     24  torque3*GAIN_3
 --
--- generics PERIOD_WIDTH                   bits of the period, at most 31
+-- generics PERIOD_WIDTH                   bits of the period, 2 to 30
 --          DELAY                          edges from the first edge after reset
 --                                         to the first start edge
 --          TRIG_INT, TRIG_FRAC            format of the sines and cosines
@@ -59,7 +59,7 @@ use ieee.numeric_std.all;
 
 entity phantom_engine is
   generic (
-    PERIOD_WIDTH   : positive := 24;
+    PERIOD_WIDTH   : positive range 2 to 30 := 24;
     DELAY          : natural  := 2;
     TRIG_INT       : natural  := 9;
     TRIG_FRAC      : natural  := 22;

@@ -9,7 +9,7 @@
 --                      commands <- hold <- scale <- jacobian <-------------+
 --
 -- generics POSITION_WIDTH                 bits of the encoder counters
---          PERIOD_WIDTH                   bits of the sample period, at most 31
+--          PERIOD_WIDTH                   bits of the sample period, 2 to 30
 --          DEPTH_WIDTH                    address bits of a table, see trig_table
 --          TURN_NUM_i, TURN_DEN_i         turns of joint i per count
 --          TRIG_INT, TRIG_FRAC            format of the sines and cosines
@@ -47,7 +47,7 @@ use ieee.std_logic_1164.all;
 entity phantom_loop is
   generic (
     POSITION_WIDTH : positive := 16;
-    PERIOD_WIDTH   : positive := 24;
+    PERIOD_WIDTH   : positive range 2 to 30 := 24;
     DEPTH_WIDTH    : positive := 13;
     TURN_NUM_1     : positive := 3;
     TURN_DEN_1     : positive := 92000;

@@ -6,7 +6,7 @@
 --   pins -> sync -> decoder -> counter -> sample -> trig -> engine -> commands
 --
 -- generics POSITION_WIDTH                 bits of the encoder counters
---          PERIOD_WIDTH                   bits of the sample period, at most 31
+--          PERIOD_WIDTH                   bits of the sample period, 2 to 30
 --          DEPTH_WIDTH                    address bits of a table, see trig_table
 --          TURN_NUM_i, TURN_DEN_i         turns of joint i per count
 --          TRIG_INT, TRIG_FRAC            format of the sines and cosines
@@ -43,7 +43,7 @@ use ieee.std_logic_1164.all;
 entity phantom_shared_loop is
   generic (
     POSITION_WIDTH : positive := 16;
-    PERIOD_WIDTH   : positive := 24;
+    PERIOD_WIDTH   : positive range 2 to 30 := 24;
     DEPTH_WIDTH    : positive := 13;
     TURN_NUM_1     : positive := 3;
     TURN_DEN_1     : positive := 92000;

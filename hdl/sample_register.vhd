@@ -3,7 +3,7 @@
 -- At a sample edge:  count_i := position_i, read as two's complement
 --
 -- generics WIDTH         bits of a count
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 -- in       position1, position2, position3 (0,WIDTH,0)
 --          period (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      count1, count2, count3 (1,WIDTH-1,0)
@@ -21,7 +21,7 @@ use ieee.numeric_std.all;
 entity sample_register is
   generic (
     WIDTH        : positive := 16;
-    PERIOD_WIDTH : positive := 24
+    PERIOD_WIDTH : positive range 2 to 30 := 24
   );
   port (
     clk       : in  std_logic;

@@ -26,8 +26,8 @@
 -- generics WIDTH                            bits of the position, W
 --          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
 --          DAMPING_WIDTH, DAMPING_FRAC      bits of the damping, its fraction
---          PERIOD_WIDTH                     bits of the period, at most 31 (30 for
---                                           ESTIMATOR 4, then also at most 61-V)
+--          PERIOD_WIDTH                     bits of the period, 2 to 30; at
+--                                           most 61-V too for ESTIMATOR 4
 --          SCALE_WIDTH, SCALE_FRAC          bits of the scale, its fraction
 --          TORQUE_WIDTH                     bits of a torque's magnitude, P, at
 --                                           most 30
@@ -72,7 +72,7 @@ entity sampled_wall is
     STIFFNESS_FRAC  : natural  := 0;
     DAMPING_WIDTH   : positive := 12;
     DAMPING_FRAC    : natural  := 0;
-    PERIOD_WIDTH    : positive := 24;
+    PERIOD_WIDTH    : positive range 2 to 30 := 24;
     SCALE_WIDTH     : positive := 16;
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;

@@ -11,7 +11,7 @@
 -- makes it counts per reference sample whatever the period.
 --
 -- generics WIDTH         bits of the position
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 --          RESCALED      multiply by scale
 --          SCALE_WIDTH   bits of the scale
 --          SCALE_FRAC    fraction bits of the scale
@@ -35,7 +35,7 @@ use ieee.numeric_std.all;
 entity velocity_register is
   generic (
     WIDTH        : positive := 12;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     RESCALED     : boolean  := false;
     SCALE_WIDTH  : positive := 16;
     SCALE_FRAC   : natural  := 8;

@@ -7,7 +7,7 @@
 -- sample period, and WINDOW/2 sample periods late.
 --
 -- generics WIDTH         bits of the position
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 --          WINDOW        samples
 -- in       position (0,WIDTH,0)
 --          period   (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
@@ -27,7 +27,7 @@ use ieee.numeric_std.all;
 entity window_difference is
   generic (
     WIDTH        : positive := 12;
-    PERIOD_WIDTH : positive := 24;
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
     WINDOW       : positive := 8
   );
   port (

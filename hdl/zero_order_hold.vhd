@@ -5,7 +5,7 @@
 -- With the same period it samples on the same edges as a velocity_register.
 --
 -- generics WIDTH         bits of the word
---          PERIOD_WIDTH  bits of the period, at most 31
+--          PERIOD_WIDTH  bits of the period, 2 to 30
 -- in       d      (0,WIDTH,0)
 --          period (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      q      (0,WIDTH,0)
@@ -24,7 +24,7 @@ use ieee.numeric_std.all;
 entity zero_order_hold is
   generic (
     WIDTH        : positive := 12;
-    PERIOD_WIDTH : positive := 24
+    PERIOD_WIDTH : positive range 2 to 30 := 24
   );
   port (
     clk    : in  std_logic;

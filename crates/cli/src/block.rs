@@ -1,7 +1,6 @@
 //! `hpu block`: the blocks, their ports, and one of them ticked.
 
 use std::fmt::Write as _;
-use std::io::{self, Read};
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -12,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::block_csv::Table;
 use crate::exit::{Exit, Failure};
+use crate::input::{read_stdin, read_text};
 use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
@@ -168,15 +168,8 @@ fn description(block: &dyn AnyBlock) -> Value {
 }
 
 fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failure> {
-    let (name, bytes) = if file == "-" {
-        let mut bytes = Vec::new();
-        io::stdin().read_to_end(&mut bytes).map_err(|error| Failure::file(format!("standard input: {error}")))?;
-        ("-", bytes)
-    } else {
-        (file, std::fs::read(file).map_err(|error| Failure::at(Path::new(file), error))?)
-    };
-    let text = String::from_utf8(bytes).map_err(|_| Failure::file(format!("{name}: not text in UTF-8")))?;
-    let table = Table::read(name, &text, &block.inputs())?.tick(block);
+    let text = if file == "-" { read_stdin()? } else { read_text(Path::new(file))? };
+    let table = Table::read(file, &text, &block.inputs())?.tick(block);
     if as_json {
         print_json(&json!({ "block": block.name(), "columns": table.columns, "rows": table.rows }))
     } else {

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use hpu_cosim::excerpt;
+use hpu_cosim::replay::CUT;
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
@@ -21,6 +23,9 @@ impl Table {
     /// that begin with `#` are passed over.
     pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
         let refuse = |line: usize, reason: String| Failure::file(format!("{file}:{line}: {reason}"));
+        if !text.is_empty() && !text.ends_with('\n') {
+            return Err(refuse(text.lines().count(), CUT.to_string()));
+        }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
         let names: Vec<_> = inputs.iter().map(|input| input.name).collect();
@@ -28,7 +33,7 @@ impl Table {
         let (line, header) = lines.next().ok_or_else(|| refuse(1, format!("no header; {accepted}")))?;
         let found: Vec<_> = header.split(',').map(str::trim).collect();
         if let Some(name) = found.iter().find(|name| !names.contains(name)) {
-            return Err(refuse(line, format!("`{name}` is no input; {accepted}")));
+            return Err(refuse(line, format!("`{}` is no input; {accepted}", excerpt(name))));
         }
         let mut places = Vec::new();
         for name in &names {
@@ -48,6 +53,7 @@ impl Table {
                 let (Signal { name, format, .. }, cell) = (input, cells[place]);
                 cell.parse().ok().filter(|&value| format.holds(value)).ok_or_else(|| {
                     let (least, most) = (format.min(), format.max());
+                    let cell = excerpt(cell);
                     refuse(line, format!("{name}: `{cell}` is no integer from {least} to {most}, which {format} holds"))
                 })
             };

@@ -1,5 +1,6 @@
 //! `hpu limits`: how stiff a scene's wall may be.
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::Experiment;
 use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_study::limits::{Emulated, InWords, Limits, limits};
@@ -85,7 +86,7 @@ fn object(scene: &str, found: &Limits) -> Value {
 fn text(scene: &str, found: &Limits) -> String {
     let mut text = format!("{scene}: the stiffest wall, by run and by criterion\n\n");
     let line = |name: &str, Emulated { limit, uncertainty, unit }: Emulated| {
-        format!("{name:<22}{limit:>14.9} {unit:<8} within {uncertainty:.1e}")
+        format!("{name:<22}{:>14} {unit:<8} within {uncertainty:.1e}", nine(limit))
     };
     text += &match found.emulated {
         Ok(emulated) => line("emulated, linear", emulated) + "\n",
@@ -108,8 +109,9 @@ fn text(scene: &str, found: &Limits) -> String {
                 assumptions.iter().zip('a'..).find(|(known, _)| known == &assumption).map_or(' ', |found| found.1);
             if assumption.met { format!("{letter}") } else { format!("!{letter}") }
         });
-        text += &format!("{name:<22}{limit:>14.9} {unit:<8} {met:<4} {}\n", own.collect::<Vec<_>>().join(" "));
-        let figures = criterion.figures.iter().map(|Figure { name, value, unit }| format!("{name} {value:.6} {unit}"));
+        text += &format!("{name:<22}{:>14} {unit:<8} {met:<4} {}\n", nine(*limit), own.collect::<Vec<_>>().join(" "));
+        let figures =
+            criterion.figures.iter().map(|Figure { name, value, unit }| format!("{name} {} {unit}", figure(*value)));
         let region = criterion.region.map(|region| region.name().to_string());
         let here: Vec<_> = region.into_iter().chain(figures.map(|figure| figure.trim_end().to_string())).collect();
         if !here.is_empty() {
@@ -124,6 +126,11 @@ fn text(scene: &str, found: &Limits) -> String {
         text += &format!("{}{letter}  {words}\n", if *met { ' ' } else { '!' });
     }
     text
+}
+
+/// Nine decimals of a limit; of one that they would not show, its first digits.
+fn nine(limit: f64) -> String {
+    if (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
 }
 
 /// Every assumption once.

@@ -11,6 +11,7 @@ mod exit;
 mod files;
 mod fit;
 mod hdl;
+mod input;
 mod interrupt;
 mod journal;
 mod limits;
@@ -81,7 +82,12 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    let command = Command::parse();
+    let command = match Command::try_parse() {
+        Ok(command) => command,
+        Err(refusal) if refusal.use_stderr() => refusal.exit(),
+        // Help, or the version: a result like any other, which a full disk cuts short.
+        Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
+    };
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::list(args.json),
@@ -96,6 +102,10 @@ fn main() -> ExitCode {
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     });
+    ended(done)
+}
+
+fn ended(done: Result<Exit, Failure>) -> ExitCode {
     let exit = done.unwrap_or_else(|failure: Failure| {
         // Who interrupted a command knows why it ended.
         if failure.exit() != Exit::Interrupted {

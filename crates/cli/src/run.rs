@@ -113,8 +113,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Experiment::Axis(scene) = &loaded.scene
         && scene.model.datapath == Datapath::Linear
     {
-        let said = format!("{} is of the linear law, which has no datapath to run; see hpu limits", scene.name);
-        return Err(Failure::usage(said));
+        let error = scene.error("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits");
+        return Err(if error.is_override() { Failure::usage(error) } else { Failure::file(error) });
     }
     let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;

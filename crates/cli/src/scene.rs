@@ -1,7 +1,7 @@
 //! Scenes on the command line: by path or by shipped name, with `--set`.
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use clap::Args;
 use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
@@ -9,6 +9,7 @@ use hpu_rtl::LoopScene;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
+use crate::input::{read_plain, read_text};
 use crate::terminal::{print, print_json};
 
 /// List the shipped scenes
@@ -116,7 +117,7 @@ pub fn source(scene: &str) -> Result<Source, Failure> {
             names.join(", ")
         )));
     }
-    let text = fs::read_to_string(path).map_err(|error| Failure::at(path, error))?;
+    let text = read_text(path)?;
     let data = path.parent().unwrap_or(Path::new("")).to_path_buf();
     Ok(Source { name: scene.to_string(), text, data, is_shipped: false })
 }
@@ -130,7 +131,7 @@ impl Source {
 
     /// Reads a data file that the scene names.
     pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
-        let read = fs::read(self.data.join(file));
+        let read = read_plain(&self.data.join(file));
         if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
     }
 }

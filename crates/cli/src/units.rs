@@ -1,9 +1,11 @@
 //! Numbers for people.
 
+use hpu_cosim::number;
+
 /// A quantity with an SI prefix and five significant digits, as in `1.5183 N.m/rad`; a number without a unit is itself.
 pub fn si(value: f64, unit: &str) -> String {
     if unit.is_empty() {
-        return value.to_string();
+        return number(value);
     }
     const PREFIXES: [(f64, &str); 8] =
         [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"), (1e-12, "p")];

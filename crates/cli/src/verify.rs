@@ -1,12 +1,14 @@
 //! `hpu vectors --verify`: vector files held against the emulator.
 
-use std::fs;
+use std::fmt;
 use std::path::Path;
 
+use hpu_cosim::excerpt;
 use hpu_datapath::{AnyBlock, variants};
-use hpu_rtl::{Header, Stimulus, Vectors};
+use hpu_rtl::{Header, Stimulus, Vectors, row_line};
 
 use crate::exit::{Exit, Failure};
+use crate::input::read_text;
 use crate::terminal::{print, verdict};
 
 /// What answers a file.
@@ -21,16 +23,17 @@ enum Model {
 pub fn verify(files: &[std::path::PathBuf]) -> Result<Exit, Failure> {
     let mut all_equal = true;
     for file in files {
-        let text = fs::read_to_string(file).map_err(|error| Failure::at(file, error))?;
+        let text = read_text(file)?;
         let (vectors, model) = read(file, &text)?;
         let said = match difference(&vectors, model) {
-            None => format!("{} rows agree", vectors.rows.len()),
-            Some(difference) => {
+            None => format!(": {} rows agree", vectors.rows.len()),
+            Some((row, difference)) => {
                 all_equal = false;
-                verdict(&difference, false)
+                let line = if text.starts_with('{') { row_line(&text, row) } else { row + 1 };
+                format!(":{line}: {}", verdict(&difference, false))
             }
         };
-        print(&format!("{}: {said}\n", file.display()))?;
+        print(&format!("{}{said}\n", file.display()))?;
     }
     Ok(Exit::when(all_equal))
 }
@@ -46,9 +49,10 @@ fn models() -> impl Iterator<Item = (Header, Model)> {
 
 /// The vectors, and what should answer so.
 fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
+    let at = |line: usize, error: &dyn fmt::Display| Failure::file(format!("{}:{line}: {error}", file.display()));
     if text.starts_with('{') {
         let headers = models().map(|(header, _)| header);
-        let vectors = Vectors::from_json(text, headers).map_err(|error| Failure::at(file, error))?;
+        let vectors = Vectors::from_json(text, headers).map_err(|error| at(error.line(text), &error))?;
         let model = models().find(|(header, _)| *header == vectors.header);
         return Ok((vectors, model.expect("it was found by its header").1));
     }
@@ -58,13 +62,14 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     let name = line.split(' ').nth(1).unwrap_or("");
     let exact = models().find(|(header, _)| header.to_string() == line);
     let (header, model) = exact.or_else(|| models().find(|(header, _)| header.block == name)).ok_or_else(|| {
-        Failure::at(file, format!("line 1: no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`"))
+        let (name, line) = (excerpt(name), excerpt(line));
+        at(1, &format!("no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`"))
     })?;
-    Ok((Vectors::parse(text, header).map_err(|error| Failure::at(file, error))?, model))
+    Ok((Vectors::parse(text, header).map_err(|error| Failure::file(format!("{}:{error}", file.display())))?, model))
 }
 
-/// The first word that is answered otherwise.
-fn difference(vectors: &Vectors, model: Model) -> Option<String> {
+/// The first word that is answered otherwise: its row, and what is said of it.
+fn difference(vectors: &Vectors, model: Model) -> Option<(usize, String)> {
     let Header { clocked, inputs, .. } = &vectors.header;
     let stimulus = |row: &Vec<i64>| Stimulus {
         rst: *clocked && row[0] == 1,
@@ -78,7 +83,8 @@ fn difference(vectors: &Vectors, model: Model) -> Option<String> {
         }
     };
     if vectors.rows.len() != again.rows.len() {
-        return Some(format!("{} rows in the file, {} in the table", vectors.rows.len(), again.rows.len()));
+        let rows = vectors.rows.len();
+        return Some((rows, format!("{rows} rows in the file, {} in the table", again.rows.len())));
     }
     let rows = vectors.rows.iter().zip(&again.rows).zip(1..);
     let mut words = rows.flat_map(|((told, answered), row)| {
@@ -87,5 +93,5 @@ fn difference(vectors: &Vectors, model: Model) -> Option<String> {
     });
     let (row, column, told, answered) = words.find(|(_, _, told, answered)| told != answered)?;
     let (told, answered) = (column.format.value(told), column.format.value(answered));
-    Some(format!("row {row}: {} is {told} in the file, {answered} in the emulator", column.name))
+    Some((row, format!("{} is {told} in the file, {answered} in the emulator", column.name)))
 }

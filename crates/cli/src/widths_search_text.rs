@@ -1,5 +1,6 @@
 //! What a search over widths found, as text and as JSON.
 
+use hpu_cosim::figure;
 use std::path::PathBuf;
 
 use hpu_rtl::Counts;
@@ -102,10 +103,10 @@ fn smallest(searched: &Searched, point: &Point) -> String {
     text += &format!("  {}\n", widths(&point.design));
     let ratio = point.merit.stiffness / reference.stiffness - 1.0;
     text += &format!(
-        "  {:.6} {} instead of {:.6}: {:+.2} %, measured\n",
-        point.merit.stiffness,
+        "  {} {} instead of {}: {:+.2} %, measured\n",
+        figure(point.merit.stiffness),
         found.unit,
-        reference.stiffness,
+        figure(reference.stiffness),
         100.0 * ratio
     );
     text += &format!("  {}, estimated\n", saved(point.merit.lut4.into(), reference.lut4.into()));

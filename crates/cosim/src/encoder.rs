@@ -22,7 +22,8 @@ const MOST_COUNT: f64 = (1u64 << 52) as f64;
 impl Encoder {
     /// An encoder whose count turns over every `step_rad`, at an angle.
     pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
-        let mut encoder = Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0, lost: false };
+        let mut encoder =
+            Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0, lost: false };
         encoder.recount(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low));
         encoder.edges = 0;
         encoder

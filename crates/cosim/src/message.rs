@@ -19,6 +19,12 @@ pub fn number(value: f64) -> String {
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
+/// Seven digits of a number that was computed.
+#[must_use]
+pub fn figure(value: f64) -> String {
+    number(rounded(value, |_| false, 0.0))
+}
+
 /// Seven digits of a number, rounded down: for the greatest number that is accepted.
 #[must_use]
 pub(crate) fn number_below(value: f64) -> String {

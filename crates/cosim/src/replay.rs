@@ -211,7 +211,8 @@ pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, 
             value.ok_or_else(|| ReplayError::new(line, format!("`{}` is not a finite number", excerpt(cell))))
         };
         let within = |cell: &str, value: f64, least: f64, most: f64| {
-            let beyond = || format!("{}; accepted: {} to {}", excerpt(cell), message::number(least), message::number(most));
+            let beyond =
+                || format!("{}; accepted: {} to {}", excerpt(cell), message::number(least), message::number(most));
             if (least..=most).contains(&value) { Ok(value) } else { Err(ReplayError::new(line, beyond())) }
         };
         let scale = if degrees { PI / 180.0 } else { 1.0 };

@@ -41,4 +41,4 @@ pub use report::{CheckReport, CheckRow, Mismatch};
 pub use scene::scene_vectors;
 pub use testbench::{VECTOR_READER, testbench};
 pub use tool::{Fault, TIMEOUT, Tool, ToolError, stop_tools};
-pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal};
+pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal, row_line};

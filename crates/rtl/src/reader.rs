@@ -56,7 +56,7 @@ pub enum Problem {
 
 impl fmt::Display for VectorError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "line {}: ", self.line)?;
+        write!(f, "{}: ", self.line)?;
         match &self.problem {
             Problem::Stale { expected, found } => {
                 write!(f, "made for another configuration; expected `{expected}`, found `{found}`")

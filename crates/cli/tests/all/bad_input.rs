@@ -108,7 +108,7 @@ fn a_vector_file_with_a_stale_first_line_is_refused_with_the_line_expected() {
     )
     .expect("vectors");
     let output = run(&["vectors", "--verify", text(&file)]);
-    assert_refused(&output, 4, &["stale.txt", "line 1", "position(0,12,0)", "position(0,11,0)"]);
+    assert_refused(&output, 4, &["stale.txt:1: ", "position(0,12,0)", "position(0,11,0)"]);
 }
 
 #[test]
@@ -122,8 +122,103 @@ fn a_truncated_vector_file_is_refused_wherever_it_is_cut() {
     // Without the last line feed it is whole still.
     for end in 0..whole.len() - 1 {
         fs::write(&file, &whole[..end]).expect("vectors");
-        assert_refused(&run(&["vectors", "--verify", text(&file)]), 4, &["cut.txt", "line "]);
+        assert_refused(&run(&["vectors", "--verify", text(&file)]), 4, &["cut.txt:"]);
     }
+}
+
+#[test]
+fn absurd_quantities_are_refused_at_once_with_what_is_accepted() {
+    for (scene, key, value, accepted) in [
+        ("free-motion", "device.initial_speed", "1e20 rad/s", "accepted: -100000 to 100000 rad/s"),
+        ("phantom-flexible", "model.transmission_stiffness", "1e14 N/m", "accepted: 0, or "),
+        ("rail-drop", "hand.torque", "1e31 N", "accepted: "),
+        ("rail-drop", "device.damping", "1.5e200", "accepted: 0, or "),
+        ("rail-drop", "device.mass", "2.2e-308 g", "accepted: "),
+    ] {
+        let set = format!("{key}={value}");
+        assert_refused(&run(&["run", scene, "--set", &set]), 4, &[&format!("--set {set}: {key}: "), accepted]);
+    }
+    let dir = scratch("far");
+    let file = dir.join("far.csv");
+    fs::write(&file, "time_s,angle_rad\n0,0\n1,1e30\n").expect("a motion");
+    let set = format!("hand.file={}", text(&file));
+    assert_refused(&run(&["run", "replay-motion", "--set", &set]), 4, &["far.csv:3: 1e30; accepted: -1000000 to 1000000"]);
+}
+
+#[test]
+fn a_motion_beyond_all_counts_ends_the_run_and_is_told() {
+    let output = run(&["run", "rail-drop", "--set", "hand.torque=1 MN", "--set", "device.mass=1 mg", "--set", "encoder.resolution=1e-11"]);
+    assert_eq!(code(&output), 1, "it is not what the scene expects: {}", stderr(&output));
+    assert!(stdout(&output).contains("2^52 counts") && !stdout(&output).contains("NaN"), "{}", stdout(&output));
+}
+
+#[test]
+fn what_is_no_ordinary_file_or_has_no_end_is_refused() {
+    let dir = scratch("endless");
+    for file in ["/dev/zero", "/dev/null", text(&dir)] {
+        let set = format!("hand.file={file}");
+        assert_refused(&run(&["run", "replay-motion", "--set", &set]), 4, &["hand.file", "not an ordinary file"]);
+    }
+    for arguments in [&["run", "/dev/zero"][..], &["vectors", "--verify", "/dev/zero"], &["block", "pwm", "--inputs", "/dev/zero"]] {
+        assert_refused(&run(arguments), 4, &["/dev/zero: larger than 256 MiB"]);
+    }
+}
+
+#[test]
+fn text_that_is_not_utf_8_is_refused_with_its_line() {
+    let dir = scratch("bytes");
+    let write = |name: &str, text: &[u8]| {
+        let file = dir.join(name);
+        fs::write(&file, text).expect("a file");
+        file
+    };
+    let scene = write("scene.toml", b"about = \"x\"\n[device]\nkind = \"\xff\"\n");
+    assert_refused(&run(&["run", text(&scene)]), 4, &["scene.toml:3: not text in UTF-8"]);
+    let motion = format!("hand.file={}", text(&write("motion.csv", b"time_s,angle_rad\n0,0\n1,\xe9\n")));
+    assert_refused(&run(&["run", "replay-motion", "--set", &motion]), 4, &["motion.csv:3: not text in UTF-8"]);
+    let vectors = write("vectors.txt", b"# pwm\n\xff\n");
+    assert_refused(&run(&["vectors", "--verify", text(&vectors)]), 4, &["vectors.txt:2: not text in UTF-8"]);
+    let inputs = write("inputs.csv", b"step\n1\n\n\xc3\n");
+    let block = ["block", "position_counter", "--inputs", text(&inputs)];
+    assert_refused(&run(&block), 4, &["inputs.csv:4: not text in UTF-8"]);
+}
+
+#[test]
+fn a_scene_of_the_linear_law_is_a_bad_file_and_a_wrong_override_is_wrong_usage() {
+    let scene = wall_with("[run]", "[model]\ndatapath = \"linear\"\n\n[run]");
+    assert_scene_refused("linear", &scene, &[], &["bad.toml:31:12: model.datapath: ", "hpu limits"]);
+    let linear = ["run", "hybrid-wall", "--set", "model.datapath=linear"];
+    assert_refused(&run(&linear), 2, &["--set model.datapath=linear: model.datapath: ", "hpu limits"]);
+}
+
+#[test]
+fn help_that_does_not_fit_on_a_full_disk_is_a_failed_write() {
+    for arguments in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "map"], &["scenes"]] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device that is full");
+        let output = hpu().args(arguments).stdout(full).output().expect("starts");
+        assert_refused(&output, 4, &["standard output: "]);
+    }
+    assert!(stdout(&run(&["--help"])).contains("Usage: hpu"));
+}
+
+#[test]
+fn messages_write_short_numbers_that_are_not_zero() {
+    let refused = |arguments: &[&str], expected: i32, words: &[&str]| {
+        let output = run(arguments);
+        assert_refused(&output, expected, words);
+        assert!(!stderr(&output).contains("0.000000"), "{}", stderr(&output));
+        assert!(!stderr(&output).contains(&"0".repeat(30)), "{}", stderr(&output));
+    };
+    let map = ["map", "hybrid-wall", "--y", "wall.position=1..2", "--x"];
+    refused(&[&map[..], &["wall.stiffness=1e300..1"]].concat(), 2, &["1e300 to 1 is reversed"]);
+    let long = format!("wall.stiffness={}..1", "9".repeat(400));
+    refused(&[&map[..], &[&long]].concat(), 2, &["wall.stiffness"]);
+    let gain = ["run", "rail-drop", "--set", "amplifier.full_scale=1e-6", "--set", "encoder.resolution=1", "--set", "wall.stiffness=1"];
+    refused(&gain, 4, &["does not fit", "write at most "]);
+    let rate = ["run", "hybrid-wall", "--set", "method.period_bits=30", "--set", "method.sample_rate=1e-5"];
+    refused(&rate, 4, &["1e-5 Hz takes 5000000000000 clocks"]);
+    let word = format!("wall.stiffness={}", "0".repeat(300) + "x");
+    refused(&["run", "hybrid-wall", "--set", &word], 4, &["..."]);
 }
 
 #[test]

@@ -68,6 +68,8 @@ fn a_bad_table_is_refused_with_its_line_and_what_is_accepted() {
         assert_refused(&tick(&["displacement"], &table), 4, &["-:3:", "position", "from 0 to 4095", "(0,12,0)"]);
     }
     assert_refused(&run(&["block", "pwm", "--inputs", "no/such.csv"]), 4, &["no/such.csv"]);
+    // Of `40` nothing would tell that it was 4096.
+    assert_refused(&tick(&["displacement"], "position,reference\n1,2\n1,40"), 4, &["-:3:", "no line feed"]);
 }
 
 #[test]
@@ -137,7 +139,8 @@ fn a_word_that_the_emulator_answers_otherwise_is_shown() {
     fs::write(&file, wrong).expect("vectors");
     let output = run(&["vectors", "--verify", text(&file)]);
     assert_eq!(code(&output), 1);
-    assert!(stdout(&output).contains("row 3: position is 1 in the file, 0 in the emulator"), "{}", stdout(&output));
+    let said = format!("{}:4: position is 1 in the file, 0 in the emulator\n", file.display());
+    assert_eq!(stdout(&output), said);
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod chart;
 mod common;
 mod exports;
 mod fit;
+mod fuzz;
 mod map;
 mod on_disk;
 mod phantom;

@@ -296,7 +296,8 @@ impl Scene {
     }
 
     /// An error at one of the scene's keys.
-    pub(crate) fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+    #[must_use]
+    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.places.error(key, reason)
     }
 

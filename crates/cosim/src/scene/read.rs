@@ -153,7 +153,7 @@ fn agree_on_speeds(scene: &Scene) -> Result<(), SceneError> {
             "{}{} {unit}/s passes {} encoder counts in one clock edge; \
              accepted: {MOST_COUNTS_AN_EDGE} counts, which is {} {unit}/s",
             when(),
-            number_below(change / (edges * clock.period_s())),
+            number_below(change.abs() / (edges * clock.period_s())),
             number_below(change.abs() / count_rad / edges),
             number_below(most / clock.period_s()),
         );

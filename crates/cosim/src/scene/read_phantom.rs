@@ -205,8 +205,10 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
     }
     let distance_m = s.quantity("distance", &q::LENGTH, Any, Some(0.02))?;
     if distance_m <= 0.0 {
-        let reason =
-            format!("the walls of a pair stand at -distance and distance; {} m turns the room inside out", number(distance_m));
+        let reason = format!(
+            "the walls of a pair stand at -distance and distance; {} m turns the room inside out",
+            number(distance_m)
+        );
         return Err(s.error("distance", reason));
     }
     Ok(Room { distance_m, stiffness_n_per_m: s.quantity("stiffness", &q::STIFFNESS, NotNegative, None)?, walls })

@@ -16,6 +16,17 @@ pub struct SceneError {
     reason: String,
 }
 
+impl SceneError {
+    /// Whether the refused value was not in the file: an override gave it.
+    #[must_use]
+    pub fn is_override(&self) -> bool {
+        self.place.starts_with(OVERRIDE)
+    }
+}
+
+/// How the place of an override begins.
+const OVERRIDE: &str = "--set ";
+
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         if self.key.is_empty() {
@@ -117,7 +128,7 @@ impl Source {
     }
 
     fn set(&mut self, key: &str, text: &str) -> Result<(), SceneError> {
-        let place = format!("--set {}={}", excerpt(key), excerpt(text));
+        let place = format!("{OVERRIDE}{}={}", excerpt(key), excerpt(text));
         let refuse =
             |reason: &str| SceneError { place: place.clone(), key: key.to_string(), reason: reason.to_string() };
         let keys = Key::parse(key).map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;

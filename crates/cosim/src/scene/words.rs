@@ -165,8 +165,10 @@ impl Scene {
         let most = 1u32 << (method.pwm.bits - 1);
         let dead_time = dead_time.ok().filter(|clocks| *clocks <= most).ok_or_else(|| {
             let most_s = f64::from(most) * self.clock.period_s();
-            self.places
-                .error("method.pwm.dead_time", format!("longer than half a PWM period; write at most {} s", number_below(most_s)))
+            self.places.error(
+                "method.pwm.dead_time",
+                format!("longer than half a PWM period; write at most {} s", number_below(most_s)),
+            )
         })?;
         Ok(LoopConfig {
             position_width: method.position_bits,
@@ -212,8 +214,11 @@ impl Scene {
         let nearest = exact.round();
         let (least, most) = (format.lsb() * unit, format.max() as f64 * format.lsb() * unit);
         if nearest > format.max() as f64 {
-            let reason =
-                format!("{} {si} does not fit {format}; write at most {} {si}, or more integer bits", number(value), number_below(most));
+            let reason = format!(
+                "{} {si} does not fit {format}; write at most {} {si}, or more integer bits",
+                number(value),
+                number_below(most)
+            );
             return Err(self.places.error(key, reason));
         }
         if nearest == 0.0 && value > 0.0 {

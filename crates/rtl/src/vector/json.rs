@@ -57,7 +57,12 @@ pub enum JsonError {
         found: String,
     },
     /// No JSON.
-    Syntax(String),
+    Syntax {
+        /// The line.
+        line: usize,
+        /// What the parser says of it.
+        said: String,
+    },
     /// No configuration is called so, with these columns and generics.
     Unknown {
         /// What the file calls the block.
@@ -90,7 +95,7 @@ impl fmt::Display for JsonError {
             Self::Edited { told, found } => {
                 write!(f, "changed since it was written: its sha256 is told as {told}, and is {found}")
             }
-            Self::Syntax(said) => write!(f, "no JSON: {said}"),
+            Self::Syntax { said, .. } => write!(f, "no JSON: {said}"),
             Self::Unknown { block } => {
                 write!(f, "no configuration of a block {block} has these columns and generics; see hpu block NAME")
             }
@@ -104,6 +109,29 @@ impl fmt::Display for JsonError {
 }
 
 impl std::error::Error for JsonError {}
+
+impl JsonError {
+    /// The line of the refused text, counted from 1; the first where none is to blame.
+    #[must_use]
+    pub fn line(&self, text: &str) -> usize {
+        let of =
+            |key: &str| (1..).zip(text.lines()).find(|(_, line)| line.contains(key)).map_or(1, |(number, _)| number);
+        match self {
+            Self::NoDigest => text.lines().count().max(1),
+            Self::Edited { .. } => of(DIGEST),
+            Self::Syntax { line, .. } => *line,
+            Self::Unknown { .. } => of("\"block\""),
+            Self::Row { row, .. } | Self::Word { row, .. } => row_line(text, *row),
+        }
+    }
+}
+
+/// The line of a row, counted from 1, in a file with a row a line.
+#[must_use]
+pub fn row_line(text: &str, row: usize) -> usize {
+    let rows = text.lines().position(|line| line.contains("\"rows\"")).unwrap_or(0);
+    (rows + 1 + row).min(text.lines().count().max(1))
+}
 
 /// The line that is not part of its own digest.
 const DIGEST: &str = "\"sha256\"";
@@ -188,7 +216,8 @@ impl Vectors {
         if told != found {
             return Err(JsonError::Edited { told: told.to_string(), found });
         }
-        let json: Value = serde_json::from_str(text).map_err(|error| JsonError::Syntax(error.to_string()))?;
+        let json: Value = serde_json::from_str(text)
+            .map_err(|error| JsonError::Syntax { line: error.line(), said: error.to_string() })?;
         let same = |header: &Header| described(header).iter().all(|(key, value)| json[*key] == *value);
         let header = headers.into_iter().find(same);
         let header = header.ok_or_else(|| JsonError::Unknown { block: json["block"].clone() })?;

@@ -19,7 +19,7 @@ use std::fmt::{self, Write as _};
 use hpu_datapath::{AnyBlock, Generic, Rom};
 use hpu_signal::{Format, Signal};
 
-pub use json::{JsonError, Origin, Source};
+pub use json::{JsonError, Origin, Source, row_line};
 pub use memory::Memory;
 
 /// One column of a vector file.

@@ -6,6 +6,7 @@ mod cost;
 mod cost_cache;
 mod cost_verilog;
 mod exports;
+mod generics;
 mod junit;
 mod phantom_loops;
 mod phantom_waves;

@@ -145,18 +145,18 @@ fn a_cut_file_is_refused_wherever_it_is_cut() {
 #[test]
 fn a_lost_row_is_noticed_by_the_count() {
     let error = refused(&COUNTER.replace("0 3 fff\n", ""));
-    assert_eq!(error.to_string(), "line 4: the file has 2 rows, but ends with `# end 3 rows`");
+    assert_eq!(error.to_string(), "4: the file has 2 rows, but ends with `# end 3 rows`");
 }
 
 #[test]
 fn bad_hex_too_many_bits_and_missing_words_are_refused_with_their_line() {
     for (good, bad, message) in [
-        ("fff", "ffg", "line 3: `ffg` is not a word of position(0,12,0)"),
-        ("fff", "+ff", "line 3: `+ff` is not a word of position(0,12,0)"),
-        ("fff", "0fff", "line 3: `0fff` is not a word of position(0,12,0)"),
-        ("0 3 fff", "0 4 fff", "line 3: `4` is not a word of step(1,1,0)"),
-        ("0 3 fff", "0 fff", "line 3: 3 words expected, 2 found"),
-        ("3 rows\n", "3 rows\n0\n", "line 6: text after the last line `# end N rows`"),
+        ("fff", "ffg", "3: `ffg` is not a word of position(0,12,0)"),
+        ("fff", "+ff", "3: `+ff` is not a word of position(0,12,0)"),
+        ("fff", "0fff", "3: `0fff` is not a word of position(0,12,0)"),
+        ("0 3 fff", "0 4 fff", "3: `4` is not a word of step(1,1,0)"),
+        ("0 3 fff", "0 fff", "3: 3 words expected, 2 found"),
+        ("3 rows\n", "3 rows\n0\n", "6: text after the last line `# end N rows`"),
     ] {
         assert_eq!(refused(&COUNTER.replace(good, bad)).to_string(), message);
     }
@@ -169,9 +169,9 @@ fn stimuli_are_read_from_csv_with_or_without_reset() {
     assert_eq!(stimuli_from_csv("rst,step\n1,0\n0,-1\n", &header), Ok(vec![edge(true, 0), edge(false, -1)]));
     assert_eq!(stimuli_from_csv("step\n1\n-2\n", &header), Ok(vec![edge(false, 1), edge(false, -2)]));
     for (text, message) in [
-        ("steps\n1\n", "line 1: made for another configuration; expected `rst,step`, found `steps`"),
-        ("step\n1\n2\n", "line 3: `2` is not a word of step(1,1,0)"),
-        ("step\n1,1\n", "line 2: 1 words expected, 2 found"),
+        ("steps\n1\n", "1: made for another configuration; expected `rst,step`, found `steps`"),
+        ("step\n1\n2\n", "3: `2` is not a word of step(1,1,0)"),
+        ("step\n1,1\n", "2: 1 words expected, 2 found"),
     ] {
         assert_eq!(stimuli_from_csv(text, &header).expect_err("a bad file").to_string(), message);
     }

@@ -8,6 +8,7 @@ mod words;
 
 use std::fmt;
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{Control, LinearLoop};
 
@@ -58,9 +59,13 @@ impl fmt::Display for LimitsError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::NeverStable { down_to } => {
-                write!(f, "no stiffness settles, down to {down_to:e}: the damping alone is too much for the loop")
+                write!(
+                    f,
+                    "no stiffness settles, down to {}: the damping alone is too much for the loop",
+                    figure(*down_to)
+                )
             }
-            Self::AlwaysStable { up_to } => write!(f, "every stiffness settles, up to {up_to:e}"),
+            Self::AlwaysStable { up_to } => write!(f, "every stiffness settles, up to {}", figure(*up_to)),
         }
     }
 }

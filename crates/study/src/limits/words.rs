@@ -7,6 +7,7 @@
 use std::time::Duration;
 
 use hpu_cosim::Control;
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Experiment, Hand, OutcomeKind, Scene};
 
 use super::{Emulated, unit};
@@ -59,8 +60,8 @@ pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords,
         loop {
             if high == format.max() {
                 return Err(format!(
-                    "settles up to {:.6} {}, the stiffest that {format} holds",
-                    high as f64 * word,
+                    "settles up to {} {}, the stiffest that {format} holds",
+                    figure(high as f64 * word),
                     unit(scene)
                 ));
             }
@@ -74,7 +75,8 @@ pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords,
         loop {
             if low == 1 {
                 return Err(format!(
-                    "does not settle down to {word:.6} {}, the softest that {format} holds",
+                    "does not settle down to {} {}, the softest that {format} holds",
+                    figure(word),
                     unit(scene)
                 ));
             }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use hpu_cosim::{excerpt, number};
+
 /// Fewest cells along an axis.
 pub const FEWEST: usize = 2;
 /// Most cells along an axis.
@@ -33,7 +35,11 @@ impl FromStr for Axis {
             match part {
                 "log" => log = true,
                 "lin" => log = false,
-                _ => cells = part.parse().map_err(|_| format!("`{part}` is neither a number of cells, log nor lin"))?,
+                _ => {
+                    cells = part
+                        .parse()
+                        .map_err(|_| format!("`{}` is neither a number of cells, log nor lin", excerpt(part)))?
+                }
             }
         }
         let ((from, unit), (to, other)) = (quantity(from)?, quantity(to)?);
@@ -52,7 +58,7 @@ fn quantity(text: &str) -> Result<(f64, &str), String> {
         ends.map(|end| text.split_at(end)).find_map(|(number, unit)| Some((number.parse().ok()?, unit.trim())));
     number
         .filter(|(value, _): &(f64, &str)| value.is_finite())
-        .ok_or_else(|| format!("`{text}` is not a number with a unit"))
+        .ok_or_else(|| format!("`{}` is not a number with a unit", excerpt(text)))
 }
 
 impl Axis {
@@ -69,16 +75,16 @@ impl Axis {
             return Err("no key before the `=`".into());
         }
         if from == to {
-            return wrong(format!("{from} to {to} is empty"));
+            return wrong(format!("{} to {} is empty", number(from), number(to)));
         }
         if from > to {
-            return wrong(format!("{from} to {to} is reversed; write the smaller value first"));
+            return wrong(format!("{} to {} is reversed; write the smaller value first", number(from), number(to)));
         }
         if !(FEWEST..=MOST).contains(&cells) {
             return wrong(format!("{cells} cells; an axis has {FEWEST} to {MOST}"));
         }
         if log && from <= 0.0 {
-            return wrong(format!("a logarithmic axis begins above zero, not at {from}"));
+            return wrong(format!("a logarithmic axis begins above zero, not at {}", number(from)));
         }
         let value = |cell: usize| {
             let share = cell as f64 / (cells - 1) as f64;
@@ -94,7 +100,11 @@ impl Axis {
         let mut values: Vec<f64> = (0..cells).map(value).collect();
         (values[0], values[cells - 1]) = (from, to);
         if values.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return wrong(format!("{cells} cells from {from} to {to} are too narrow to be told apart by six digits"));
+            return wrong(format!(
+                "{cells} cells from {} to {} are too narrow to be told apart by six digits",
+                number(from),
+                number(to)
+            ));
         }
         Ok(Self { key: key.to_string(), unit: unit.to_string(), log, values })
     }
@@ -138,7 +148,7 @@ impl Axis {
     /// A value with the unit.
     #[must_use]
     pub fn with_unit(&self, value: f64) -> String {
-        if self.unit.is_empty() { value.to_string() } else { format!("{value} {}", self.unit) }
+        if self.unit.is_empty() { number(value) } else { format!("{} {}", number(value), self.unit) }
     }
 
     /// Where a value lies, in cells: a cell's own value at its number. Beyond the ends it goes on.
@@ -154,6 +164,7 @@ impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { key, unit, log, values } = self;
         let (space, scale) = (if unit.is_empty() { "" } else { " " }, if *log { "log" } else { "lin" });
-        write!(f, "{key}={}..{}{space}{unit}:{}:{scale}", values[0], values[self.cells() - 1], self.cells())
+        let [from, to] = [values[0], values[self.cells() - 1]].map(number);
+        write!(f, "{key}={from}..{to}{space}{unit}:{}:{scale}", self.cells())
     }
 }

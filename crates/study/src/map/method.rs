@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Scene};
 
 /// A layer of a map.
@@ -48,7 +49,7 @@ impl Method {
             }
             Device::Mass(mass) => (mass.damping_n_s_per_m, "N/m"),
         };
-        let c = format!("{:.6} {unit}", damping / period_s);
+        let c = format!("{} {unit}", figure(damping / period_s));
         let method = |label: &str, kind: &str, set: &[(&str, &str)]| {
             let kind = [("method.kind", kind)];
             let set = kind.iter().chain(set).map(|(key, value)| (key.to_string(), value.to_string())).collect();

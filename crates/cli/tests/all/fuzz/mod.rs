@@ -1,0 +1,226 @@
+//! Commands at random, within sense and at its edges: no panic, no hang, every exit in the contract, nothing left behind.
+//!
+//! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt as text.
+//! Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60], `HPU_FUZZ_SEED` which
+//! ones [1], `HPU_FUZZ_FIRST` where to begin [0]: each command depends on seed and number alone. A failure is told with its
+//! number, made smaller, with the command and its files in a folder that stays.
+
+mod command;
+mod keys;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hpu_cosim::scene::{Shipped, shipped};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+use crate::common::scratch;
+use command::VERBS;
+use keys::Key;
+
+/// No command within its budget takes longer.
+const LONGEST: Duration = Duration::from_secs(20);
+/// Memory that a command may ask for, in KiB.
+const MOST_KIB: u64 = 4 << 20;
+/// Tries to make a failure smaller.
+const MOST_SHRINKS: usize = 40;
+
+/// What a command is made of.
+#[derive(Clone, Debug)]
+pub struct Case {
+    verb: usize,
+    scene: usize,
+    /// Key, kind of value, and place in its range.
+    changes: Vec<(u16, u8, f64)>,
+    numbers: [u32; 4],
+    spoilt: Option<Spoilt>,
+}
+
+/// What is done to a file.
+#[derive(Clone, Debug)]
+pub struct Spoilt {
+    at: f64,
+    length: usize,
+    with: String,
+}
+
+impl Spoilt {
+    /// The text with a part replaced.
+    fn text(&self, text: &str) -> String {
+        let bound = |byte: usize| (byte..=text.len()).find(|&byte| text.is_char_boundary(byte)).unwrap_or(text.len());
+        let from = bound((self.at * text.len() as f64) as usize);
+        let to = bound((from + self.length).min(text.len()));
+        format!("{}{}{}", &text[..from], self.with, &text[to..])
+    }
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    // Runs are most of what is done, and quick.
+    let verb = prop_oneof![6 => 0..3usize, 6 => 3..VERBS.len()];
+    let changes = vec((any::<u16>(), 0..8u8, 0.0..1.0), 0..6);
+    let with = prop_oneof![Just(String::new()), "[ -~]{1,6}", "[\\PC]{1,3}", Just("\n".into()), Just("1e308".into())];
+    let spoilt = (0.0..1.0, 0..30usize, with).prop_map(|(at, length, with)| Spoilt { at, length, with });
+    let spoilt = proptest::option::weighted(0.04, spoilt);
+    (verb, any::<prop::sample::Index>(), changes, any::<[u32; 4]>(), spoilt).prop_map(
+        |(verb, scene, changes, numbers, spoilt)| Case { verb, scene: scene.index(shipped().len()), changes, numbers, spoilt },
+    )
+}
+
+/// What became of a command.
+struct Done {
+    exit: String,
+    seconds: f64,
+    /// What is wrong, if anything is.
+    wrong: Option<String>,
+    stderr: String,
+}
+
+fn finished(child: &mut Child) -> bool {
+    child.try_wait().expect("it is a child").is_some()
+}
+
+fn run(arguments: &[String], dir: &Path) -> Done {
+    let tmp = dir.with_extension("tmp");
+    fs::create_dir_all(&tmp).expect("a folder");
+    let before = Instant::now();
+    let [out, err] = ["stdout", "stderr"].map(|name| fs::File::create(tmp.with_extension(name)).expect("a file"));
+    let mut child = Command::new("sh")
+        .args(["-c", &format!("ulimit -v {MOST_KIB}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_hpu")])
+        .args(arguments)
+        .current_dir(dir)
+        .env("TMPDIR", &tmp)
+        .env("PATH", "")
+        .env("HOME", &tmp)
+        .stdin(Stdio::null())
+        .stdout(out)
+        .stderr(err)
+        .spawn()
+        .expect("the command starts");
+    let mut pause = Duration::from_micros(500);
+    while !finished(&mut child) && before.elapsed() < LONGEST {
+        thread::sleep(pause);
+        pause = (pause * 5 / 4).min(Duration::from_millis(20));
+    }
+    let seconds = before.elapsed().as_secs_f64();
+    let hangs = !finished(&mut child);
+    if hangs {
+        child.kill().expect("it is a child");
+    }
+    let status = child.wait().expect("it has ended");
+    let [stdout, stderr] =
+        ["stdout", "stderr"].map(|name| String::from_utf8_lossy(&fs::read(tmp.with_extension(name)).expect("its words")).into_owned());
+    let exit = match (hangs, status.code(), status.signal()) {
+        (true, ..) => "hangs".to_string(),
+        (_, Some(code), _) => code.to_string(),
+        (.., signal) => format!("signal {}", signal.unwrap_or(0)),
+    };
+    let left: Vec<_> = crate::common::names(dir).into_iter().filter(|name| name.starts_with('.') || name.ends_with(".tmp")).collect();
+    let temporary = crate::common::names(&tmp);
+    let is_text = !arguments.iter().any(|argument| argument == "--json");
+    let wrong = if !["0", "1", "2", "3", "4"].contains(&exit.as_str()) {
+        Some(format!("exit {exit}"))
+    } else if stderr.contains("panicked") {
+        Some("a panic".to_string())
+    } else if ["2", "3", "4"].contains(&exit.as_str()) && !stderr.starts_with("error: ") {
+        Some("a refusal without a word".to_string())
+    } else if !left.is_empty() || !temporary.is_empty() {
+        Some(format!("left behind: {left:?} {temporary:?}"))
+    } else if has_long_number(&stderr) {
+        Some("a message with a number of many digits".to_string())
+    } else if ["run", "limits", "fit"].contains(&arguments[0].as_str()) && is_text && stdout.contains("NaN") {
+        Some("NaN is told as a result".to_string())
+    } else {
+        None
+    };
+    Done { exit, seconds, wrong, stderr }
+}
+
+fn has_long_number(text: &str) -> bool {
+    text.split(|c: char| !c.is_ascii_digit()).any(|digits| digits.len() > 40) || text.contains(" 0.000000 ")
+}
+
+/// The command of a case, in an empty folder, and what became of it.
+fn done(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path) -> (Vec<String>, Done) {
+    for old in [dir.to_path_buf(), dir.with_extension("tmp")] {
+        if old.exists() {
+            fs::remove_dir_all(old).expect("an old folder goes");
+        }
+    }
+    fs::create_dir_all(dir).expect("a folder");
+    let arguments = command::arguments(case, scenes, keys, dir);
+    let done = run(&arguments, dir);
+    (arguments, done)
+}
+
+fn number(name: &str, otherwise: u64) -> u64 {
+    env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
+}
+
+#[test]
+fn commands_at_random_end_as_the_contract_says() {
+    let (count, seed, first) = (number("HPU_FUZZ", 60), number("HPU_FUZZ_SEED", 1), number("HPU_FUZZ_FIRST", 0));
+    let scenes = shipped();
+    let keys: Vec<Vec<Key>> = scenes.iter().map(keys::keys).collect();
+    assert!(keys.iter().all(|keys| keys.len() > 15), "what scenes take is read from their refusals");
+    let folder = scratch("fuzz");
+    let (start, mut tally, mut failures) = (Instant::now(), BTreeMap::<(&str, String), (u64, f64)>::new(), Vec::new());
+    let mut told = Instant::now();
+    for index in first..first + count {
+        let mut bytes = [0; 32];
+        bytes[..8].copy_from_slice(&seed.to_le_bytes());
+        bytes[8..16].copy_from_slice(&index.to_le_bytes());
+        let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
+        let mut tree = cases().new_tree(&mut TestRunner::new_with_rng(Config::default(), rng)).expect("a case");
+        let dir = folder.join("now");
+        let case = tree.current();
+        let (mut arguments, mut done) = done(&case, scenes, &keys, &dir);
+        let entry = tally.entry((VERBS[case.verb], done.exit.clone())).or_default();
+        (entry.0, entry.1) = (entry.0 + 1, entry.1.max(done.seconds));
+        if done.wrong.is_some() {
+            let kind = done.exit.clone();
+            for _ in 0..MOST_SHRINKS {
+                if !tree.simplify() {
+                    break;
+                }
+                let (smaller, its) = self::done(&tree.current(), scenes, &keys, &dir);
+                if its.wrong.is_some() && its.exit == kind {
+                    (arguments, done) = (smaller, its);
+                } else if !tree.complicate() {
+                    break;
+                }
+            }
+            let line: Vec<_> = arguments.iter().map(|word| format!("'{word}'")).collect();
+            let wrong = done.wrong.unwrap_or_default();
+            let said: String = done.stderr.chars().take(600).collect();
+            failures.push(format!("HPU_FUZZ_SEED={seed} HPU_FUZZ_FIRST={index} HPU_FUZZ=1: {wrong}\n  hpu {}\n  {said}", line.join(" ")));
+            eprintln!("{}", failures[failures.len() - 1]);
+            let kept = folder.join(format!("case-{index}"));
+            fs::rename(&dir, &kept).expect("its files stay");
+            if failures.len() >= 25 {
+                break;
+            }
+        }
+        if told.elapsed() > Duration::from_secs(30) {
+            told = Instant::now();
+            eprintln!("{} of {count} commands, {} failures", index + 1 - first, failures.len());
+        }
+    }
+    let all: u64 = tally.values().map(|(count, _)| count).sum();
+    let past: u64 = tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, (count, _))| count).sum();
+    for ((verb, exit), (count, longest)) in &tally {
+        println!("{verb:<18} exit {exit:<10} {count:>7}, the longest {longest:.2} s");
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{all} commands, {past} past reading, {:.1} a second, {} failures", all as f64 / seconds, failures.len());
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(all < 50 || past * 10 >= all * 9, "only {past} of {all} commands got past reading");
+}
