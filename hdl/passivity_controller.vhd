@@ -86,9 +86,14 @@ end entity;
 
 architecture rtl of passivity_controller is
 
-  -- Room for the energy, both products and a natural.
+  -- Room for the total less CREDIT. An energy is at most 2^(ENERGY_WIDTH-1) from 0, a
+  -- torque times a displacement less than 2^(TORQUE_WIDTH+WIDTH-1). A correction has
+  -- the sign of its displacement and is at most |energy|/|d|: their product is never
+  -- negative, and never takes an energy beyond 0. So the total stays within 2^M of 0,
+  -- M = max(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), and CREDIT < 2^31 leaves it within
+  -- 2^(max(M, 31)+1).
   constant WIDE_WIDTH : positive
-    := maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH + 2), 32) + 3;
+    := maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), 31) + 2;
 
   subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
   subtype energy_word is signed(ENERGY_WIDTH - 1 downto 0);

@@ -2,6 +2,7 @@
 
 use hpu_signal::Format;
 
+use crate::config::NATURAL;
 use crate::{
     AnyBlock, AxisFront, BoundingConfig, ConfigError, CouplingConfig, EnergyBounding, Estimator, InputShaper,
     InputShaperConfig, Law, LawWidths, MethodLoop, MethodLoopConfig, PassiveSpring, PassivityConfig,
@@ -37,12 +38,16 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         ("8_bit", shaper),
         ("shaping", InputShaperConfig { shaping: Some(shaping(0)), ..InputShaperConfig::default() }),
         ("shaping_8_bit", InputShaperConfig { shaping: Some(shaping(0)), ..shaper }),
-        ("phase", InputShaperConfig { shaping: Some(shaping(5)), ..shaper }),
+        // Half of a difference: of a step up the other half is shown at once, so the edge of the first sample is seen.
+        (
+            "phase",
+            InputShaperConfig { shaping: Some(Shaping { phase: 5, b: [1 << 29, -1 << 29, 0], a: [0, 0] }), ..shaper },
+        ),
         // A difference that rings: every rectifier and the filter's limits are reached within a few samples.
         (
             "ringing",
             InputShaperConfig {
-                shaping: Some(Shaping { phase: 2, b: [1 << 30, -1 << 30, 0], a: [0, 1 << 30] }),
+                shaping: Some(Shaping { phase: 1, b: [1 << 30, -1 << 30, 0], a: [0, 1 << 30] }),
                 ..shaper
             },
         ),
@@ -120,6 +125,9 @@ fn stabilised() -> Result<Variants, ConfigError> {
         ("exact_8_bit", Box::new(exactly)),
         ("credit", Box::new(PassivityController::new(PassivityConfig { credit: 40, ..control })?)),
         ("exact_credit", Box::new(PassivityController::new(PassivityConfig { credit: 40, ..exact(control) })?)),
+        ("greatest_credit", Box::new(PassivityController::new(PassivityConfig { credit: NATURAL, ..control })?)),
+        ("wide_energy", Box::new(PassivityController::new(deep(15, 32))?)),
+        ("wide_torque", Box::new(PassivityController::new(deep(16, 31))?)),
         ("8_bit", Box::new(MethodLoop::new(bounded.clone(), own(bounded.latency() + 1))?)),
         ("8_bit", Box::new(bounded)),
         ("least_conservative", Box::new(EnergyBounding::new(least(BoundingConfig::default()))?)),
@@ -131,6 +139,13 @@ fn stabilised() -> Result<Variants, ConfigError> {
         ("one_and_a_half", Box::new(PassiveSpring::new(SpringConfig { alpha: 384, ..spring })?)),
         ("fine", Box::new(PassiveSpring::new(SpringConfig { extension_frac: 10, ..spring })?)),
     ])
+}
+
+/// A passivity controller whose total, less the greatest credit, takes every bit that the VHDL gives it: once because of the
+/// energy's width, once because of that of torque and motion.
+fn deep(torque_width: u32, energy_width: u32) -> PassivityConfig {
+    let widths = LawWidths { width: 16, torque_width, ..LawWidths::default() };
+    PassivityConfig { widths, exact: true, energy_width, credit: NATURAL }
 }
 
 /// Widths so short that everything wraps, saturates and rounds within a few edges.

@@ -35,6 +35,8 @@ fn others() -> Result<Variants, ConfigError> {
         ("8_bit", Box::new(ZeroOrderHold::new(8, 6)?)),
         ("8_bit", Box::new(TorqueSum::new(8, 9, 10)?)),
         ("wrap", Box::new(TorqueSum::new(8, 9, 8)?)),
+        ("narrow_damping", Box::new(TorqueSum::new(8, 5, 8)?)),
+        ("narrow_spring", Box::new(TorqueSum::new(5, 9, 8)?)),
         ("8_bit", Box::new(Saturator::new(10, 9, 255)?)),
         ("limit_0", Box::new(Saturator::new(10, 9, 0)?)),
         ("settling_1", Box::new(CommandLimiter::new(10, 9, 255, 1)?)),
@@ -111,7 +113,7 @@ fn arithmetic() -> Result<Variants, ConfigError> {
         ("high_pass", Box::new(section(words((12, 4), (13, 26), (1, 30)), high_pass.0, high_pass.1, 4)?)),
         ("narrow", Box::new(section(words((3, 2), (2, 1), (1, 3)), [5, -7, 3], [-13, 6], 4)?)),
         ("integer", Box::new(section(words((9, 0), (11, 3), (2, 0)), [1, -2, 1], [-1, 1], 6)?)),
-        ("extreme", Box::new(section(words((19, 20), (20, 19), (1, 30)), [most, -most, most], [-most, -most], 8)?)),
+        ("extreme", Box::new(section(words((19, 20), (20, 19), (1, 30)), [most, i32::MIN, most], [-most, -most], 8)?)),
     ])
 }
 
@@ -134,6 +136,8 @@ fn estimators() -> Result<Variants, ConfigError> {
         ("noiseless", Box::new(adaptive([6, 6, 3, 0, 0])?)),
         ("loose", Box::new(adaptive([8, 6, 16, 15, 6])?)),
         ("wide", Box::new(adaptive([42, 4, 7, 1, 20])?)),
+        // One fraction bit less of 1/11 would show.
+        ("eleven", Box::new(adaptive([6, 4, 11, 15, 6])?)),
         ("2_bit", Box::new(EdgeTimer::new(2, 2)?)),
         ("short", Box::new(EdgeTimer::new(8, 3)?)),
         ("wide", Box::new(EdgeTimer::new(48, 30)?)),

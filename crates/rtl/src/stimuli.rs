@@ -3,6 +3,8 @@
 mod sequences;
 mod walls;
 
+use std::ops::Range;
+
 use hpu_cosim::SplitMix64;
 use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
@@ -62,6 +64,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         _ if !block.clocked() => combinations(&inputs),
         "input_shaper" => [walls::steps(&inputs), samples(&inputs)].concat(),
         "energy_bounding" => [walls::motions(&inputs), walls::haul(block, &inputs)].concat(),
+        "passivity_controller" => [walls::motions(&inputs), walls::drain(block, &inputs)].concat(),
         _ if is_law(&inputs) => walls::motions(&inputs),
         _ if let Some(width) = generic(block, "PWM_WIDTH")
             && inputs[0].name == "a_pin" =>
@@ -69,11 +72,40 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
             [strolls(&inputs), retreat(&inputs, 1 << width)].concat()
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
+        "phantom_engine" => results(&inputs),
         _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
     };
-    grounded(block.name(), &inputs, rows)
+    let resets = if block.clocked() { interrupted(&rows) } else { Vec::new() };
+    grounded(block, [rows, resets].concat())
+}
+
+/// Edges of the resets in the midst of activity.
+const INTERRUPTIONS: [usize; 6] = [1, 3, 1, 2, 1, 5];
+
+/// Rows before each of these resets: enough for every law's latency and for two periods of a short PWM.
+const BEFORE_INTERRUPTION: usize = 160;
+
+/// Resets in the midst of activity, of one edge and of several, the inputs staying as they are: each after a part of another
+/// of the stretches without a reset. The rows of a short part stay until something comes of them.
+fn interrupted(rows: &[Stimulus]) -> Vec<Stimulus> {
+    let stretches: Vec<_> = rows.split(|row| row.rst).filter(|stretch| !stretch.is_empty()).collect();
+    let of = INTERRUPTIONS.len();
+    let part = |turn: usize| {
+        let stretch = stretches[turn * stretches.len() / of];
+        let most = stretch.len().div_ceil(4).min(BEFORE_INTERRUPTION);
+        let part = stretch.iter().skip(turn * stretch.len() / of).take(most);
+        let stay = (BEFORE_INTERRUPTION / 2).div_ceil(part.len());
+        part.flat_map(move |row| vec![row.clone(); stay])
+    };
+    let mut all = Vec::new();
+    for (turn, edges) in INTERRUPTIONS.into_iter().enumerate() {
+        all.extend(part(turn));
+        all.extend(all.last().map(|last| vec![reset(last.words.clone()); edges]).unwrap_or_default());
+    }
+    all.extend(part(of / 2));
+    all
 }
 
 /// How many encoders' lines the inputs begin with.
@@ -193,6 +225,22 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
+/// Computations as long as the longest period that shows none, and longer: every corner of the inputs for more than one.
+fn results(inputs: &[Signal]) -> Vec<Stimulus> {
+    let mut rows = Vec::new();
+    for period in [33, 40, 32] {
+        rows.push(reset(inputs.iter().map(|signal| signal.format.wrap(-1)).collect()));
+        for turn in 2..9 {
+            let corner = |signal: &Signal| match signal.name {
+                "period" => signal.format.wrap(period),
+                _ => corners(signal.format)[turn % corners(signal.format).len()],
+            };
+            rows.extend(vec![edge(inputs.iter().map(corner).collect()); 50]);
+        }
+    }
+    rows
+}
+
 /// Whole loops: from reset, into the wall and back out, for the corners of the constant words.
 fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
@@ -226,6 +274,9 @@ fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
     let walk = (0..deepest).chain((-deepest..deepest).rev());
     [reset(row(0))].into_iter().chain(walk.map(|count| edge(row(count)))).collect()
 }
+
+/// Rows of a random set that reset whatever is drawn, early enough for a committed set: one edge, and several.
+const RESETS: [Range<usize>; 2] = [40..41, 70..73];
 
 /// Random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short sample
 /// periods; and now and then a reset. Depends on nothing but the ports and the seed.
@@ -282,10 +333,11 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
             *phase = (*phase + moves) % 4;
             words[2 * joint..2 * joint + 2].copy_from_slice(&FORWARD[*phase as usize]);
         }
-        Stimulus { rst: block.clocked() && (row == 0 || random.one_in(resets)), words: words.clone() }
+        let forced = row == 0 || RESETS.iter().any(|resets| resets.contains(&row));
+        Stimulus { rst: block.clocked() && (forced || random.one_in(resets)), words: words.clone() }
     };
     let rows = (0..rows).map(&mut next).collect();
-    grounded(block.name(), &inputs, rows)
+    grounded(block, rows)
 }
 
 /// A word of the signal: a corner, a neighbour of the last one, or any.

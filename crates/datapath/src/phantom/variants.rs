@@ -57,8 +57,9 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
     Ok(all)
 }
 
-/// Another geometry, the paper's words, and words so short that they wrap, or are widened instead of rounded.
-fn paths() -> [(&'static str, PhantomConfig); 4] {
+/// Another geometry, the paper's words, words so short that they wrap or are widened instead of rounded, and words of which
+/// nothing or one bit is dropped.
+fn paths() -> [(&'static str, PhantomConfig); 6] {
     let narrow = PhantomFormats {
         trig: format(true, 1, 14),
         length_frac: 12,
@@ -75,6 +76,24 @@ fn paths() -> [(&'static str, PhantomConfig); 4] {
         force: format(true, 6, 18),
         torque: format(true, 8, 24),
     };
+    // A radius takes all fraction bits of its products; a force and the torques of joints 2 and 3 drop one.
+    let aligned = PhantomFormats {
+        trig: format(true, 1, 6),
+        length_frac: 6,
+        position: format(true, 2, 12),
+        stiffness: format(false, 6, 2),
+        force: format(true, 5, 13),
+        torque: format(true, 6, 18),
+    };
+    // Whole numbers of metres and newtons: of a force, a torque and a command nothing is dropped.
+    let whole = PhantomFormats {
+        trig: format(true, 1, 4),
+        length_frac: 0,
+        position: format(true, 8, 0),
+        stiffness: format(false, 8, 0),
+        force: format(true, 12, 0),
+        torque: format(true, 14, 0),
+    };
     let small = PhantomConfig { period_width: 6, delay: 2, ..PhantomConfig::default() };
     let short = PhantomConfig { formats: narrow, lengths: [573; 2], force_limit: 2176, command_width: 12, ..small };
     let wide = PhantomConfig {
@@ -87,11 +106,17 @@ fn paths() -> [(&'static str, PhantomConfig); 4] {
         delay: 0,
         ..small
     };
+    // An engine that did not wait would show something before its first start.
+    let plain = PhantomConfig { gains: [1, 2, 3], gain_frac: 0, command_width: 12, delay: 40, ..small };
+    let aligned = PhantomConfig { formats: aligned, lengths: [9, 11], force_limit: 60_000, ..plain };
+    let whole = PhantomConfig { formats: whole, lengths: [1, 3], force_limit: 2000, ..plain };
     [
         ("premium_1_5", PhantomConfig::premium_1_5().shared()),
         ("plain_q22", PhantomConfig::plain_q22().shared()),
         ("narrow", short),
         ("widening", wide),
+        ("aligned", aligned),
+        ("whole", whole),
     ]
 }
 

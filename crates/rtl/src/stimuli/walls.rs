@@ -1,7 +1,7 @@
 //! Stimuli for laws: motions into a wall and out again, all coordinates of which agree; and for the shaper behind them.
 
 use hpu_cosim::SplitMix64;
-use hpu_datapath::AnyBlock;
+use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
 use super::{corners, edge, generic, reset};
@@ -13,8 +13,16 @@ pub(super) fn is_law(inputs: &[Signal]) -> bool {
 }
 
 /// Resets with all inputs 0, where an input may reach an output without a register: a model's reset sees none.
-pub(super) fn grounded(name: &str, inputs: &[Signal], mut rows: Vec<Stimulus>) -> Vec<Stimulus> {
-    if is_law(inputs) || matches!(name, "axis_front" | "input_shaper" | "command_limiter") {
+pub(super) fn grounded(block: &dyn AnyBlock, mut rows: Vec<Stimulus>) -> Vec<Stimulus> {
+    let says = |name: &str, value| block.generics().contains(&(name, value));
+    let passes_through = match block.name() {
+        "axis_front" => true,
+        "command_limiter" => says("SETTLING", Generic::Integer(0)),
+        "input_shaper" => says("ENABLED", Generic::Boolean(false)),
+        "sampled_wall" => says("SPRING_HELD", Generic::Boolean(false)),
+        _ => false,
+    };
+    if passes_through {
         rows.iter_mut().filter(|row| row.rst).for_each(|row| row.words.fill(0));
     }
     rows
@@ -145,6 +153,27 @@ pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     let rows = (0..between * captures).map(|turn| {
         words[0] = inputs[0].format.wrap(i128::from(turn) * stride);
         edge(words.clone())
+    });
+    [reset(vec![0; inputs.len()])].into_iter().chain(rows).collect()
+}
+
+/// Deep inside the hardest wall, half a turn back and as far forward by turns, a capture each: the torque is back at its
+/// greatest before each way out, which takes all of the energy that it can, until the energy's word is at its least.
+pub(super) fn drain(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
+    let energy = generic(block, "ENERGY_WIDTH").expect("a generic of the law");
+    let mut words: Vec<_> = inputs.iter().map(|signal| signal.format.max() as i64).collect();
+    for (word, signal) in words.iter_mut().zip(inputs) {
+        match signal.name {
+            "period" => *word = 1,
+            "damping" => *word = 0,
+            _ => {}
+        }
+    }
+    let half = 1i128 << (inputs[0].format.width() - 1);
+    let rows = (0..10).flat_map(|capture: i128| {
+        words[0] = inputs[0].format.wrap(-(capture % 2) * half - capture / 2);
+        // From a capture to the next, which is at the edge after the load.
+        vec![edge(words.clone()); energy as usize + 3]
     });
     [reset(vec![0; inputs.len()])].into_iter().chain(rows).collect()
 }

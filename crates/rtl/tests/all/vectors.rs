@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hpu_datapath::{block_by_name, variants};
+use hpu_datapath::{AnyBlock, block_by_name, variants};
 use hpu_rtl::{Header, Problem, Stimulus, VectorError, Vectors, stale, stimuli, stimuli_from_csv};
 use hpu_signal::Format;
 
@@ -112,6 +112,57 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         "pwm dead_time_longer_than_period a_high 1",
     ];
     assert_eq!(idle, by_design);
+}
+
+/// The rows from each reset up to the next: how many edges the reset takes, and the rows.
+fn between_resets(rows: &[Stimulus]) -> Vec<(usize, &[Stimulus])> {
+    let mut all = Vec::new();
+    let mut left = rows;
+    while !left.is_empty() {
+        let edges = left.iter().take_while(|row| row.rst).count();
+        let rest = left[edges..].iter().take_while(|row| !row.rst).count();
+        all.push((edges, &left[..edges + rest]));
+        left = &left[edges + rest..];
+    }
+    all
+}
+
+/// The numbers of edges of those resets, after the first, that can be seen: without the reset, the same inputs would have
+/// given other outputs before the next one.
+fn seen_resets(block: &mut dyn AnyBlock, rows: &[Stimulus]) -> Vec<usize> {
+    let stretches = between_resets(rows);
+    let mut seen = Vec::new();
+    for pair in stretches.windows(2) {
+        let [(_, before), (edges, after)] = pair else { unreachable!("two") };
+        block.reset();
+        before.iter().filter(|row| !row.rst).for_each(|row| drop(block.tick(&row.words)));
+        let without: Vec<_> = after.iter().map(|row| block.tick(&row.words)).collect();
+        let with = after.iter().map(|row| if row.rst { block.reset() } else { block.tick(&row.words) });
+        if with.zip(without).any(|(with, without)| with != without) {
+            seen.push(*edges);
+        }
+    }
+    seen
+}
+
+#[test]
+fn every_clocked_block_is_reset_in_the_midst_of_activity_for_one_edge_and_for_several() {
+    let mut unseen = Vec::new();
+    for (label, mut block) in variants().into_iter().filter(|(_, block)| block.clocked()) {
+        let name = format!("{} {label}", block.name());
+        let directed = stimuli::directed(&*block);
+        for rows in [&directed, &stimuli::random(&*block, 1, 96)] {
+            assert!(rows[0].rst, "{name}");
+            let edges: Vec<_> = between_resets(rows)[1..].iter().map(|(edges, _)| *edges).collect();
+            assert!(edges.contains(&1) && edges.iter().any(|edges| *edges >= 3), "{name}: resets of {edges:?} edges");
+        }
+        let seen = seen_resets(&mut *block, &directed);
+        if !seen.contains(&1) || seen.iter().all(|edges| *edges < 3) {
+            unseen.push(name);
+        }
+    }
+    // These have no register.
+    assert_eq!(unseen, ["command_limiter default", "input_shaper default", "input_shaper 8_bit"]);
 }
 
 fn refused(text: &str) -> VectorError {
