@@ -198,3 +198,71 @@ impl Latch {
         self.given
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use hpu_datapath::{Block, Pwm, PwmConfig, pwm};
+
+    use super::*;
+
+    const WIDTH: u32 = 6;
+    const PERIOD: u64 = 1 << WIDTH;
+    const PERIODS: u64 = 24;
+
+    /// For each period, the mean over it of what a signal has added up to since edge 0, `first` up to edge 1; in edges.
+    fn running_means(first: f64, signal: impl FnMut(u64) -> f64) -> Vec<f64> {
+        let mut sum = first;
+        let halves = (1..).map(signal).map(|level| {
+            sum += level;
+            sum - 0.5 * level
+        });
+        let halves: Vec<_> = halves.take((PERIODS * PERIOD) as usize).collect();
+        halves.chunks(PERIOD as usize).map(|period| period.iter().sum::<f64>() / PERIOD as f64).collect()
+    }
+
+    /// The running means of the switched bridge, and of the averaged one, for these commands, each from its edge on.
+    fn both(antiphase: bool, commands: &[(u64, i64)]) -> (Vec<f64>, Vec<f64>) {
+        let command = |edge: u64| commands.iter().rev().find(|(from, _)| *from <= edge).map_or(0, |(_, word)| *word);
+        let mut pwm = Pwm::new(PwmConfig { width: WIDTH, antiphase, ..PwmConfig::default() }).unwrap();
+        pwm.reset();
+        let switched = running_means(0.0, |edge| {
+            // The modulator finds the word that stood before its edge; its gates hold until the next.
+            let gates = pwm.tick(pwm::In { command: command(edge - 1) });
+            (gates.a_high - gates.b_high) as f64
+        });
+        let mut latch = Latch::new(PERIOD, antiphase);
+        let mut given = latch.given;
+        let averaged = running_means(given, |edge| {
+            if latch.next <= edge {
+                given = latch.take();
+            }
+            given = latch.give(edge, command(edge) as f64 / PERIOD as f64).unwrap_or(given);
+            given
+        });
+        (switched, averaged)
+    }
+
+    #[test]
+    fn an_averaged_bridge_has_given_as_much_as_the_switched_one_on_the_mean_of_every_period_without_a_change() {
+        // Early in a period, at its last edge but one, at its last, at its first; from and to duties for which the mean
+        // changes at a whole edge: sign and magnitude want an even sum of words, antiphase one that 4 divides.
+        let commands =
+            [(3, 16), (64 * 5 - 1, 40), (64 * 8, 8), (64 * 11 + 1, 48), (64 * 14 + 30, 16), (64 * 17 + 62, 0)];
+        for antiphase in [false, true] {
+            let (switched, averaged) = both(antiphase, &commands);
+            let mut compared = 0;
+            for period in 2..PERIODS {
+                // Settled: the last change is taken by a period that is over.
+                let from = period * PERIOD + 1;
+                let changing =
+                    commands.iter().any(|(edge, _)| (from.saturating_sub(2 * PERIOD)..from + PERIOD).contains(edge));
+                if !changing {
+                    let (exact, mean) = (switched[period as usize], averaged[period as usize]);
+                    assert!((exact - mean).abs() < 1e-9, "antiphase {antiphase}, period {period}: {exact}, {mean}");
+                    compared += 1;
+                }
+            }
+            assert!(compared >= 6, "{compared}");
+        }
+    }
+}

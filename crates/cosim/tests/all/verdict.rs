@@ -97,6 +97,27 @@ fn noise_of_a_sixth_of_the_amplitude_does_not_change_the_frequency() {
 }
 
 #[test]
+fn a_passage_counts_after_a_quarter_of_the_amplitude_below_the_mean() {
+    // A period of 1000 rows, 10 Hz: high, a dip of 100 rows to `depth` hundredths below the mean, high, low. There are as many
+    // more high rows than low ones as the dip asks for: the mean is 0, the amplitude 1.
+    let dips = |depth: u64| {
+        let low = (900 - depth) / 2;
+        assert_eq!(2 * low + depth + 100, 1000);
+        let found = verdict(|t| match (t * 1e4).round() as u64 % 1000 {
+            200..300 => -0.01 * depth as f64,
+            row if row < 1000 - low => 1.0,
+            _ => -1.0,
+        });
+        let Verdict::LimitCycle { amplitude_rad, frequency_hz, .. } = found else { panic!("it swings") };
+        near(amplitude_rad, 1.0, 1e-12);
+        frequency_hz
+    };
+    // Once a period after the low rows alone, twice after the dip too: 59 passages in 29 periods and a part of one.
+    near(dips(24), 10.0, 1e-9);
+    near(dips(26), 20.0, 0.03);
+}
+
+#[test]
 fn a_motion_that_is_no_number_has_diverged() {
     let Verdict::Diverged { amplitude_rad, .. } = verdict(|t| if t > 9.0 { f64::NAN } else { 0.0 }) else {
         panic!("not a number");
