@@ -45,9 +45,9 @@ const DOWN_M_PER_S2: [f64; 3] = [0.0, -9.81, 0.0];
 
 impl ArmModel {
     /// A Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg at the tip
-    /// balanced against gravity (assumed: no inertias of a 1.0 are published), Coulomb friction of 0.038 N and viscous
-    /// friction of 0.005 N·s/m at the tip (published, table 1 of Sevcik et al. 2009), taken to the joints at the neutral
-    /// pose (assumed). The apparent mass holds the rotors; rigid transmission, ideal amplifiers.
+    /// balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass holds the rotors; rigid
+    /// transmission, ideal amplifiers. Friction is 0: what is published of it is felt at the tip, and the caller takes it to
+    /// the joints.
     #[must_use]
     pub fn premium_1_0() -> Self {
         let length_m = 0.140;
@@ -58,8 +58,8 @@ impl ArmModel {
             swinging_kg_m2: [0.0; 2],
             moments_kg_m: [0.0; 2],
             gravity_m_per_s2: DOWN_M_PER_S2,
-            viscous_nm_s_per_rad: [0.005 * length_m * length_m; 3],
-            coulomb_nm: [0.038 * length_m; 3],
+            viscous_nm_s_per_rad: [0.0; 3],
+            coulomb_nm: [0.0; 3],
             rotor_kg_m2: [0.0; 3],
             transmission: [None; 3],
             amplifier_s: 0.0,
@@ -69,8 +69,9 @@ impl ArmModel {
     }
 
     /// A Premium 1.5: masses, inertias and lengths published by Çavuşoğlu, Feygin and Tendick 2002 (found in a public
-    /// model of the device); friction (0.01 N·m, 5e-4 N·m·s/rad) and rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) as
-    /// found there too, that they add to the published links is assumed. Rigid transmission, ideal amplifiers.
+    /// model of the device); rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) as found there too, that they add to the
+    /// published links is assumed. Rigid transmission, ideal amplifiers. Friction is 0, as that of
+    /// [`premium_1_0`](Self::premium_1_0).
     #[must_use]
     pub fn premium_1_5() -> Self {
         let (l1, l2, l3, l5, l6): (f64, f64, f64, f64, f64) = (0.215, 0.170, 0.0325, -0.0368, 0.0527);
@@ -100,8 +101,8 @@ impl ArmModel {
                 0.5 * l2 * fore_kg + l3 * parallel_kg - l6 * rear_kg,
             ],
             gravity_m_per_s2: DOWN_M_PER_S2,
-            viscous_nm_s_per_rad: [5e-4; 3],
-            coulomb_nm: [0.01; 3],
+            viscous_nm_s_per_rad: [0.0; 3],
+            coulomb_nm: [0.0; 3],
             rotor_kg_m2: ratios.map(|ratio| 1.08e-6 * ratio * ratio),
             transmission: [None; 3],
             amplifier_s: 0.0,
@@ -129,12 +130,6 @@ impl ArmModel {
         self.moments_kg_m[0] += mass_kg * l1;
         self.moments_kg_m[1] += mass_kg * l2;
         self
-    }
-
-    /// The same arm without friction.
-    #[must_use]
-    pub fn frictionless(self) -> Self {
-        Self { viscous_nm_s_per_rad: [0.0; 3], coulomb_nm: [0.0; 3], ..self }
     }
 
     /// The links' mass matrix in kg·m², without rotors.

@@ -7,6 +7,7 @@
 
 use crate::arm_judge::Judge;
 use crate::arm_judge::twice::Twice;
+use crate::arms::rubbing_1_5;
 use hpu_plant::Band;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, Transmission};
 
@@ -97,7 +98,7 @@ fn judged(model: ArmModel, at_least: usize) -> Found {
 }
 
 fn models() -> [ArmModel; 4] {
-    let rigid = ArmModel::premium_1_5().balanced().with_tip_mass(0.015);
+    let rigid = rubbing_1_5().balanced().with_tip_mass(0.015);
     let soft = Some(Transmission { stiffness_nm_per_rad: 60.0, damping_nm_s_per_rad: 2e-3 });
     [
         rigid,

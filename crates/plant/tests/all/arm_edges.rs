@@ -1,5 +1,6 @@
 //! The arm as a clock sees it: the right edges, the same bits however one asks.
 
+use crate::arms::rubbing_1_5;
 use hpu_plant::Band;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, ArmState, Transmission};
 
@@ -49,7 +50,7 @@ fn run(arm: &Arm, period: u64, samples: u64, leap: bool) -> (Vec<(u64, usize, i6
 }
 
 fn models() -> [ArmModel; 4] {
-    let rigid = ArmModel::premium_1_5().balanced().with_tip_mass(0.015);
+    let rigid = rubbing_1_5().balanced().with_tip_mass(0.015);
     let soft = Some(Transmission { stiffness_nm_per_rad: 60.0, damping_nm_s_per_rad: 2e-3 });
     [
         rigid,
@@ -120,7 +121,7 @@ fn halving_the_tolerance_moves_no_encoder_edge_nor_does_making_it_next_to_nothin
 
 #[test]
 fn halving_the_tolerance_halves_the_error_or_better() {
-    let model = ArmModel { coulomb_nm: [0.0; 3], ..ArmModel::premium_1_5() };
+    let model = ArmModel { coulomb_nm: [0.0; 3], ..rubbing_1_5() };
     let at = |tolerance: f64| {
         let arm = Arm::new(model, EDGE_S).unwrap().with_tolerance(tolerance);
         ArmMotion::new(&arm, [0.1, 0.2, 0.4], [2.0, -1.0, 3.0]).step(25_000_000)

@@ -1,5 +1,6 @@
 //! Flexible transmissions against a matrix exponential.
 
+use crate::arms::rubbing_1_5;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, Transmission};
 
 const EDGE_S: f64 = 20e-9;
@@ -26,7 +27,7 @@ fn exponential(a: &Matrix) -> Matrix {
 fn one_flexible_joint_moves_as_its_linear_system_says() {
     let flexible = Transmission { stiffness_nm_per_rad: 68.0, damping_nm_s_per_rad: 1e-3 };
     let lag_s = 2e-4;
-    let rigid = ArmModel::premium_1_5().balanced();
+    let rigid = rubbing_1_5().balanced();
     for joint in 0..3 {
         let model = ArmModel {
             coulomb_nm: [0.0; 3],
@@ -104,7 +105,7 @@ fn integral_of(a: &Matrix, time_s: f64) -> Matrix {
 
 #[test]
 fn an_amplifier_comes_to_its_command() {
-    let model = ArmModel { amplifier_s: 2e-4, coulomb_nm: [1.0; 3], ..ArmModel::premium_1_5() };
+    let model = ArmModel { amplifier_s: 2e-4, coulomb_nm: [1.0; 3], ..rubbing_1_5() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let mut motion = ArmMotion::new(&arm, [0.0; 3], [0.0; 3]);
     motion.drive(0, [0.1, -0.2, 0.3]);
@@ -118,7 +119,7 @@ fn an_amplifier_comes_to_its_command() {
 
 #[test]
 fn a_stiff_transmission_comes_close_to_a_rigid_one() {
-    let rigid = ArmModel { coulomb_nm: [0.0; 3], ..ArmModel::premium_1_5() };
+    let rigid = ArmModel { coulomb_nm: [0.0; 3], ..rubbing_1_5() };
     let run = |model: ArmModel| {
         let arm = Arm::new(model, EDGE_S).unwrap();
         let mut motion = ArmMotion::new(&arm, [0.1, 0.2, 0.3], [0.5, 0.2, -0.4]);

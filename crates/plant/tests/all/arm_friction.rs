@@ -1,5 +1,6 @@
 //! Stick and slip, against closed forms, exact stepping and the energy balance.
 
+use crate::arms::rubbing_1_5;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, Transmission};
 
 const EDGE_S: f64 = 20e-9;
@@ -47,7 +48,7 @@ impl Exact {
 
 /// A Premium 1.5 with one free joint, and the same by itself.
 fn alone(joint: usize) -> (Arm, Exact) {
-    let model = ArmModel { free: std::array::from_fn(|i| i == joint), ..ArmModel::premium_1_5().balanced() };
+    let model = ArmModel { free: std::array::from_fn(|i| i == joint), ..rubbing_1_5().balanced() };
     let inertia = model.mass_kg_m2([0.0; 3])[joint][joint] + model.rotor_kg_m2[joint];
     let (viscous, coulomb) = (model.viscous_nm_s_per_rad[joint], model.coulomb_nm[joint]);
     (Arm::new(model, EDGE_S).unwrap(), Exact { inertia, viscous, coulomb, angle: 0.0, speed: 0.0 })
@@ -94,7 +95,7 @@ fn a_drop_onto_a_sampled_wall_follows_exact_stepping() {
 
 #[test]
 fn a_stuck_joint_does_not_creep() {
-    let arm = Arm::new(ArmModel { amplifier_s: 2e-4, ..ArmModel::premium_1_5().balanced() }, EDGE_S).unwrap();
+    let arm = Arm::new(ArmModel { amplifier_s: 2e-4, ..rubbing_1_5().balanced() }, EDGE_S).unwrap();
     let start = [0.123, 0.456, 0.321];
     let mut motion = ArmMotion::new(&arm, start, [0.0; 3]);
     for step in 0..1000_u32 {
@@ -109,7 +110,7 @@ fn a_stuck_joint_does_not_creep() {
 #[test]
 fn a_joint_is_held_or_dragged_along_by_what_couples_it() {
     // Joint 2 accelerates and pulls at joint 3 through M23; friction of joint 3 decides.
-    let mut model = ArmModel::premium_1_5().balanced();
+    let mut model = rubbing_1_5().balanced();
     let angles = [0.0, 0.8, 0.0];
     let m23 = model.mass_kg_m2(angles)[1][2];
     let m22 = model.swinging_kg_m2[0] + model.rotor_kg_m2[1];
@@ -164,7 +165,7 @@ fn commands(step: u32) -> [f64; 3] {
 #[test]
 fn energy_balances_with_friction_gravity_amplifiers_and_flexible_transmissions() {
     let soft = Some(Transmission { stiffness_nm_per_rad: 60.0, damping_nm_s_per_rad: 2e-3 });
-    let rigid = ArmModel { gravity_m_per_s2: [3.0, -9.0, 1.0], ..ArmModel::premium_1_5() };
+    let rigid = ArmModel { gravity_m_per_s2: [3.0, -9.0, 1.0], ..rubbing_1_5() };
     for model in [
         rigid,
         ArmModel { amplifier_s: 2e-4, ..rigid },

@@ -1,5 +1,6 @@
 //! The arm without friction: closed forms, conserved quantities, an integrator written from the published equations.
 
+use crate::arms::rubbing_1_5;
 use hpu_plant::Band;
 use hpu_plant::arm::kinematics::{jacobian_m, tip_m};
 use hpu_plant::arm::{Arm, ArmError, ArmModel, ArmMotion, Transmission};
@@ -16,7 +17,7 @@ fn close(got: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn a_point_mass_flies_straight() {
-    let model = ArmModel::premium_1_0().frictionless();
+    let model = ArmModel::premium_1_0();
     let arm = Arm::new(model, EDGE_S).unwrap();
     let (angles, speeds) = ([0.3, 0.4, 0.2], [-1.0, 0.5, 0.8]);
     let tip = tip_m(model.lengths_m, angles);
@@ -34,7 +35,7 @@ fn a_point_mass_flies_straight() {
 #[test]
 fn a_weight_alone_falls_along_gravity_whatever_the_pose() {
     // No links: a point mass and all its weight, thrown.
-    let mut model = ArmModel::premium_1_0().frictionless();
+    let mut model = ArmModel::premium_1_0();
     model.moments_kg_m = [0.075 * 0.14; 2];
     model.gravity_m_per_s2 = [2.0, -9.0, 3.0];
     let arm = Arm::new(model, EDGE_S).unwrap();
@@ -54,7 +55,7 @@ fn a_weight_alone_falls_along_gravity_whatever_the_pose() {
 
 #[test]
 fn free_motion_keeps_its_energy_and_its_momentum_about_the_vertical() {
-    let model = ArmModel::premium_1_5().balanced().frictionless();
+    let model = ArmModel::premium_1_5().balanced();
     let arm = Arm::new(model, EDGE_S).unwrap();
     let (angles, speeds) = ([0.0, 0.2, 0.1], [1.5, 2.0, -1.0]);
     let momentum =
@@ -78,7 +79,7 @@ fn free_motion_keeps_its_energy_and_its_momentum_about_the_vertical() {
 #[test]
 fn motion_under_tilted_gravity_keeps_its_total_energy() {
     let gravity_m_per_s2 = [4.0, -7.0, 5.0];
-    let arm = Arm::new(ArmModel { gravity_m_per_s2, ..ArmModel::premium_1_5().frictionless() }, EDGE_S).unwrap();
+    let arm = Arm::new(ArmModel { gravity_m_per_s2, ..ArmModel::premium_1_5() }, EDGE_S).unwrap();
     let mut motion = ArmMotion::new(&arm, [0.4, 0.2, 0.1], [0.5, 0.2, 0.3]);
     for step in 1..=20 {
         let at = edge(f64::from(step) * 0.1);
@@ -127,7 +128,7 @@ impl Published {
 
 #[test]
 fn the_coriolis_matrix_of_the_reference_is_skew_against_the_mass_matrix() {
-    let published = Published(ArmModel::premium_1_5());
+    let published = Published(rubbing_1_5());
     let (q, v, h) = ([0.3, 0.7, 0.4], [1.0, -2.0, 3.0], 1e-6);
     let moved = |by: f64| published.0.mass_kg_m2(std::array::from_fn(|i| q[i] + by * v[i]));
     let (ahead, behind, c) = (moved(h), moved(-h), published.coriolis(q, v));
@@ -141,7 +142,7 @@ fn the_coriolis_matrix_of_the_reference_is_skew_against_the_mass_matrix() {
 
 #[test]
 fn a_driven_arm_follows_the_published_equations() {
-    let model = ArmModel { coulomb_nm: [0.0; 3], ..ArmModel::premium_1_5() };
+    let model = ArmModel { coulomb_nm: [0.0; 3], ..rubbing_1_5() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let published = Published(model);
     let (mut q, mut v) = ([0.1, 0.2, 0.4], [2.0, -1.0, 3.0]);
@@ -173,7 +174,7 @@ fn a_driven_arm_follows_the_published_equations() {
 
 #[test]
 fn a_locked_joint_does_not_move_and_bears_what_comes() {
-    let model = ArmModel { free: [true, false, true], ..ArmModel::premium_1_5() };
+    let model = ArmModel { free: [true, false, true], ..rubbing_1_5() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let mut motion = ArmMotion::new(&arm, [0.1, 0.2, 0.3], [1.0, 1.0, 1.0]);
     motion.drive(0, [0.1, 0.5, 0.1]);
@@ -184,7 +185,7 @@ fn a_locked_joint_does_not_move_and_bears_what_comes() {
 
 #[test]
 fn an_event_is_the_first_edge_outside_a_band() {
-    let arm = Arm::new(ArmModel::premium_1_5().frictionless(), EDGE_S).unwrap();
+    let arm = Arm::new(ArmModel::premium_1_5(), EDGE_S).unwrap();
     let motion = ArmMotion::new(&arm, [0.1, 0.2, 0.3], [1.0, -2.0, 0.1]);
     let band = |low, high| Band { low, high, open: true };
     let bands = [band(0.0999, 0.1001), band(0.1999, 0.2001), band(0.2999, 0.3001)];
@@ -216,7 +217,7 @@ fn an_arm_at_rest_takes_one_segment_forever() {
 
 #[test]
 fn an_arm_flung_into_singular_poses_comes_to_an_end() {
-    let arm = Arm::new(ArmModel::premium_1_0().frictionless(), EDGE_S).unwrap();
+    let arm = Arm::new(ArmModel::premium_1_0(), EDGE_S).unwrap();
     for speeds in [[0.0, 1.0, -1.0], [0.0, -1.0, 1.0], [1.0, 3.0, -1.0], [0.0, 1.0, -1.0 - 1e-9]] {
         let mut motion = ArmMotion::new(&arm, [0.0, 0.1, 0.2], speeds);
         motion.step(edge(3.0));
@@ -246,5 +247,5 @@ fn impossible_arms_are_refused() {
         assert_eq!(Arm::new(bad, EDGE_S).unwrap_err(), why);
     }
     assert_eq!(Arm::new(good, 0.0).unwrap_err(), ArmError::Impossible("clock period"));
-    assert!(Arm::new(good, EDGE_S).is_ok() && Arm::new(ArmModel::premium_1_5(), EDGE_S).is_ok());
+    assert!(Arm::new(good, EDGE_S).is_ok() && Arm::new(rubbing_1_5(), EDGE_S).is_ok());
 }

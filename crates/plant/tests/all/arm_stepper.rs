@@ -1,5 +1,6 @@
 //! Fixed steps of the arm against its series: orders of convergence, straight lines, friction as ordinary programs write it.
 
+use crate::arms::rubbing_1_5;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, SteppedArm, Transmission};
 use hpu_plant::{Band, Method};
 
@@ -12,7 +13,7 @@ fn methods() -> [(Method, u32); 4] {
 }
 
 fn models() -> [ArmModel; 3] {
-    let rigid = ArmModel { coulomb_nm: [0.0; 3], ..ArmModel::premium_1_5() };
+    let rigid = ArmModel { coulomb_nm: [0.0; 3], ..rubbing_1_5() };
     let soft = Some(Transmission { stiffness_nm_per_rad: 60.0, damping_nm_s_per_rad: 2e-3 });
     [rigid, ArmModel { amplifier_s: 2e-3, ..rigid }, ArmModel { transmission: [soft; 3], amplifier_s: 2e-3, ..rigid }]
 }
@@ -89,7 +90,7 @@ fn an_event_is_the_first_edge_outside_a_band_or_a_steps_end() {
 
 #[test]
 fn friction_holds_what_pulls_less_and_stops_what_turns() {
-    let model = ArmModel::premium_1_5().balanced();
+    let model = rubbing_1_5().balanced();
     let arm = Arm::new(model, EDGE_S).unwrap();
     for (method, _) in methods() {
         let mut stepped = SteppedArm::new(&arm, method, 1000, START[0], [0.0; 3]);
@@ -106,7 +107,7 @@ fn friction_holds_what_pulls_less_and_stops_what_turns() {
 
 #[test]
 fn a_fine_step_comes_to_where_the_series_comes_with_friction_too() {
-    let model = ArmModel::premium_1_5().balanced();
+    let model = rubbing_1_5().balanced();
     let arm = Arm::new(model, EDGE_S).unwrap();
     let rest = |method| {
         let mut stepped = SteppedArm::new(&arm, method, 50, START[0], [0.5, 0.5, 0.5]);
@@ -138,7 +139,7 @@ fn lone(viscous: f64) -> (f64, ArmModel) {
         free: [false, true, false],
         viscous_nm_s_per_rad: [viscous; 3],
         coulomb_nm: [0.01; 3],
-        ..ArmModel::premium_1_5().balanced()
+        ..rubbing_1_5().balanced()
     };
     (model.swinging_kg_m2[0] + model.rotor_kg_m2[1], model)
 }
@@ -198,7 +199,7 @@ fn a_command_that_follows_the_arm_is_a_part_of_the_method() {
 #[test]
 fn joints_at_rest_are_held_together_and_not_one_by_one() {
     // In this pose motor 2 pulls at joint 3, which no torque of its own would move, by m23 times the acceleration of joint 2.
-    let model = ArmModel { coulomb_nm: [0.01; 3], ..ArmModel::premium_1_5().balanced() };
+    let model = ArmModel { coulomb_nm: [0.01; 3], ..rubbing_1_5().balanced() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let pose = [0.0, 1.2, 0.2];
     let run = |edges: Option<u64>| {

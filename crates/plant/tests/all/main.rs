@@ -9,6 +9,7 @@ mod arm_judge;
 mod arm_kinematics;
 mod arm_motion;
 mod arm_stepper;
+mod arms;
 mod cruise;
 mod decisions;
 mod held;
