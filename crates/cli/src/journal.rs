@@ -5,14 +5,17 @@ use std::env;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::process;
 
 use hpu_study::units::{self, JournalError, Row};
 
 use crate::exit::Failure;
+use crate::terminal;
 
 /// A journal that this process alone writes to.
 pub struct Journal {
     path: PathBuf,
+    header: String,
     file: File,
 }
 
@@ -24,8 +27,8 @@ pub fn resume(
     header: impl FnOnce() -> Result<String, Failure>,
 ) -> Result<(Option<Journal>, BTreeMap<usize, Row>), Failure> {
     let Some(dir) = dir else { return Ok(Default::default()) };
-    let (journal, read) = Journal::open(dir, &header()?, count)?;
-    Ok((Some(journal), read.rows))
+    let (journal, rows) = Journal::open(dir, &header()?, count)?;
+    Ok((Some(journal), rows))
 }
 
 /// What names a set in its journal: a print of all that its rows depend on, this very program included, and the command.
@@ -43,38 +46,60 @@ pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command
 pub const NAME: &str = "journal.txt";
 
 impl Journal {
-    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Half a line at the
-    /// end, as a power cut leaves, is cut off.
-    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, units::Journal), Failure> {
+    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Rows that are not whole are
+    /// counted on stderr and taken out; their units are run again.
+    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, Row>), Failure> {
         let path = dir.join(NAME);
         let at = |error| Failure::at(&path, error);
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
-        if file.try_lock().is_err() {
-            return Err(Failure::usage(format!("{}: another process is writing to it", path.display())));
-        }
+        let locked = |file: &File| match file.try_lock() {
+            Ok(()) => Ok(()),
+            Err(_) => Err(Failure::usage(format!("{}: another process is writing to it", path.display()))),
+        };
+        locked(&file)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(at)?;
-        let read =
-            units::Journal::read(&String::from_utf8_lossy(&bytes), header, count).map_err(|error| match error {
-                JournalError::Other(_) => Failure::usage(format!(
-                    "{} {error}\nthis one is: {header}\n(the number is of its settings and of the program that ran it)\n\
-                 choose another folder, or remove that journal",
-                    path.display()
-                )),
-                JournalError::Line(_) => Failure::at(&path, error),
+        let read = units::Journal::read(&bytes, header, count).map_err(|error| {
+            let wanted = match error {
+                JournalError::Other(_) => {
+                    format!("this one is: {header}\n(the number is of its settings and of the program that ran it)\n")
+                }
+                JournalError::Old => String::new(),
+            };
+            Failure::usage(format!("{} {error}\n{wanted}choose another folder, or remove that journal", path.display()))
+        })?;
+        if read.damaged > 0 {
+            let (rows, are) = if read.damaged == 1 { ("row", "is") } else { ("rows", "are") };
+            terminal::tell(&format!(
+                "{}: {} {rows} {are} damaged; their cells run again",
+                path.display(),
+                read.damaged
+            ));
+        }
+        let mut journal = Self { header: header.to_string(), file, path: path.clone() };
+        if read.damaged > 0 {
+            // Whole in its place at every moment: beside it first, and locked before anybody else can open it.
+            let beside = dir.join(format!(".{NAME}.{}.tmp", process::id()));
+            let mut new = File::options().append(true).create_new(true).open(&beside).map_err(at)?;
+            locked(&new)?;
+            let lines = read.rows.iter().map(|(index, row)| units::Journal::line(header, *index, row));
+            let text = [units::Journal::head(header)].into_iter().chain(lines).collect::<String>();
+            let written = new.write_all(text.as_bytes()).and_then(|()| new.sync_all());
+            written.and_then(|()| fs::rename(&beside, &path)).map_err(|error| {
+                drop(fs::remove_file(&beside));
+                at(error)
             })?;
-        if read.whole < bytes.len() {
-            file.set_len(read.whole as u64).map_err(at)?;
+            journal.file = new;
+        } else if bytes.len() < units::Journal::head(header).len() {
+            journal.file.set_len(0).map_err(at)?;
+            journal.file.write_all(units::Journal::head(header).as_bytes()).map_err(at)?;
         }
-        if read.whole == 0 {
-            file.write_all(format!("{header}\n").as_bytes()).map_err(at)?;
-        }
-        Ok((Self { path, file }, read))
+        Ok((journal, read.rows))
     }
 
     /// Adds a row.
     pub fn add(&mut self, index: usize, row: &Row) -> Result<(), Failure> {
-        let line = units::Journal::line(index, row);
+        let line = units::Journal::line(&self.header, index, row);
         self.file.write_all(line.as_bytes()).map_err(|error| Failure::at(&self.path, error))
     }
 }

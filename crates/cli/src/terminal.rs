@@ -42,6 +42,12 @@ pub fn complain(failure: &Failure) {
     let _ = writeln!(io::stderr(), "error: {failure}");
 }
 
+/// Tells on stderr what somebody should know who reads the result, or waits for it.
+pub fn tell(said: &str) {
+    // Without a stderr nobody is told.
+    let _ = writeln!(io::stderr(), "{said}");
+}
+
 fn coloured() -> bool {
     let set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
     io::stdout().is_terminal() && !set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")

@@ -5,7 +5,7 @@
 //! was interrupted is given the rows it has and does the rest.
 
 use std::any::Any;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -47,7 +47,7 @@ pub fn run<E>(
 /// is kept here.
 ///
 /// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit that
-/// was stopped returns `None`.
+/// was stopped, or that is to be done another time, returns `None`.
 ///
 /// # Errors
 ///
@@ -71,7 +71,8 @@ pub fn run_some<E>(
                     && let Some(&index) = wanted.get(next.fetch_add(1, Ordering::Relaxed))
                 {
                     let made = catch_unwind(AssertUnwindSafe(|| unit(index, control)));
-                    let Some(row) = made.unwrap_or_else(|panic| Some(Err(reason(panic.as_ref())))) else { break };
+                    // One that was not done, because it was stopped or for a reason of its own, has no row.
+                    let Some(row) = made.unwrap_or_else(|panic| Some(Err(reason(panic.as_ref())))) else { continue };
                     // Who listens no more has failed, and says so.
                     let _ = send.send((index, row.map(one_line).map_err(one_line)));
                 }
@@ -107,13 +108,17 @@ fn one_line(text: String) -> String {
     if text.contains(['\n', '\r']) { text.split_whitespace().collect::<Vec<_>>().join(" ") } else { text }
 }
 
-/// The journal of a set: line 1 names the set, every other is a unit's row; a last line without its end does not count.
+/// How the first line of a journal begins; the number is that of its format.
+const FORMAT: &str = "journal 2: ";
+
+/// The journal of a set. Line 1 names the set. Each other line is a row: a checksum over the set's name and the rest of the line,
+/// the unit's number, and what it made. A row whose checksum does not hold is not believed: its unit is to be run again.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Journal {
-    /// The rows that are there.
+    /// The rows that are whole.
     pub rows: BTreeMap<usize, Row>,
-    /// Bytes up to the end of the last whole line.
-    pub whole: usize,
+    /// How many rows are not: changed, cut off, of another set, or two different ones of the same unit.
+    pub damaged: usize,
 }
 
 /// Why a journal cannot be gone on with.
@@ -121,15 +126,15 @@ pub struct Journal {
 pub enum JournalError {
     /// It is that of another set, named so.
     Other(String),
-    /// This line, counted from 1, is none of a unit.
-    Line(usize),
+    /// It is of the first format, whose rows have no checksums.
+    Old,
 }
 
 impl fmt::Display for JournalError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Other(header) => write!(f, "holds another study: {header}"),
-            Self::Line(line) => write!(f, "line {line} is none of a unit"),
+            Self::Old => f.write_str("is a journal of an older program, whose rows have no checksums"),
         }
     }
 }
@@ -137,37 +142,80 @@ impl fmt::Display for JournalError {
 impl std::error::Error for JournalError {}
 
 impl Journal {
-    /// Reads a journal of the set with this header; an empty one, or half of a header, has no rows.
+    /// Reads a journal of the set with this header. An empty journal, or one with only the beginning of line 1, has no rows.
     ///
     /// # Errors
     ///
-    /// [`JournalError`] when the header is another, or a whole line is no row.
-    pub fn read(text: &str, header: &str, count: usize) -> Result<Self, JournalError> {
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut lines = text[..whole].lines();
-        match lines.next() {
-            Some(first) if first != header => return Err(JournalError::Other(first.to_string())),
-            None if !header.starts_with(text) => return Err(JournalError::Other(text.to_string())),
-            _ => {}
+    /// [`JournalError`] when line 1 is another.
+    pub fn read(bytes: &[u8], header: &str, count: usize) -> Result<Self, JournalError> {
+        let mut journal = Self { rows: BTreeMap::new(), damaged: 0 };
+        let head = Self::head(header);
+        if head.as_bytes().starts_with(bytes) {
+            return Ok(journal);
         }
-        let rows = lines
-            .enumerate()
-            .map(|(line, text)| row(text).filter(|(index, _)| *index < count).ok_or(JournalError::Line(line + 2)));
-        Ok(Self { rows: rows.collect::<Result<_, _>>()?, whole })
+        let Some(rest) = bytes.strip_prefix(head.as_bytes()) else {
+            let end = bytes.iter().position(|byte| *byte == b'\n').unwrap_or(bytes.len());
+            let first = String::from_utf8_lossy(&bytes[..end]);
+            return Err(if is_old(&first) {
+                JournalError::Old
+            } else {
+                JournalError::Other(first.strip_prefix(FORMAT).unwrap_or(&first).to_string())
+            });
+        };
+        let mut disputed: BTreeSet<usize> = BTreeSet::new();
+        for line in rest.split_inclusive(|byte| *byte == b'\n') {
+            let found = line.strip_suffix(b"\n").and_then(|line| str::from_utf8(line).ok());
+            match found.and_then(|line| row(header, line)).filter(|(index, _)| *index < count) {
+                Some((index, _)) if disputed.contains(&index) => journal.damaged += 1,
+                Some((index, row)) => match journal.rows.get(&index) {
+                    Some(known) if *known != row => {
+                        disputed.insert(index);
+                        journal.rows.remove(&index);
+                        journal.damaged += 2;
+                    }
+                    _ => drop(journal.rows.insert(index, row)),
+                },
+                None => journal.damaged += 1,
+            }
+        }
+        Ok(journal)
     }
 
-    /// A row as its line.
+    /// Line 1 of the journal of the set with this header.
     #[must_use]
-    pub fn line(index: usize, row: &Row) -> String {
-        match row {
-            Ok(row) => format!("{index} made {row}\n"),
-            Err(reason) => format!("{index} failed {reason}\n"),
-        }
+    pub fn head(header: &str) -> String {
+        format!("{FORMAT}{header}\n")
+    }
+
+    /// A row as its line in the journal of the set with this header.
+    #[must_use]
+    pub fn line(header: &str, index: usize, row: &Row) -> String {
+        let said = match row {
+            Ok(row) => format!("{index} made {row}"),
+            Err(reason) => format!("{index} failed {reason}"),
+        };
+        format!("{} {said}\n", checksum(header, &said))
     }
 }
 
-fn row(line: &str) -> Option<(usize, Row)> {
-    let (index, rest) = line.split_once(' ')?;
+/// Whether this is line 1 of the first format: a kind, a fingerprint, and the command.
+fn is_old(line: &str) -> bool {
+    let mut words = line.split(' ').skip(1);
+    let print = words.next().unwrap_or_default();
+    print.len() == 16 && print.bytes().all(|byte| byte.is_ascii_hexdigit()) && words.next() == Some("of")
+}
+
+/// FNV-1a: each of its steps is a bijection, so that no change of a single byte leaves it as it was.
+fn checksum(header: &str, said: &str) -> String {
+    fingerprint([header.as_bytes(), said.as_bytes()])
+}
+
+fn row(header: &str, line: &str) -> Option<(usize, Row)> {
+    let (sum, said) = line.split_once(' ')?;
+    if sum != checksum(header, said) {
+        return None;
+    }
+    let (index, rest) = said.split_once(' ')?;
     let index = index.parse().ok()?;
     match rest.split_once(' ')? {
         ("made", row) => Some((index, Ok(row.to_string()))),

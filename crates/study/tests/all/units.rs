@@ -56,7 +56,7 @@ fn a_unit_that_panics_is_a_row_with_what_it_said_and_the_others_are_done() {
 /// Runs the set until so many rows are kept, and returns what a journal would hold.
 fn interrupted(threads: usize, header: &str, stop_after: usize) -> String {
     let control = Control::default();
-    let mut journal = format!("{header}\n");
+    let mut journal = Journal::head(header);
     let mut kept = 0;
     let unit = |index: usize, own: &Control| {
         // Some are in the midst of it when the stop comes, and wait for it.
@@ -69,7 +69,7 @@ fn interrupted(threads: usize, header: &str, stop_after: usize) -> String {
         Some(unit(index))
     };
     let rows = run(COUNT, jobs(threads), BTreeMap::new(), &control, unit, |index, row| {
-        journal += &Journal::line(index, row);
+        journal += &Journal::line(header, index, row);
         kept += 1;
         if kept == stop_after {
             control.stop.store(true, Ordering::Relaxed);
@@ -88,9 +88,8 @@ fn a_set_that_goes_on_equals_one_that_was_never_interrupted_and_does_no_unit_twi
         let mut text = interrupted(threads, "a set", stop_after);
         // A power cut in the midst of a line.
         text += "39 made 39,15";
-        let journal = Journal::read(&text, "a set", COUNT).unwrap();
-        assert_eq!(journal.rows.len(), stop_after);
-        assert_eq!(journal.whole, text.len() - "39 made 39,15".len());
+        let journal = Journal::read(text.as_bytes(), "a set", COUNT).unwrap();
+        assert_eq!((journal.rows.len(), journal.damaged), (stop_after, 1));
         let again = Mutex::new(Vec::new());
         let unit = |index: usize, _: &Control| {
             again.lock().unwrap().push(index);
@@ -124,25 +123,134 @@ fn a_row_that_cannot_be_kept_ends_the_set_with_that_error() {
     assert!(begun.load(Ordering::Relaxed) < COUNT, "the rest is not begun");
 }
 
-#[test]
-fn a_journal_of_another_set_is_refused_and_so_is_a_line_that_is_no_row() {
-    let read = |text: &str| Journal::read(text, "study 1 of a", 10).map(|journal| journal.rows.len());
-    assert_eq!(read(""), Ok(0));
-    assert_eq!(read("study 1 o"), Ok(0), "half of its own header");
-    assert_eq!(read("study 1 of a\n"), Ok(0));
-    assert_eq!(read("study 1 of a\n3 made x,y z\n4 failed no, never\n"), Ok(2));
-    assert_eq!(read("study 2 of a\n"), Err(JournalError::Other("study 2 of a".into())));
-    assert_eq!(read("my own notes"), Err(JournalError::Other("my own notes".into())));
-    for bad in ["x made y", "3 done x", "3", "", "10 made beyond"] {
-        assert_eq!(read(&format!("study 1 of a\n0 made x\n{bad}\n")), Err(JournalError::Line(3)), "{bad}");
+const NAME: &str = "study 1 of a";
+
+fn read(bytes: &[u8]) -> Result<(BTreeMap<usize, Row>, usize), JournalError> {
+    Journal::read(bytes, NAME, 10).map(|journal| (journal.rows, journal.damaged))
+}
+
+/// A journal of three rows: its bytes, the rows, and where each begins and ends.
+fn small() -> (Vec<u8>, BTreeMap<usize, Row>, Vec<std::ops::Range<usize>>) {
+    let rows = BTreeMap::from([
+        (0, Ok("settled,1.5e-3,,0e0,7500000".to_string())),
+        (3, Err("no, \"never\"".to_string())),
+        (9, Ok(String::new())),
+    ]);
+    let mut text = Journal::head(NAME);
+    let mut places = Vec::new();
+    for (index, row) in &rows {
+        let line = Journal::line(NAME, *index, row);
+        places.push(text.len()..text.len() + line.len());
+        text += &line;
     }
+    (text.into_bytes(), rows, places)
+}
+
+/// The rows but those whose places hold this byte.
+fn without(byte: usize) -> BTreeMap<usize, Row> {
+    let (_, rows, places) = small();
+    rows.into_iter().zip(places).filter(|(_, place)| !place.contains(&byte)).map(|(row, _)| row).collect()
+}
+
+#[test]
+fn a_journal_of_another_set_or_of_an_older_program_is_refused() {
+    let of = |text: &str| read(text.as_bytes()).map(|(rows, _)| rows.len());
+    assert_eq!(of(""), Ok(0));
+    for length in 0..Journal::head(NAME).len() {
+        assert_eq!(of(&Journal::head(NAME)[..length]), Ok(0), "the beginning of its own first line");
+    }
+    assert_eq!(of(&Journal::head("study 2 of a")), Err(JournalError::Other("study 2 of a".into())));
+    assert_eq!(of("my own notes"), Err(JournalError::Other("my own notes".into())));
+    let old = "map 0123456789abcdef of hpu map hybrid-wall\n0 made settled\n";
+    assert_eq!(of(old), Err(JournalError::Old));
+    assert!(JournalError::Old.to_string().contains("no checksums"));
+}
+
+#[test]
+fn every_bit_that_flips_in_a_row_costs_that_row_and_no_other() {
+    let (whole, rows, places) = small();
+    assert_eq!(read(&whole), Ok((rows, 0)));
+    for bit in 8 * places[0].start..8 * whole.len() {
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        let (found, damaged) = read(&bytes).expect("its own first line");
+        // A line's end that is none takes the next row with it.
+        let (here, end) = (bit / 8, places.iter().position(|place| place.end == bit / 8 + 1));
+        let mut expected = without(here);
+        if let Some(next) = end.and_then(|end| places.get(end + 1)) {
+            expected.retain(|index, _| without(next.start).contains_key(index));
+        }
+        assert_eq!(found, expected, "bit {bit}");
+        assert!((1..=2).contains(&damaged), "bit {bit}: {damaged}");
+    }
+    for bit in 0..8 * places[0].start {
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert!(read(&bytes).is_err(), "bit {bit} of the first line");
+    }
+}
+
+#[test]
+fn every_digit_that_is_another_costs_its_row() {
+    let (whole, _, places) = small();
+    for at in (places[0].start..whole.len()).filter(|at| whole[*at].is_ascii_digit()) {
+        for digit in (b'0'..=b'9').filter(|digit| *digit != whole[at]) {
+            let mut bytes = whole.clone();
+            bytes[at] = digit;
+            assert_eq!(read(&bytes), Ok((without(at), 1)), "byte {at} as {}", digit as char);
+        }
+    }
+}
+
+#[test]
+fn a_journal_that_is_cut_off_anywhere_has_the_rows_before_the_cut() {
+    let (whole, rows, places) = small();
+    for length in places[0].start..whole.len() {
+        let before: BTreeMap<_, _> = rows
+            .clone()
+            .into_iter()
+            .zip(&places)
+            .filter(|(_, place)| place.end <= length)
+            .map(|(row, _)| row)
+            .collect();
+        let cut = usize::from(!places.iter().any(|place| place.start == length));
+        assert_eq!(read(&whole[..length]), Ok((before, cut)), "{length} bytes");
+    }
+    // Zeros, as some file systems leave behind a power cut.
+    let (mut zeros, last) = (whole.clone(), places[2].clone());
+    zeros[last.clone()].fill(0);
+    assert_eq!(read(&zeros), Ok((without(last.start), 1)));
+}
+
+#[test]
+fn rows_that_are_there_twice_count_once_and_rows_of_other_sets_never() {
+    let (whole, rows, places) = small();
+    let with = |line: &str| read(&[&whole, line.as_bytes()].concat()).expect("its own first line");
+    assert_eq!(with(std::str::from_utf8(&whole[places[0].clone()]).unwrap()), (rows.clone(), 0));
+    // Two different rows of the same unit: neither is believed, nor a third.
+    let mut others = rows.clone();
+    others.remove(&3);
+    let other = Journal::line(NAME, 3, &Ok("settled".into()));
+    assert_eq!(with(&other), (others.clone(), 2));
+    assert_eq!(with(&format!("{other}{other}")), (others, 3));
+    for foreign in [
+        Journal::line("study 2 of a", 5, &Ok("settled".into())),
+        Journal::line(NAME, 10, &Ok("beyond".into())),
+        "5 made settled\n".into(),
+        "\n".into(),
+        "notes\n".into(),
+        "\u{fffd}".into(),
+    ] {
+        assert_eq!(with(&foreign), (rows.clone(), 1), "{foreign:?}");
+    }
+    assert_eq!(read(&[&whole[..], &[0xff, 0xfe, b'\n']].concat()), Ok((rows, 1)), "no text");
 }
 
 #[test]
 fn a_row_is_one_line_and_comes_back_from_the_journal_as_it_was() {
     for row in [Ok("a,b  c ".to_string()), Ok(String::new()), Err("why, \"so\"".to_string())] {
-        let text = format!("h\n{}", Journal::line(7, &row));
-        assert_eq!(Journal::read(&text, "h", 8).unwrap().rows, BTreeMap::from([(7, row)]));
+        let text = Journal::head("h") + &Journal::line("h", 7, &row);
+        assert_eq!(Journal::read(text.as_bytes(), "h", 8).unwrap().rows, BTreeMap::from([(7, row)]));
     }
     assert_eq!(all(1, |_| Err("two\n lines".into()))[0], Err("two lines".to_string()));
 }
