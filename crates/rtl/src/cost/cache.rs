@@ -20,8 +20,8 @@ use crate::vector::literal;
 const FLOW: &str = "1";
 
 /// A folder of costs, one small file each, by the SHA-256 of all that they depend on: the VHDL of the entity and of what it
-/// instantiates, its generics, the versions of the tools, and the flow. A file that is not whole, or of another key, is measured
-/// again and replaced. Several programs may share a folder: files appear whole.
+/// instantiates, its generics, the versions of the tools, and the flow. A file that is not whole by its
+/// checksum, or of another key, is measured again and replaced. Several programs may share a folder: files appear whole.
 #[derive(Debug)]
 pub struct Cache {
     dir: PathBuf,
@@ -111,7 +111,7 @@ impl Cache {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
         }
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        entry::hexadecimal(hash.finalize())
     }
 }
 

@@ -1,9 +1,10 @@
-//! An entry of the cache: a small text that says what it is of, and ends with a line of its own.
+//! An entry of the cache: a small text that says what it is of, and ends with a checksum over all of it.
+
+use sha2::{Digest, Sha256};
 
 use super::{Cost, Counts, Placed, SEEDS};
 
-const FIRST: &str = "hpu cost entry 1";
-const LAST: &str = "end";
+const FIRST: &str = "hpu cost entry 2";
 
 /// What an entry holds: a line of it.
 pub trait Content: Sized {
@@ -15,15 +16,24 @@ pub trait Content: Sized {
 
 /// An entry's text; `about` is for people.
 pub fn write<C: Content>(key: &str, about: &str, content: &C) -> String {
-    format!("{FIRST}\nkey {key}\nabout {about}\n{}\n{LAST}\n", content.line())
+    let said = format!("{FIRST}\nkey {key}\nabout {about}\n{}\n", content.line());
+    format!("{said}sha256 {}\n", hexadecimal(Sha256::digest(&said)))
 }
 
 /// What an entry of that key holds; nothing if it is not whole, or of something else.
 pub fn read<C: Content>(key: &str, text: &str) -> Option<C> {
-    let lines: Vec<_> = text.strip_suffix('\n')?.split('\n').collect();
-    let [first, of, about, content, last] = lines.try_into().ok()?;
-    let ours = first == FIRST && of.strip_prefix("key ") == Some(key) && about.starts_with("about ") && last == LAST;
-    ours.then(|| C::from_line(content)).flatten()
+    let (said, sum) = text.strip_suffix('\n')?.rsplit_once('\n')?;
+    let said = &text[..=said.len()];
+    let lines: Vec<_> = said.split('\n').collect();
+    let [first, of, about, content, ""] = lines[..] else { return None };
+    let whole = sum.strip_prefix("sha256 ") == Some(hexadecimal(Sha256::digest(said)).as_str());
+    let ours = first == FIRST && of.strip_prefix("key ") == Some(key) && about.starts_with("about ");
+    (whole && ours).then(|| C::from_line(content)).flatten()
+}
+
+/// A hash in hexadecimal digits.
+pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
+    hash.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Content for Counts {
@@ -134,6 +144,25 @@ mod tests {
     }
 
     #[test]
+    fn an_entry_with_any_bit_flipped_is_none() {
+        for cost in costs() {
+            let whole = write("k", "a block", &cost);
+            for bit in 0..8 * whole.len() {
+                let mut bytes = whole.clone().into_bytes();
+                bytes[bit / 8] ^= 1 << (bit % 8);
+                let read = str::from_utf8(&bytes).ok().and_then(|text| read::<Cost>("k", text));
+                assert_eq!(read, None, "bit {bit}: {}", String::from_utf8_lossy(&bytes));
+            }
+        }
+    }
+
+    #[test]
+    fn an_entry_of_the_format_without_a_checksum_is_none() {
+        let old = format!("hpu cost entry 1\nkey k\nabout a block\n{}\nend\n", costs()[0].line());
+        assert_eq!(read::<Cost>("k", &old), None);
+    }
+
+    #[test]
     fn an_entry_of_another_key_or_with_more_behind_it_is_none() {
         let whole = write("k", "a block", &SOME);
         assert_eq!(read::<Counts>("other", &whole), None);
@@ -145,9 +174,10 @@ mod tests {
 
     #[test]
     fn a_clock_that_is_no_frequency_is_none() {
-        let whole = write("k", "a block", &costs()[0]);
+        let line = costs()[0].line();
+        assert_eq!(Cost::from_line(&line), Some(costs()[0]));
         for word in ["NaN", "inf", "0", "-3"] {
-            assert_eq!(read::<Cost>("k", &whole.replace("27.93", word)), None, "{word}");
+            assert_eq!(Cost::from_line(&line.replace("27.93", word)), None, "{word}");
         }
     }
 }

@@ -127,7 +127,9 @@ fn an_entry_that_is_cut_or_of_another_block_is_measured_again_and_replaced() {
     let other = desk.entries().into_iter().find(|file| *file != entry).expect("another entry");
     let other = fs::read_to_string(other).expect("an entry");
     let mut measured = 2;
-    for damaged in [&whole[..whole.len() / 2], &whole[..whole.len() - 1], "", "something else\n", &other] {
+    let cheaper = whole.replace("ff=6", "ff=5");
+    assert_ne!(cheaper, whole);
+    for damaged in [&whole[..whole.len() / 2], &whole[..whole.len() - 1], "", "something else\n", &other, &cheaper] {
         fs::write(&entry, damaged).expect("an entry");
         assert_eq!(cache.counts(&counter(6), &desk.hdl()).expect("counts"), counts);
         measured += 1;
