@@ -1,7 +1,7 @@
 //! Ctrl-C (SIGINT) and SIGTERM: a run stops at its next event and tells what was done; anything else ends at once. Tools that
 //! run are ended, and nothing temporary stays.
 
-use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use signal_hook::iterator::Signals;
 
 use crate::exit::{Exit, Failure};
 
-static CONTROL: Control = Control { stop: AtomicBool::new(false), progress: AtomicU64::new(0) };
+static CONTROL: Control = Control::new();
 /// Whether somebody looks at `CONTROL.stop`.
 static HEEDED: AtomicBool = AtomicBool::new(false);
 /// The first signal.

@@ -68,12 +68,9 @@ impl ArmDirect<'_> {
             }
             course.state.go(next);
             steps += 1;
-            if steps % 4096 == 0 {
-                control.progress.store(next, Ordering::Relaxed);
-                if control.stop.load(Ordering::Relaxed) {
-                    complete = false;
-                    break;
-                }
+            if steps % 4096 == 0 && !control.goes_on(next, steps) {
+                complete = false;
+                break;
             }
         }
         if next_row == course.state.edge {

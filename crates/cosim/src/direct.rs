@@ -176,12 +176,9 @@ impl AxisDirect<'_> {
             if over.is_some() {
                 break;
             }
-            if steps % 4096 == 0 {
-                control.progress.store(edge, Ordering::Relaxed);
-                if control.stop.load(Ordering::Relaxed) {
-                    complete = false;
-                    break;
-                }
+            if steps % 4096 == 0 && !control.goes_on(edge, steps) {
+                complete = false;
+                break;
             }
         }
         if over.is_none() && next_row == edge {

@@ -36,6 +36,24 @@ pub struct Control {
     pub stop: AtomicBool,
     /// Edges done so far, for a progress display.
     pub progress: AtomicU64,
+    /// Events after which the run ends, not complete: a number that depends on the scene alone, as no time does. An event is a clock
+    /// edge at which the engine looks at the loop, or a step; they are counted by thousands.
+    pub most_events: Option<u64>,
+}
+
+impl Control {
+    /// Nobody has stopped it, and any number of events is fine.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
+    }
+
+    /// At every 4096th event: takes note of how far the run is, and says whether it may go on after so many of them.
+    #[inline]
+    pub(crate) fn goes_on(&self, edge: u64, events: u64) -> bool {
+        self.progress.store(edge, Ordering::Relaxed);
+        !self.stop.load(Ordering::Relaxed) && self.most_events.is_none_or(|most| events < most)
+    }
 }
 
 /// A datapath closed around a world.
@@ -90,12 +108,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.output_changes
     }
 
-    /// Runs to `end`, or until the world gives up, or until stopped; says whether it was not stopped.
+    /// Runs to `end`, or until the world gives up, or until `control` ends it; says whether it did not.
     pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool {
         if self.edge == 0 {
             observer.nets(Cycle(0), self.wiring.words());
         }
-        let mut since = 0u32;
+        let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             match driver {
                 Driver::Events => self.leap(end, observer),
@@ -103,9 +121,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             }
             since += 1;
             if since == 4096 {
-                since = 0;
-                control.progress.store(self.edge, Ordering::Relaxed);
-                if control.stop.load(Ordering::Relaxed) {
+                (since, events) = (0, events + 4096);
+                if !control.goes_on(self.edge, events) {
                     return false;
                 }
             }
