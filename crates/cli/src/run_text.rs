@@ -12,6 +12,11 @@ use crate::run::Ran;
 use crate::terminal;
 use crate::units::{error_percent, percent, si};
 
+/// An axis's angle among its outputs.
+const ANGLE: usize = 2;
+/// The torque or force of its actuator.
+const TORQUE: usize = 3;
+
 /// All that a run was.
 pub fn summary(ran: &Ran) -> String {
     let mut text = String::new();
@@ -114,16 +119,14 @@ fn outcome(verdict: Verdict, unit: &str) -> String {
 
 fn motion(scene: &Scene, trace: &Trace) -> String {
     let units = scene.device.units();
-    let angles = trace.angles_rad();
-    let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let torque = trace.real(3).iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
+    let peak = trace.greatest(ANGLE);
     format!(
         "ends at {}, peak {}, {} into the wall, {} up to {}",
-        si(angles.last().copied().unwrap_or(0.0), units.position),
-        si(peak(angles), units.position),
-        si((peak(angles) - scene.wall.position_rad).max(0.0), units.position),
+        si(trace.last(ANGLE).unwrap_or(0.0), units.position),
+        si(peak, units.position),
+        si((peak - scene.wall.position_rad).max(0.0), units.position),
         if matches!(scene.device, Device::Mass(_)) { "force" } else { "torque" },
-        si(torque, units.effort)
+        si(trace.greatest_size(TORQUE), units.effort)
     )
 }
 

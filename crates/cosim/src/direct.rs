@@ -160,11 +160,16 @@ impl AxisDirect<'_> {
                 let gone = (next_row - edge).cast_signed() as f64;
                 let start = std::array::from_fn(|k| before[k] + rate[k] * gone);
                 let change = rate.map(|rate| rate * stride.cast_signed() as f64);
-                let rows =
-                    i32::try_from((next - 1 - next_row) / stride + 1).expect("a trace fits in memory").cast_unsigned();
                 let (start, change) = (course.axis.reals(&start), course.axis.reals(&change));
-                course.show(&Lines { first: next_row, stride, rows, start, change }, trace, observer);
-                next_row += u64::from(rows) * stride;
+                let (first, rows) = (next_row, (next - 1 - next_row) / stride + 1);
+                // Most often all at once.
+                for part in (0..rows).step_by(1 << 20) {
+                    let gone = |k: usize| start[k] + change[k] * part as f64;
+                    let start = if part == 0 { start } else { std::array::from_fn(gone) };
+                    let (first, rows) = (first + part * stride, (rows - part).min(1 << 20) as u32);
+                    course.show(&Lines { first, stride, rows, start, change }, trace, observer);
+                }
+                next_row += rows * stride;
             }
             edge = next;
             steps += 1;

@@ -31,6 +31,7 @@ mod stepped;
 mod summary;
 mod trace;
 mod verdict;
+mod window;
 mod world;
 
 pub use arm_direct::ArmDirect;

@@ -273,6 +273,6 @@ impl Rig for PhantomSession<'_> {
     }
 
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        judge_drop(trace.real(3 + self.scene.drop.axis.index()), aborted)
+        judge_drop(trace, 3 + self.scene.drop.axis.index(), aborted)
     }
 }

@@ -4,7 +4,7 @@ use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
 use crate::scene::{Experiment, Metric, OutcomeKind};
-use crate::trace::{TORQUE, Trace};
+use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::Verdict;
 
 /// Where the energy went, in J.
@@ -140,7 +140,6 @@ impl Summary {
 /// A number that a scene may expect, from what a run left behind; `None` where it has no meaning.
 #[must_use]
 pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
-    let peak = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let wall_rad = match experiment {
         Experiment::Axis(scene) => scene.wall.position_rad,
         Experiment::Phantom(_) => 0.0,
@@ -150,9 +149,9 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         summary.verdict?;
     }
     Some(match metric {
-        Metric::FinalAngle => *trace.angles_rad().last()?,
-        Metric::PeakAngle => peak(trace.angles_rad()),
-        Metric::PeakPenetration => (peak(trace.angles_rad()) - wall_rad).max(0.0),
+        Metric::FinalAngle => trace.last(ANGLE)?,
+        Metric::PeakAngle => trace.greatest(ANGLE),
+        Metric::PeakPenetration => (trace.greatest(ANGLE) - wall_rad).max(0.0),
         Metric::Amplitude => match summary.verdict? {
             Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
             _ => 0.0,
@@ -161,7 +160,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
             Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
-        Metric::PeakTorque => trace.real(TORQUE).iter().fold(0.0, |most: f64, torque| most.max(torque.abs())),
+        Metric::PeakTorque => trace.greatest_size(TORQUE),
         Metric::SpringOverflowShare => {
             let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64

@@ -5,12 +5,17 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
+use crate::window::Streamed;
+
 /// Index of an axis's angle among its outputs.
 pub(crate) const ANGLE: usize = 2;
 /// Index of the torque or force of its actuator.
 pub(crate) const TORQUE: usize = 3;
 
 /// Recorded rows at a fixed interval, the first of edge 0, each of selected outputs of the plant and of selected nets.
+///
+/// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more: then every second, every fourth, and so
+/// on, as long as the run goes on, and what verdicts and metrics need of the others is gathered as they come.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     clock: Clock,
@@ -21,9 +26,28 @@ pub struct Trace {
     picks: Vec<usize>,
     now: Vec<i64>,
     words: Vec<Vec<i64>>,
+    /// Rows that may be held, and the outputs that a verdict may be made of.
+    bound: Option<(usize, Vec<usize>)>,
+    /// Of a run with more rows than may be held.
+    beyond: Option<Box<Beyond>>,
+}
+
+/// What is gathered of rows that are not held.
+#[derive(Clone, PartialEq, Debug)]
+struct Beyond {
+    /// Rows that came.
+    came: u64,
+    /// Rows from one that is held to the next, a power of two.
+    every: u64,
+    /// Of each output that is kept: least, greatest, last.
+    extremes: Vec<[f64; 3]>,
+    judged: Vec<Streamed>,
 }
 
 impl Trace {
+    /// Values of all columns together that a bounded trace of usual size may hold: 64 MB.
+    pub const USUAL: usize = 1 << 23;
+
     /// A trace, every `stride` edges, of the plant's outputs and of the nets at these indices.
     #[must_use]
     pub fn new(clock: Clock, stride: u64, kept: Vec<usize>, picks: Vec<usize>) -> Self {
@@ -36,22 +60,70 @@ impl Trace {
             now: vec![0; picks.len()],
             words: vec![Vec::new(); picks.len()],
             picks,
+            bound: None,
+            beyond: None,
         }
+    }
+
+    /// The same, holding at most so many values, whatever the length of the run. A verdict may be made of the outputs `judged`.
+    #[must_use]
+    pub fn bounded(mut self, values: usize, judged: &[usize]) -> Self {
+        let columns = (self.kept.len() + self.picks.len()).max(1);
+        self.bound = Some(((values / columns).max(2) & !1, judged.to_vec()));
+        self
     }
 
     /// Begins anew, with room for so many rows: what an earlier run has left is gone, and its memory is used again.
     pub(crate) fn begin(&mut self, rows: u64) {
-        let rows = usize::try_from(rows).unwrap_or(0).min(1 << 20);
+        let mut room = usize::try_from(rows).unwrap_or(0).min(1 << 20);
+        self.beyond = None;
+        if let Some((most, judged)) = self.bound.as_ref().filter(|(most, _)| rows > *most as u64) {
+            room = *most;
+            self.beyond = Some(Box::new(Beyond {
+                came: 0,
+                every: 1,
+                extremes: vec![[f64::INFINITY, f64::NEG_INFINITY, f64::NAN]; self.kept.len()],
+                judged: judged.iter().map(|index| Streamed::new(*index, rows)).collect(),
+            }));
+        }
         self.rows = 0;
         self.now.fill(0);
         for column in &mut self.reals {
             column.clear();
-            column.reserve(rows);
+            column.reserve_exact(room);
         }
         for column in &mut self.words {
             column.clear();
-            column.reserve(rows);
+            column.reserve_exact(room);
         }
+    }
+
+    /// Takes a row of a run with more rows than may be held.
+    fn beyond(&mut self, real: impl Fn(usize) -> f64, word: impl Fn(usize, i64) -> i64) {
+        let beyond = self.beyond.as_deref_mut().expect("a run with more rows than may be held");
+        for ([least, greatest, last], &at) in beyond.extremes.iter_mut().zip(&self.kept) {
+            let x = real(at);
+            (*least, *greatest, *last) = (least.min(x), greatest.max(x), x);
+        }
+        for judged in &mut beyond.judged {
+            judged.add(beyond.came, real(judged.index));
+        }
+        if beyond.came % beyond.every == 0 {
+            if self.bound.as_ref().is_some_and(|(most, _)| self.rows == *most) {
+                self.reals.iter_mut().for_each(halve);
+                self.words.iter_mut().for_each(halve);
+                self.rows /= 2;
+                beyond.every *= 2;
+            }
+            self.rows += 1;
+            for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
+                column.push(real(at));
+            }
+            for ((column, &pick), &now) in self.words.iter_mut().zip(&self.picks).zip(&self.now) {
+                column.push(word(pick, now));
+            }
+        }
+        beyond.came += 1;
     }
 
     /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask for each.
@@ -62,7 +134,14 @@ impl Trace {
         all: impl Fn(usize) -> Option<i64>,
         each: impl Fn(usize, &[f64; N]) -> i64,
     ) {
-        debug_assert_eq!((self.rows as u64 * self.stride, self.stride), (lines.first, lines.stride));
+        debug_assert_eq!((self.came() * self.stride, self.stride), (lines.first, lines.stride));
+        if self.beyond.is_some() {
+            for row in 0..lines.rows {
+                let values = lines.at(row);
+                self.beyond(|at| values[at], |pick, _| all(pick).unwrap_or_else(|| each(pick, &values)));
+            }
+            return;
+        }
         self.rows += lines.rows as usize;
         for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
             let (start, change) = (lines.start[at], lines.change[at]);
@@ -77,41 +156,121 @@ impl Trace {
         }
     }
 
-    /// Seconds between rows.
+    /// Rows from one that is held to the next: 1 where all are.
     #[must_use]
-    pub fn interval_s(&self) -> f64 {
-        self.stride as f64 * self.clock.period_s()
+    pub fn every(&self) -> u64 {
+        self.beyond.as_ref().map_or(1, |beyond| beyond.every)
     }
 
-    /// How many rows there are.
+    /// How many rows the run had, held or not.
+    #[must_use]
+    pub fn came(&self) -> u64 {
+        self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
+    }
+
+    /// Seconds between rows that are held.
+    #[must_use]
+    pub fn interval_s(&self) -> f64 {
+        (self.every() * self.stride) as f64 * self.clock.period_s()
+    }
+
+    /// How many rows are held.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The time of a row in seconds.
+    /// The time in seconds of a row that is held.
     #[must_use]
     pub fn time_s(&self, row: usize) -> f64 {
-        self.clock.seconds(Cycle(row as u64 * self.stride))
+        self.clock.seconds(Cycle(row as u64 * self.every() * self.stride))
     }
 
-    /// Times of the rows in seconds.
+    /// Times in seconds of the rows that are held.
     pub fn times_s(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.rows).map(|row| self.time_s(row))
     }
 
-    /// One output of the plant, by its index in the world's list.
+    /// One output of the plant in the rows that are held, by its index in the world's list.
     ///
     /// # Panics
     ///
     /// When the trace does not keep it.
     #[must_use]
     pub fn real(&self, index: usize) -> &[f64] {
-        let column = self.kept.iter().position(|&kept| kept == index);
-        &self.reals[column.expect("an output that the trace keeps")]
+        &self.reals[self.column(index)]
     }
 
-    /// The shaft's angle, of an axis.
+    fn column(&self, index: usize) -> usize {
+        self.kept.iter().position(|&kept| kept == index).expect("an output that the trace keeps")
+    }
+
+    /// The least value of an output in all rows, held or not, infinite when there are none.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
+    #[must_use]
+    pub fn least(&self, index: usize) -> f64 {
+        match &self.beyond {
+            Some(beyond) => beyond.extremes[self.column(index)][0],
+            None => self.real(index).iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// The greatest value of an output in all rows, held or not, minus infinity when there are none.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
+    #[must_use]
+    pub fn greatest(&self, index: usize) -> f64 {
+        match &self.beyond {
+            Some(beyond) => beyond.extremes[self.column(index)][1],
+            None => self.real(index).iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// The size of the greatest value of an output in all rows, whatever its sign; 0 when there are none.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
+    #[must_use]
+    pub fn greatest_size(&self, index: usize) -> f64 {
+        self.greatest(index).max(-self.least(index)).max(0.0).abs()
+    }
+
+    /// The value of an output in the last row, held or not.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
+    #[must_use]
+    pub fn last(&self, index: usize) -> Option<f64> {
+        match &self.beyond {
+            Some(beyond) if beyond.came > 0 => Some(beyond.extremes[self.column(index)][2]),
+            _ => self.real(index).last().copied(),
+        }
+    }
+
+    /// The window of a verdict over an output, where the rows are not all held.
+    pub(crate) fn streamed(&self, index: usize) -> Option<&Streamed> {
+        let beyond = self.beyond.as_ref()?;
+        Some(beyond.judged.iter().find(|judged| judged.index == index).expect("an output that is judged"))
+    }
+
+    /// The time of a row of the run, held or not.
+    pub(crate) fn time_of_s(&self, row: u64) -> f64 {
+        self.clock.seconds(Cycle(row * self.stride))
+    }
+
+    /// Seconds from a row of the run to the next.
+    pub(crate) fn step_s(&self) -> f64 {
+        self.stride as f64 * self.clock.period_s()
+    }
+
+    /// The shaft's angle, of an axis, in the rows that are held.
     ///
     /// # Panics
     ///
@@ -121,11 +280,18 @@ impl Trace {
         self.real(ANGLE)
     }
 
-    /// The words of the picked net number `index`.
+    /// The words of the picked net number `index` in the rows that are held.
     #[must_use]
     pub fn words(&self, index: usize) -> &[i64] {
         &self.words[index]
     }
+}
+
+/// Every second one of a column, from the first.
+fn halve<T: Copy>(column: &mut Vec<T>) {
+    let half = column.len() / 2;
+    (0..half).for_each(|row| column[row] = column[2 * row]);
+    column.truncate(half);
 }
 
 /// Rows of outputs that go in straight lines.
@@ -164,7 +330,10 @@ impl Observe for Trace {
 
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        debug_assert_eq!(self.rows as u64 * self.stride, cycle.0);
+        debug_assert_eq!(self.came() * self.stride, cycle.0);
+        if self.beyond.is_some() {
+            return self.beyond(|at| values[at], |_, now| now);
+        }
         self.rows += 1;
         for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
             column.push(values[at]);

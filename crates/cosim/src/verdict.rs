@@ -9,13 +9,18 @@
 //!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
 //!    (a hand still on its way) falls here too, at 0 Hz.
 //!
+//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came, but for the end of a
+//! frequency's count, which is found to a row in those that are held, and by a straight line from turn to turn of the motion in
+//! those that are not.
+//!
 //! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it: **passive**
 //! when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm, else **non-passive**.
 //! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is aborted when the
 //! tip reaches the opposite wall, which it can only with energy that the loop has generated, or leaves the tables.
 
-use crate::Trace;
 use crate::summary::Abort;
+use crate::trace::{ANGLE, Trace};
+use crate::window::{Streamed, window};
 
 /// What became of a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -84,57 +89,110 @@ fn rms_about_mean(values: &[f64]) -> (f64, f64) {
     (mean_of(values, |x| (x - mean) * (x - mean)).sqrt(), mean)
 }
 
+/// What a verdict is made of: the rows of the window, or what was gathered of them.
+enum Window<'a> {
+    Held(&'a [f64]),
+    Streamed(&'a Streamed),
+}
+
+impl<'a> Window<'a> {
+    fn of(trace: &'a Trace, index: usize) -> Self {
+        match trace.streamed(index) {
+            Some(streamed) => Self::Streamed(streamed),
+            None => Self::Held(last_three_tenths(trace.real(index))),
+        }
+    }
+
+    /// The row of the run that it begins with.
+    fn start(&self, trace: &Trace) -> u64 {
+        match self {
+            Self::Held(rows) => trace.came() - rows.len() as u64,
+            Self::Streamed(streamed) => streamed.start(),
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            // What is not finite leaves something over.
+            Self::Held(rows) => mean_of(rows, |x| 0.0 * x) == 0.0,
+            Self::Streamed(streamed) => streamed.is_finite(),
+        }
+    }
+
+    fn rms_about_mean(&self) -> (f64, f64) {
+        match self {
+            Self::Held(rows) => rms_about_mean(rows),
+            Self::Streamed(streamed) => streamed.rms_about_mean(),
+        }
+    }
+
+    /// Half of the range in the earlier half, in the later half, and in all of it.
+    fn half_ranges(&self) -> [f64; 3] {
+        match self {
+            Self::Held(rows) => {
+                let (early, late) = rows.split_at(rows.len() / 2);
+                [early, late, rows].map(half_range)
+            }
+            Self::Streamed(streamed) => streamed.half_ranges(),
+        }
+    }
+
+    /// Upward passages of the mean, and the rows from the first to the last.
+    fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
+        let rows = match self {
+            Self::Held(rows) => rows,
+            Self::Streamed(streamed) => return streamed.passages(mean, amplitude),
+        };
+        let (mut armed, mut first, mut last, mut passages) = (false, 0, 0, 0);
+        for (index, x) in rows.iter().enumerate() {
+            if *x < mean - 0.25 * amplitude {
+                armed = true;
+            } else if armed && *x >= mean {
+                armed = false;
+                if passages == 0 {
+                    first = index;
+                }
+                (last, passages) = (index, passages + 1);
+            }
+        }
+        (passages, (last - first) as f64)
+    }
+}
+
 /// Judges a recorded motion; `count_rad` is the angle of one encoder count.
 #[must_use]
 pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
-    let angles = trace.angles_rad();
-    let window = last_three_tenths(angles);
-    let at_s = trace.time_s(angles.len() - window.len());
-    // What is not finite leaves something over.
-    if mean_of(window, |x| 0.0 * x) != 0.0 {
+    let window = Window::of(trace, ANGLE);
+    let at_s = trace.time_of_s(window.start(trace));
+    if !window.is_finite() {
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
     }
-    let (rms_rad, mean) = rms_about_mean(window);
+    let (rms_rad, mean) = window.rms_about_mean();
     if rms_rad < count_rad {
         return Verdict::Settled { rms_rad };
     }
-    let (early, late) = window.split_at(window.len() / 2);
-    let (before, after) = (half_range(early), half_range(late));
+    let [before, after, amplitude_rad] = window.half_ranges();
     if after > 1.5 * before {
         return Verdict::Diverged { at_s, amplitude_rad: after };
     }
-    let amplitude_rad = half_range(window);
-    let (mut armed, mut first, mut last, mut passages) = (false, 0, 0, 0u32);
-    for (index, x) in window.iter().enumerate() {
-        if *x < mean - 0.25 * amplitude_rad {
-            armed = true;
-        } else if armed && *x >= mean {
-            armed = false;
-            if passages == 0 {
-                first = index;
-            }
-            (last, passages) = (index, passages + 1);
-        }
-    }
-    let frequency_hz =
-        if passages > 1 { f64::from(passages - 1) / ((last - first) as f64 * trace.interval_s()) } else { 0.0 };
+    let (passages, rows) = window.passages(mean, amplitude_rad);
+    let frequency_hz = if passages > 1 { (passages - 1) as f64 / (rows * trace.step_s()) } else { 0.0 };
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
 }
 
 /// rms below which a drop test is passive: 0.003 cm.
 pub const PASSIVE_RMS_M: f64 = 30e-6;
 
-/// Judges a drop test on the column of the trace that holds the logged coordinate.
+/// Judges a drop test on the output of the trace that is the logged coordinate.
 #[must_use]
-pub fn judge_drop(logged_m: &[f64], aborted: Option<Abort>) -> Verdict {
+pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdict {
     if let Some(Abort { at_s, .. }) = aborted {
         return Verdict::HighlyUnstable { at_s };
     }
-    let window = last_three_tenths(logged_m);
-    let (rms_m, _) = rms_about_mean(window);
+    let (rms_m, _) = Window::of(trace, logged).rms_about_mean();
     if rms_m < PASSIVE_RMS_M { Verdict::Passive { rms_m } } else { Verdict::NonPassive { rms_m } }
 }
 
 fn last_three_tenths(values: &[f64]) -> &[f64] {
-    &values[values.len() - (values.len() * 3 / 10).max(2).min(values.len())..]
+    &values[window(values.len() as u64).start as usize..]
 }

@@ -28,13 +28,11 @@ pub fn platform(scene: &PhantomScene) -> String {
 /// Where the tip went.
 pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
     let axis = scene.drop.axis;
-    let heights = trace.real(axis.index());
-    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
     format!(
         "tip ends at {} = {}, deepest {} beyond the wall",
         axis.name(),
-        si(heights.last().copied().unwrap_or(0.0), "m"),
-        si((-scene.room.distance_m - least).max(0.0), "m")
+        si(trace.last(axis.index()).unwrap_or(0.0), "m"),
+        si((-scene.room.distance_m - trace.least(axis.index())).max(0.0), "m")
     )
 }
 

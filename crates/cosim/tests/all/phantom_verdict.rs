@@ -1,6 +1,13 @@
 //! The verdict on drop tests whose rms is known.
 
-use hpu_cosim::{Abort, PASSIVE_RMS_M, Verdict, judge_drop};
+use hpu_cosim::{Abort, PASSIVE_RMS_M, Trace, Verdict};
+use hpu_signal::{Clock, Cycle, Observe};
+
+fn judge_drop(heights_m: &[f64], aborted: Option<Abort>) -> Verdict {
+    let mut trace = Trace::new(Clock::new(1_000_000).unwrap(), 1, vec![0], Vec::new());
+    heights_m.iter().zip(0..).for_each(|(height_m, row)| trace.reals(Cycle(row), &[*height_m]));
+    hpu_cosim::judge_drop(&trace, 0, aborted)
+}
 
 /// Ten seconds at 1 kHz of a height.
 fn heights(height_m: impl Fn(usize) -> f64) -> Vec<f64> {

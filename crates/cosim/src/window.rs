@@ -1,0 +1,297 @@
+//! The end of a motion that is too long to be held: what a verdict needs of it, gathered row by row.
+
+use std::ops::Range;
+
+/// The rows that a verdict is made of: the last 30 % of so many.
+pub(crate) fn window(rows: u64) -> Range<u64> {
+    let three_tenths = (u128::from(rows) * 3 / 10) as u64;
+    rows - three_tenths.max(2).min(rows)..rows
+}
+
+/// Mean, spread and range of numbers, by Welford's recurrence: no large sums whose difference would be small.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Spread {
+    rows: u64,
+    mean: f64,
+    /// Sum of the squared deviations from the mean.
+    squares: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Spread {
+    const NONE: Self = Self { rows: 0, mean: 0.0, squares: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+    #[inline]
+    fn add(&mut self, x: f64) {
+        self.rows += 1;
+        let from_mean = x - self.mean;
+        self.mean += from_mean / self.rows as f64;
+        self.squares += from_mean * (x - self.mean);
+        self.low = if x < self.low { x } else { self.low };
+        self.high = if x > self.high { x } else { self.high };
+    }
+
+    /// Of both together.
+    fn with(&self, other: &Self) -> Self {
+        if self.rows == 0 {
+            return *other;
+        }
+        let (n, m) = (self.rows as f64, other.rows as f64);
+        let apart = other.mean - self.mean;
+        Self {
+            rows: self.rows + other.rows,
+            mean: self.mean + apart * (m / (n + m)),
+            squares: self.squares + other.squares + apart * apart * (n * m / (n + m)),
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    fn half_range(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
+}
+
+/// One output of the plant over the window.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Streamed {
+    /// Index of the output.
+    pub(crate) index: usize,
+    window: Range<u64>,
+    middle: u64,
+    halves: [Spread; 2],
+    turns: Turns,
+}
+
+impl Streamed {
+    /// Of an output of a run that will have so many rows.
+    pub(crate) fn new(index: usize, rows: u64) -> Self {
+        let window = window(rows);
+        let middle = window.start + (window.end - window.start) / 2;
+        Self { index, window, middle, halves: [Spread::NONE; 2], turns: Turns::new(MOST_TURNS) }
+    }
+
+    /// Takes the next row.
+    #[inline]
+    pub(crate) fn add(&mut self, row: u64, x: f64) {
+        if row >= self.window.start {
+            self.halves[usize::from(row >= self.middle)].add(x);
+            self.turns.add(row, x);
+        }
+    }
+
+    /// The window's first row.
+    pub(crate) fn start(&self) -> u64 {
+        self.window.start
+    }
+
+    /// Whether all numbers were finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        // A mean is not finite once it has met a number that is not.
+        self.halves.iter().all(|half| half.mean.is_finite())
+    }
+
+    /// rms about the mean, and the mean.
+    pub(crate) fn rms_about_mean(&self) -> (f64, f64) {
+        let all = self.halves[0].with(&self.halves[1]);
+        ((all.squares / all.rows as f64).sqrt(), all.mean)
+    }
+
+    /// Half of the range in the earlier half of the window, in the later half, and in all of it.
+    pub(crate) fn half_ranges(&self) -> [f64; 3] {
+        let [early, late] = &self.halves;
+        [early.half_range(), late.half_range(), early.with(late).half_range()]
+    }
+
+    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and the rows from the first to
+    /// the last.
+    pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
+        self.turns.passages(mean, amplitude)
+    }
+}
+
+/// Turns of a motion that are kept: half a million swings.
+const MOST_TURNS: usize = 1 << 20;
+
+/// The turns of a motion: rows and values at which it had risen or fallen and then went back by more than a sixteenth of its range
+/// so far. That is half of what parts the two levels of a passage, so all passages are between turns, whatever mean and
+/// amplitude will be in the end.
+///
+/// When there are too many of them, those that are no turns by the range of now are dropped, and, where that does not help, the
+/// older half: then passages are counted in what is left.
+#[derive(Clone, PartialEq, Debug)]
+struct Turns {
+    most: usize,
+    low: f64,
+    high: f64,
+    turns: Vec<(u64, f64)>,
+    /// The highest since the last low turn, or the lowest since the last high one.
+    last: Option<(u64, f64)>,
+    rising: bool,
+}
+
+impl Turns {
+    fn new(most: usize) -> Self {
+        Self { most, low: f64::INFINITY, high: f64::NEG_INFINITY, turns: Vec::new(), last: None, rising: true }
+    }
+
+    #[inline]
+    fn add(&mut self, row: u64, x: f64) {
+        self.low = if x < self.low { x } else { self.low };
+        self.high = if x > self.high { x } else { self.high };
+        self.turn(row, x);
+        if self.turns.len() >= self.most {
+            self.thin();
+        }
+    }
+
+    #[inline]
+    fn turn(&mut self, row: u64, x: f64) {
+        let Some((_, last)) = self.last else {
+            // The beginning counts as a turn.
+            self.turns.push((row, x));
+            self.last = Some((row, x));
+            return;
+        };
+        let back = if self.rising { last - x } else { x - last };
+        if back < 0.0 {
+            self.last = Some((row, x));
+        } else if back > (self.high - self.low) / 16.0 {
+            self.turns.extend(self.last);
+            self.last = Some((row, x));
+            self.rising = !self.rising;
+        }
+    }
+
+    #[cold]
+    fn thin(&mut self) {
+        let Self { most, low, high, .. } = *self;
+        let turns = std::mem::replace(self, Self { low, high, ..Self::new(most) });
+        for (row, x) in turns.turns.into_iter().chain(turns.last) {
+            self.turn(row, x);
+        }
+        if self.turns.len() > most / 2 {
+            self.turns.drain(..most / 2);
+        }
+    }
+
+    fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
+        let (mut armed, mut first, mut last, mut passages) = (false, 0.0, 0.0, 0);
+        let mut before = (0, 0.0);
+        for &(row, x) in self.turns.iter().chain(&self.last) {
+            if x < mean - 0.25 * amplitude {
+                armed = true;
+            } else if armed && x >= mean {
+                armed = false;
+                // On the straight line from turn to turn.
+                last = before.0 as f64 + (row - before.0) as f64 * ((mean - before.1) / (x - before.1));
+                if passages == 0 {
+                    first = last;
+                }
+                passages += 1;
+            }
+            before = (row, x);
+        }
+        (passages, last - first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::{Streamed, Turns, window};
+
+    /// Passages as a verdict counts them in rows that are held.
+    fn counted(rows: &[f64], mean: f64, amplitude: f64) -> (u64, f64) {
+        let (mut armed, mut found) = (false, Vec::new());
+        for (row, x) in rows.iter().enumerate() {
+            if *x < mean - 0.25 * amplitude {
+                armed = true;
+            } else if armed && *x >= mean {
+                armed = false;
+                found.push(row);
+            }
+        }
+        (found.len() as u64, found.last().map_or(0.0, |last| (last - found[0]) as f64))
+    }
+
+    /// Numbers between -1 and 1 that nobody expects.
+    fn noise(row: u64) -> f64 {
+        (row.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn turns(rows: &[f64], most: usize) -> Turns {
+        let mut turns = Turns::new(most);
+        rows.iter().enumerate().for_each(|(row, x)| turns.add(row as u64, *x));
+        turns
+    }
+
+    #[test]
+    fn passages_between_turns_are_those_between_rows() {
+        let motions: [&dyn Fn(u64) -> f64; 5] = [
+            &|row| (TAU * row as f64 / 97.3).sin() + 0.1 * noise(row),
+            &|row| (TAU * row as f64 / 5000.0).sin() + 0.4 * noise(row),
+            // On its way, and dying down.
+            &|row| 1e-4 * row as f64 + (-(row as f64) / 8000.0).exp() * (TAU * row as f64 / 61.0).sin(),
+            &|row| (row % 300) as f64,
+            &noise,
+        ];
+        for (which, motion) in motions.into_iter().enumerate() {
+            let rows: Vec<f64> = (0..20_000).map(motion).collect();
+            let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+            let mean = rows.iter().sum::<f64>() / rows.len() as f64;
+            let (expected, apart) = counted(&rows, mean, 0.5 * (high - low));
+            let (passages, between) = turns(&rows, 1 << 20).passages(mean, 0.5 * (high - low));
+            assert_eq!(passages, expected, "motion {which}");
+            // Either end is between two turns.
+            assert!((between - apart).abs() <= 0.01 * apart + 2.0, "motion {which}: {between} rows, {apart}");
+        }
+    }
+
+    #[test]
+    fn turns_that_are_too_many_are_those_of_the_end() {
+        let rows: Vec<f64> = (0..100_000).map(|row| if row % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let turns = turns(&rows, 1000);
+        assert!(turns.turns.len() < 1000 && turns.turns.capacity() <= 1024, "{}", turns.turns.len());
+        let (passages, between) = turns.passages(0.0, 1.0);
+        assert!(passages > 200 && (between - 2.0 * (passages - 1) as f64).abs() < 1e-9, "{passages} in {between} rows");
+    }
+
+    #[test]
+    fn ripple_that_a_motion_outgrows_is_forgotten_and_costs_no_swing() {
+        // Ten thousand turns of ripple, then three swings that are a million times as wide.
+        let motion = |row: u64| match row {
+            0..10_000 => 1e-6 * noise(row),
+            _ => (TAU * (row - 10_000) as f64 / 10_000.0).sin(),
+        };
+        let rows: Vec<f64> = (0..40_000).map(motion).collect();
+        assert_eq!(turns(&rows, 64).passages(0.0, 1.0).0, 2);
+    }
+
+    #[test]
+    fn numbers_of_the_window_are_those_of_its_rows() {
+        let rows: Vec<f64> = (0..10_001).map(|row| 5.0 + 1e-3 * noise(row) + 1e-7 * row as f64).collect();
+        let mut streamed = Streamed::new(2, rows.len() as u64);
+        rows.iter().enumerate().for_each(|(row, x)| streamed.add(row as u64, *x));
+        let window = &rows[window(rows.len() as u64).start as usize..];
+        assert_eq!((window.len(), streamed.start()), (3000, 7001));
+        let mean = window.iter().sum::<f64>() / 3000.0;
+        let rms = (window.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 3000.0).sqrt();
+        let (found_rms, found_mean) = streamed.rms_about_mean();
+        assert!((found_mean - mean).abs() < 1e-14 && (found_rms - rms).abs() < 1e-12 * rms, "{found_rms} {rms}");
+        let half_range = |rows: &[f64]| {
+            let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+            0.5 * (high - low)
+        };
+        let expected = [&window[..1500], &window[1500..], window].map(half_range);
+        assert_eq!(streamed.half_ranges(), expected);
+        assert!(streamed.is_finite());
+        for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut streamed = Streamed::new(2, 100);
+            (0..100).for_each(|row| streamed.add(row, if row == 80 { lost } else { 0.0 }));
+            assert!(!streamed.is_finite(), "{lost}");
+        }
+    }
+}
