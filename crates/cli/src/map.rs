@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use hpu_cosim::scene::Loop;
 use hpu_study::chart;
-use hpu_study::map::{self as study, Axis, Curves, Found, Map, MapError, Method, Plan};
+use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -23,8 +23,8 @@ use crate::{interrupt, pictures};
 ///
 /// Runs lie along the boundaries between outcomes; cells within are inferred, and marked so. What is narrower than 4 cells
 /// and touches no boundary can be missed: --full runs every cell. With a folder, each cell is kept as it is done: the same
-/// command goes on after an interruption, and --full goes on from a map without it. A cell that fails, or takes too long,
-/// is a result and no failure.
+/// command goes on after an interruption, and --full goes on from a map without it. A cell that fails, or has
+/// too many events, is a result and no failure.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -46,8 +46,11 @@ pub struct Args {
     /// Run every cell
     #[arg(long)]
     full: bool,
-    /// How long a cell may take
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time)]
+    /// Events of a cell: clock cycles at which the engine looks at the loop, or steps of the solver. One with more has failed
+    #[arg(long, value_name = "N", default_value_t = CellLimits::default().events, value_parser = clap::value_parser!(u64).range(1..))]
+    cell_events: u64,
+    /// How long a cell may take. One that takes longer is not run: the same command runs it again
+    #[arg(long, value_name = "TIME", default_value = "30min", value_parser = time)]
     cell_timeout: Duration,
     /// Threads [default: one for each core]
     #[arg(long, value_name = "N")]
@@ -90,13 +93,13 @@ impl Args {
     /// What else is to be said to make the same map.
     fn options(&self) -> String {
         let full = if self.full { " --full" } else { "" };
-        let timeout = if self.cell_timeout == Duration::from_secs(60) {
+        let events = if self.cell_events == CellLimits::default().events {
             String::new()
         } else {
-            format!(" --cell-timeout {}s", self.cell_timeout.as_secs_f64())
+            format!(" --cell-events {}", self.cell_events)
         };
         let out = self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())));
-        format!("{full}{timeout}{out}")
+        format!("{full}{events}{out}")
     }
 
     fn map(&self) -> Result<Map, Failure> {
@@ -166,15 +169,16 @@ impl Mapped {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let map = args.map()?;
     let command = args.command();
-    let timeout = format!("{:?}", args.cell_timeout);
+    let events = args.cell_events.to_string();
     let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
-    let parts = [map.scene.text.as_bytes(), timeout.as_bytes()].into_iter().chain(files);
+    let parts = [map.scene.text.as_bytes(), events.as_bytes()].into_iter().chain(files);
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let (mut journal, done) =
         journal::resume(args.out.as_deref(), map.len(), || journal::header("map", parts, &command))?;
 
     let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
-    let plan = Plan { full: args.full, timeout: args.cell_timeout, jobs };
+    let plan =
+        Plan { full: args.full, limits: CellLimits { events: args.cell_events, guard: args.cell_timeout }, jobs };
     let control = interrupt::heed();
     let mut kept = done.len();
     let (found, curves) = thread::scope(|scope| {

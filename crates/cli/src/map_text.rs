@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hpu_cosim::scene::OutcomeKind;
-use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, outcome, outcome_name};
+use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, is_late, outcome, outcome_name};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -52,7 +52,8 @@ impl Mapped {
 
     /// How many cells of a layer an outcome has, and the first of them that was run.
     fn count(&self, method: usize, kind: Option<OutcomeKind>) -> (usize, Option<usize>) {
-        let of_kind = || self.layer(method).filter(|index| outcome(&self.found, *index) == kind);
+        let known = |index: &usize| !is_late(&self.found, *index);
+        let of_kind = || self.layer(method).filter(known).filter(|index| outcome(&self.found, *index) == kind);
         // One at the boundary says more than one in a corner.
         let columns = self.map.x.cells();
         let borders = |index: &usize| {
@@ -62,6 +63,11 @@ impl Mapped {
         };
         let run = || of_kind().filter(|index| self.was_run(*index));
         (of_kind().count(), run().find(borders).or(run().next()))
+    }
+
+    /// How many cells of a layer took longer than they may.
+    fn late(&self, method: usize) -> usize {
+        self.layer(method).filter(|index| is_late(&self.found, *index)).count()
     }
 
     /// Where a method's region of rest ends, and why.
@@ -100,6 +106,10 @@ pub fn text(mapped: &Mapped) -> String {
                 let example = example.map_or(String::new(), |index| format!("  $ {}", mapped.replay(index)));
                 text += &format!("{} {:<16} {count:>6}{example}\n", letter(kind), outcome_name(kind));
             }
+        }
+        let late = mapped.late(method);
+        if late > 0 {
+            text += &format!("? {:<16} {late:>6}  by --cell-timeout; the same command runs them again\n", "not_run");
         }
         let reasons = mapped.reasons(method);
         text.extend(reasons.iter().take(5).map(|(reason, count)| format!("failed     {count} times: {reason}\n")));
@@ -159,6 +169,7 @@ pub fn object(mapped: &Mapped) -> Value {
     };
     let methods = map.methods.iter().enumerate().map(|(method, layer)| {
         let counts = kinds().map(|kind| (outcome_name(kind).to_string(), json!(mapped.count(method, kind).0)));
+        let counts = counts.chain([("not_run".to_string(), json!(mapped.late(method)))]);
         let runs = mapped.layer(method).filter(|index| mapped.was_run(*index)).count();
         let curves = match &curves[method] {
             Err(why) => json!({ "reason": why, "over": null, "criteria": [] }),
@@ -184,19 +195,19 @@ pub fn object(mapped: &Mapped) -> Value {
             "method": map.methods[point.method].label,
             "ix": point.ix,
             "iy": point.iy,
-            "outcome": outcome_name(outcome(found, index)),
+            "outcome": if is_late(found, index) { "not_run" } else { outcome_name(outcome(found, index)) },
             "run": mapped.was_run(index),
         });
         match &found[index] {
             Found::Run(Ok(ran)) => numbers(&mut cell, ran),
             Found::Run(Err(reason)) => cell["reason"] = json!(reason),
-            Found::As(_) => {}
+            Found::As(_) | Found::Late => {}
         }
         cell
     });
     json!({
         "scene": map.scene.name,
-        "complete": true,
+        "complete": (0..found.len()).all(|index| !is_late(found, index)),
         "command": command,
         "x": axis(&map.x),
         "y": axis(&map.y),

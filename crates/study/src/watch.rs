@@ -10,7 +10,17 @@ use hpu_cosim::Control;
 /// Does some work under a control of its own, which stops it when `control` does or after `timeout`; says whether it was the
 /// timeout.
 pub(crate) fn watched<T>(timeout: Duration, control: &Control, work: impl FnOnce(&Control) -> T) -> (T, bool) {
-    let own = Control::default();
+    limited(None, timeout, control, work)
+}
+
+/// The same, ended also by a number of events.
+pub(crate) fn limited<T>(
+    most_events: Option<u64>,
+    timeout: Duration,
+    control: &Control,
+    work: impl FnOnce(&Control) -> T,
+) -> (T, bool) {
+    let own = Control { most_events, ..Control::new() };
     let late = AtomicBool::new(false);
     let (alive, ended) = mpsc::channel::<()>();
     let done = thread::scope(|scope| {

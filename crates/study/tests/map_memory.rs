@@ -1,15 +1,16 @@
-//! The memory of a map, counted by an allocator of our own: a cell leaves behind what was found of it, and nothing else.
+//! The memory of maps and runs, counted by an allocator of our own: a cell leaves behind what was found of it, and nothing else; a
+//! run takes what it may, however long it is.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::{Mutex, PoisonError};
 use std::{io, mem};
 
-use hpu_cosim::Control;
-use hpu_study::map::{self, Axis, Found, Map, Method, Plan};
+use hpu_cosim::{Control, Driver, Ready, Rig, Trace};
+use hpu_study::map::{self, Axis, CellLimits, Found, Map, Method, Plan};
 
 /// Counts bytes that are in use, and the most that ever were.
 struct Counting;
@@ -44,6 +45,9 @@ fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
     (PEAK.load(Ordering::Relaxed) - before, made)
 }
 
+/// Whoever counts does so alone.
+static ALONE: Mutex<()> = Mutex::new(());
+
 fn a_map(rows: usize) -> Map {
     let text = include_str!("../../../testbench/scenes/free-motion.toml");
     let axis = |text: &str| text.parse::<Axis>().unwrap();
@@ -57,9 +61,10 @@ fn a_map(rows: usize) -> Map {
 
 #[test]
 fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let of = |rows: usize| {
         let map = a_map(rows);
-        let plan = Plan { full: true, timeout: Duration::from_secs(60), jobs: NonZeroUsize::MIN };
+        let plan = Plan { full: true, limits: CellLimits::default(), jobs: NonZeroUsize::MIN };
         let run = || map.run(plan, BTreeMap::new(), &Control::default(), |_, _| Ok::<_, Infallible>(()));
         let (while_run, found) = peak(run);
         let found = found.unwrap().expect("not stopped");
@@ -81,4 +86,30 @@ fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
     assert!(found <= 136.0, "{found} bytes");
     assert!(csv.abs() <= 1.0, "{csv} bytes a cell for the CSV");
     assert!(parquet.abs() <= 2.0, "{parquet} bytes a cell for the Parquet file");
+}
+
+#[test]
+fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let of = |duration: &str| {
+        let set = [("record.plant_rate", "50 MHz"), ("run.duration", duration)];
+        let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+        let text = include_str!("../../../testbench/scenes/free-motion.toml");
+        let mut load = |_: &str| Err(io::ErrorKind::NotFound.into());
+        let scene = hpu_cosim::scene::Experiment::parse("free-motion.toml", text, &set, &mut load).unwrap();
+        let ready = Ready::new(&scene).unwrap();
+        let (bytes, rows) = peak(|| {
+            let mut trace = ready.brief_trace().bounded(1 << 16, &ready.judged());
+            let summary = ready.run(Driver::Events, &mut trace, &mut (), &Control::default());
+            assert!(summary.complete);
+            trace.came()
+        });
+        (bytes, rows)
+    };
+    let (of_few, of_many) = (of("10 ms"), of("40 ms"));
+    assert_eq!((of_few.1, of_many.1), (500_001, 2_000_001));
+    // 65536 values, and turns of the motion, of which this one has none.
+    for (bytes, rows) in [of_few, of_many] {
+        assert!(bytes < 8 * 65_536 + 100_000, "{bytes} bytes for {rows} rows");
+    }
 }

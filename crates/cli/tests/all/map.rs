@@ -6,6 +6,8 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use serde_json::json;
+
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
 /// A small map with a boundary: 9 by 5 cells of 150 ms.
@@ -142,6 +144,53 @@ fn an_interrupted_map_says_so_and_goes_on_to_what_an_uninterrupted_one_is() {
 }
 
 #[test]
+fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_cells_it_runs_again() {
+    let out = scratch("map-flipped");
+    assert_eq!(code(&small(&out, &["--full"])), 0);
+    let (whole, before) = (content(&out, "journal.txt"), rows(&out));
+    // In one row a digit of a number; of another the word before its cell; and a third that lost its end.
+    let mut lines: Vec<String> = whole.lines().map(String::from).collect();
+    let digit = lines[3].rfind(|c: char| c.is_ascii_digit()).expect("a digit");
+    let other = if &lines[3][digit..=digit] == "7" { "8" } else { "7" };
+    lines[3].replace_range(digit..=digit, other);
+    lines[5] = lines[5].replace(" made ", " mada ");
+    let length = lines[7].len() / 2;
+    lines[7].truncate(length);
+    fs::write(out.join("journal.txt"), lines.join("\n") + "\n").expect("a journal");
+    let output = small(&out, &["--full"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(rows(&out), before);
+    assert!(stderr(&output).contains("journal.txt: 3 rows are damaged"), "{}", stderr(&output));
+    // Now all is whole again, in some order.
+    let sorted = |text: &str| text.lines().map(String::from).collect::<std::collections::BTreeSet<_>>();
+    assert_eq!(sorted(&content(&out, "journal.txt")), sorted(&whole));
+    let output = small(&out, &["--full"]);
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+}
+
+#[test]
+fn a_cell_that_takes_too_long_is_not_run_and_the_same_command_runs_it_again() {
+    let out = scratch("map-guard");
+    let (x, y) = ("run.duration=0.01..60 s:2", "wall.stiffness=1..2 N.m/rad:2");
+    let set = ["--set", "record.plant_rate=100 Hz", "-o", text(&out)];
+    let arguments = [&["map", "hybrid-wall", "--x", x, "--y", y, "--full"][..], &set].concat();
+    let output = run(&[&arguments[..], &["--cell-timeout", "1ms", "--json"]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = json(&output);
+    assert_eq!((&said["complete"], &said["methods"][0]["outcomes"]["not_run"]), (&json!(false), &json!(2)));
+    let outcomes = |out: &Path| -> Vec<String> {
+        rows(out).iter().skip(1).map(|row| row.split(',').nth(5).unwrap_or_default().to_string()).collect()
+    };
+    assert_eq!(outcomes(&out).iter().filter(|outcome| *outcome == "not_run").count(), 2);
+    assert_eq!(content(&out, "journal.txt").lines().count(), 1 + 2);
+    let output = run(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(!stdout(&output).contains("not_run"), "{}", stdout(&output));
+    assert_eq!(content(&out, "journal.txt").lines().count(), 1 + 4);
+    assert!(!outcomes(&out).contains(&"not_run".to_string()));
+}
+
+#[test]
 fn the_folder_of_another_scene_or_map_is_refused_and_stays_as_it_is() {
     let out = scratch("map-other");
     assert_eq!(code(&small(&out, &[])), 0);
@@ -188,6 +237,7 @@ fn what_is_no_map_is_refused_with_its_reason_before_anything_is_written() {
     refused(x, y, &["--method", "a:x"], 2, &["KEY=VALUE"]);
     refused(x, y, &["--cell-timeout", "soon"], 2, &["60s"]);
     refused(x, y, &["--cell-timeout", "0s"], 2, &["above zero"]);
+    refused(x, y, &["--cell-events", "0"], 2, &["--cell-events"]);
     let recording = run(&["map", "replay-capture", "--x", x, "--y", y, "-o", text(&out)]);
     assert_refused(&recording, 2, &["recording"]);
     let bounded = run(&["map", "bounded-wall-1khz", "--x", x, "--y", y, "--all-methods", "-o", text(&out)]);
@@ -210,13 +260,13 @@ fn a_cell_that_never_ends_is_a_row_with_its_reason_and_the_others_are_done() {
         "wall.stiffness=1..2 N.m/rad:2",
         "--set",
         "record.plant_rate=10 Hz",
-        "--cell-timeout",
-        "300ms",
+        "--cell-events",
+        "100000",
         "-o",
         text(&out),
     ]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("2 times: timed out after 0.3 s"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("2 times: more than 100000 events"), "{}", stdout(&output));
     let rows = rows(&out);
     let outcomes: Vec<&str> = rows.iter().skip(1).filter_map(|row| row.split(',').nth(5)).collect();
     assert_eq!(outcomes[1], "failed");

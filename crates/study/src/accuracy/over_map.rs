@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::time::Duration;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
@@ -12,7 +11,7 @@ use super::found::Speed;
 use super::front::front;
 use super::race::{Plan, Race};
 use crate::criteria;
-use crate::map::{Axis, Map, MapError, Method, Point, outcome};
+use crate::map::{Axis, CellLimits, Map, MapError, Method, Point, outcome};
 use crate::units::{self, Row};
 
 /// Steps below this take too long for the many cells of a map, unless they are asked for.
@@ -120,12 +119,8 @@ impl Tour {
     ) -> Result<Option<Vec<Share>>, E> {
         let cells = self.map.len();
         let foretold = done.split_off(&cells);
-        let timeout = Duration::from_secs(60);
-        let Some(found) =
-            self.map.run(crate::map::Plan { full: true, timeout, jobs: plan.jobs }, done, control, &mut keep)?
-        else {
-            return Ok(None);
-        };
+        let cells_plan = crate::map::Plan { full: true, limits: CellLimits::default(), jobs: plan.jobs };
+        let Some(found) = self.map.run(cells_plan, done, control, &mut keep)? else { return Ok(None) };
         let tell = |index: usize, _: &Control| Some(Ok(self.foretell(index - cells)));
         let mut told = foretold;
         let left: Vec<usize> = (cells..self.units()).filter(|index| !told.contains_key(index)).collect();

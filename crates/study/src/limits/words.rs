@@ -4,14 +4,12 @@
 //! Nothing makes that verdict a monotone function of the stiffness. What is told is one place where it turns, next to
 //! where the search begins: the softest stiffness of two neighbours, settled, and the stiffer, not.
 
-use std::time::Duration;
-
 use hpu_cosim::Control;
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Experiment, Hand, OutcomeKind, Scene};
 
 use super::{Emulated, unit};
-use crate::map::Cell;
+use crate::map::{Cell, CellLimits};
 
 /// The limit of a scene in words.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -21,9 +19,6 @@ pub struct InWords {
     /// Runs that it took.
     pub runs: u32,
 }
-
-/// Wall time that one run may take.
-const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The limit of a scene as it stands, searched from a stiffness in SI units.
 ///
@@ -51,7 +46,7 @@ pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords,
         runs += 1;
         let mut scene = scene.clone();
         scene.wall.stiffness_nm_per_rad = words as f64 * word;
-        let cell = Cell::run(&Experiment::Axis(scene), TIMEOUT, control)?.ok_or("stopped")?;
+        let cell = Cell::run(&Experiment::Axis(scene), CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
         Ok(cell.outcome == OutcomeKind::Settled)
     };
     let first = ((start / word) as i128).clamp(1, format.max());

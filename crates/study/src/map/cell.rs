@@ -1,11 +1,12 @@
 //! A cell: the scene, run and judged.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig, Trace, Verdict};
 
-use crate::watch::watched;
+use crate::watch::limited;
 
 /// What a cell was; positions in rad, of a mass or a PHANToM in m.
 #[derive(Clone, PartialEq, Debug)]
@@ -48,6 +49,32 @@ pub const OUTCOMES: [(OutcomeKind, &str); 6] = [
 #[must_use]
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
     OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
+}
+
+/// How far a cell is run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CellLimits {
+    /// Events that it may have; one with more has failed. What the limit makes of a cell depends on the scene alone.
+    pub events: u64,
+    /// Wall time after which it is given up. It has not failed then: on a faster machine, or on an idle one, it may end.
+    pub guard: Duration,
+}
+
+impl CellLimits {
+    /// The same events without a guard: for studies that cannot go on without the run.
+    pub(crate) const UNGUARDED: Self = Self { events: 300_000_000, guard: Duration::MAX };
+}
+
+impl Default for CellLimits {
+    /// A hundred times the events of the longest shipped scene, and half an hour.
+    fn default() -> Self {
+        Self { guard: Duration::from_secs(1800), ..Self::UNGUARDED }
+    }
+}
+
+/// Why a run ended that had more events than it may have.
+pub(crate) fn more_events(most: u64) -> String {
+    format!("more than {most} events")
 }
 
 /// Rows of a recording that a cell may hold.
@@ -97,12 +124,12 @@ impl Cell {
         })
     }
 
-    /// Runs an experiment; `None` when `control` stopped it.
+    /// Runs an experiment; `None` when `control` or the guard stopped it.
     ///
     /// # Errors
     ///
-    /// Why it could not be run to its end; that it took longer than `timeout` is such a reason.
-    pub fn run(experiment: &Experiment, timeout: Duration, control: &Control) -> Result<Option<Self>, String> {
+    /// Why it could not be run to its end; that it has more events than it may is such a reason.
+    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
         let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
         let rows = ready.edges() / ready.stride();
         if rows > MOST_ROWS {
@@ -111,9 +138,12 @@ impl Cell {
             ));
         }
         let mut trace = ready.brief_trace();
-        let (summary, late) = watched(timeout, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
+        let CellLimits { events, guard } = limits;
+        let run = |own: &Control| ready.run(Driver::Events, &mut trace, &mut (), own);
+        let (summary, late) = limited(Some(events), guard, control, run);
         if !summary.complete {
-            return if late { Err(format!("timed out after {} s", timeout.as_secs_f64())) } else { Ok(None) };
+            let stopped = late || control.stop.load(Ordering::Relaxed);
+            return if stopped { Ok(None) } else { Err(more_events(events)) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);

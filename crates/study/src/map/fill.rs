@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
-use std::time::Duration;
+use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 
-use super::{Cell, Found, Map, Refinement};
+use super::{Cell, CellLimits, Found, Map, Refinement};
 use crate::units::{self, Row};
 
 /// How a map is filled.
@@ -14,23 +14,23 @@ use crate::units::{self, Row};
 pub struct Plan {
     /// Whether every cell is run.
     pub full: bool,
-    /// How long a cell may take.
-    pub timeout: Duration,
+    /// How far a cell is run.
+    pub limits: CellLimits,
     /// Threads.
     pub jobs: NonZeroUsize,
 }
 
 impl Map {
-    /// Runs one cell, as a unit of work; `None` when it was stopped.
-    pub fn run_cell(&self, index: usize, timeout: Duration, control: &Control) -> Option<Row> {
+    /// Runs one cell, as a unit of work; `None` when it was stopped, by `control` or by the guard.
+    pub fn run_cell(&self, index: usize, limits: CellLimits, control: &Control) -> Option<Row> {
         let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
-        match made.and_then(|experiment| Cell::run(&experiment, timeout, control)) {
+        match made.and_then(|experiment| Cell::run(&experiment, limits, control)) {
             Ok(cell) => cell.map(|cell| Ok(cell.line())),
             Err(reason) => Some(Err(reason)),
         }
     }
 
-    /// Fills the map; `None` when `control` stopped it. Rows that are `done` are not run again, and every new one goes
+    /// Fills the map; `None` when `control` stopped it. A cell that took longer than the guard allows is [`Found::Late`]. Rows that are `done` are not run again, and every new one goes
     /// through `keep`.
     ///
     /// # Errors
@@ -48,7 +48,7 @@ impl Map {
         for (index, row) in done {
             found[index] = Some(Found::Run(read(row)));
         }
-        let unit = |index: usize, control: &Control| self.run_cell(index, plan.timeout, control);
+        let unit = |index: usize, control: &Control| self.run_cell(index, plan.limits, control);
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
             let mut left: Vec<usize> = wanted.filter(|index| found[*index].is_none()).collect();
             left.sort_unstable_by_key(scattered);
@@ -57,6 +57,12 @@ impl Map {
                 found[index] = Some(Found::Run(read(row)));
                 Ok(())
             })?;
+            // Those that no one has stopped were late. They have no row, so that whoever goes on from here runs them.
+            if !control.stop.load(Ordering::Relaxed) {
+                for index in &left {
+                    found[*index].get_or_insert(Found::Late);
+                }
+            }
             Ok(left.iter().all(|index| found[*index].is_some()))
         };
         if plan.full {

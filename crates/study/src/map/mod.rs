@@ -21,7 +21,8 @@ use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 use hpu_cosim::{Ready, Rig};
 
 pub use axis::Axis;
-pub use cell::{Cell, OUTCOMES, outcome_name};
+pub(crate) use cell::more_events;
+pub use cell::{Cell, CellLimits, OUTCOMES, outcome_name};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
@@ -106,6 +107,8 @@ pub enum Found {
     Run(Result<Cell, String>),
     /// It is of the class of this cell, which was run.
     As(usize),
+    /// It took longer than the guard allows, so that nothing is known of it: it is to be run again.
+    Late,
 }
 
 /// Why there is no such map.
@@ -253,6 +256,15 @@ impl Map {
     }
 }
 
+/// Whether nothing is known of a cell because it, or that whose class it would have, took longer than the guard allows.
+#[must_use]
+pub fn is_late(found: &[Found], index: usize) -> bool {
+    match found[index] {
+        Found::As(other) => found[other] == Found::Late,
+        ref own => *own == Found::Late,
+    }
+}
+
 /// What became of a cell, run or inferred; `None` for one that could not be run.
 #[must_use]
 pub fn outcome(found: &[Found], index: usize) -> Option<OutcomeKind> {
@@ -266,7 +278,8 @@ pub fn nearest(found: &[Found], index: usize) -> Option<&Cell> {
         Found::Run(cell) => cell.as_ref().ok(),
         Found::As(other) => match &found[*other] {
             Found::Run(cell) => cell.as_ref().ok(),
-            Found::As(_) => None,
+            Found::As(_) | Found::Late => None,
         },
+        Found::Late => None,
     }
 }

@@ -12,7 +12,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
-use super::{Found, Map, outcome, outcome_name};
+use super::{Found, Map, is_late, outcome, outcome_name};
 
 /// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
 pub const COLUMNS: [&str; 18] = [
@@ -106,7 +106,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
         method: &map.methods[point.method].label,
         place: [point.ix, point.iy],
         at: [map.x.values()[point.ix], map.y.values()[point.iy]],
-        outcome: outcome_name(outcome(found, index)),
+        outcome: if is_late(found, index) { "not_run" } else { outcome_name(outcome(found, index)) },
         run: matches!(found[index], Found::Run(_)),
         measured: cell.map_or([None; 9], |cell| {
             [

@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fs::File;
 use std::num::NonZeroUsize;
-use std::sync::atomic::Ordering;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
 use hpu_study::limits::limits;
-use hpu_study::map::{self, Axis, Cell, Curves, Found, Map, MapError, Method, Plan, Point};
+use hpu_study::map::{self, Axis, Cell, CellLimits, Curves, Found, Map, MapError, Method, Plan, Point};
 use hpu_study::units::Row;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -34,7 +36,7 @@ fn pressed(x: &str, y: &str, methods: &[&str]) -> Map {
 }
 
 fn plan(full: bool, jobs: usize) -> Plan {
-    Plan { full, timeout: Duration::from_secs(60), jobs: NonZeroUsize::new(jobs).unwrap() }
+    Plan { full, limits: CellLimits::default(), jobs: NonZeroUsize::new(jobs).unwrap() }
 }
 
 fn run(map: &Map, plan: Plan) -> Vec<Found> {
@@ -212,20 +214,20 @@ fn a_refined_map_does_not_depend_on_what_else_is_known() {
 }
 
 #[test]
-fn a_cell_that_takes_too_long_and_one_that_cannot_be_are_rows_with_their_reasons_and_sink_nothing() {
+fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_and_sink_nothing() {
     // 20 ms, and eleven days; a stiffness that fits its word, and one that does not.
     let set = [("record.plant_rate", "10 Hz")];
     let map =
         map_of("hybrid-wall", &set, "run.duration=0.02..1000000 s:2", "wall.stiffness=1..1000000 N.m/rad:2", &["a"])
             .expect("a map");
-    let timeout = Duration::from_millis(500);
-    let found = run(&map, Plan { timeout, ..plan(true, 2) });
+    let limits = CellLimits { events: 100_000, ..CellLimits::default() };
+    let found = run(&map, Plan { limits, ..plan(true, 2) });
     let reason = |index: usize| match &found[index] {
         Found::Run(Err(reason)) => reason.as_str(),
         other => panic!("{other:?}"),
     };
     assert!(matches!(&found[0], Found::Run(Ok(_))), "{:?}", found[0]);
-    assert_eq!(reason(1), "timed out after 0.5 s");
+    assert_eq!(reason(1), "more than 100000 events");
     for index in [2, 3] {
         assert!(reason(index).contains("does not fit"), "{}", reason(index));
     }
@@ -233,6 +235,64 @@ fn a_cell_that_takes_too_long_and_one_that_cannot_be_are_rows_with_their_reasons
     let map = map_of("hybrid-wall", &[], "run.duration=0.02..1000000 s:2", "wall.stiffness=1..2 N.m/rad:2", &["a"]);
     let found = run(&map.expect("a map"), plan(true, 2));
     assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.contains("record.plant_rate")), "{:?}", found[1]);
+}
+
+/// Cells of some ten thousand events and of up to ten times as many.
+fn of_many_events() -> Map {
+    map_of("hybrid-wall", &[], "run.duration=0.02..10 s:5", "wall.stiffness=1..2 N.m/rad:2", &["a"]).expect("a map")
+}
+
+#[test]
+fn a_limit_in_events_makes_the_same_cells_on_a_busy_machine() {
+    let (map, idle) = (of_many_events(), AtomicBool::new(false));
+    let limits = CellLimits { events: 60_000, ..CellLimits::default() };
+    let alone = run(&map, Plan { limits, ..plan(true, 1) });
+    let failed = |found: &Found| matches!(found, Found::Run(Err(reason)) if reason == "more than 60000 events");
+    assert!(alone.iter().any(failed) && !alone.iter().all(failed), "{alone:?}");
+    let crowded = thread::scope(|scope| {
+        for _ in 0..6 {
+            scope.spawn(|| {
+                while !idle.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
+        }
+        let crowded = run(&map, Plan { limits, ..plan(true, 4) });
+        idle.store(true, Ordering::Relaxed);
+        crowded
+    });
+    assert_eq!(crowded, alone);
+}
+
+#[test]
+fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes_on() {
+    let map = of_many_events();
+    let limits = CellLimits { guard: Duration::ZERO, ..CellLimits::default() };
+    // Late after the first look of the guard, which comes after 20 ms: the longest cells at least.
+    let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
+    let mut keep = |index: usize, row: &Row| {
+        rows.insert(index, row.clone());
+        Ok::<_, Infallible>(())
+    };
+    let guarded = map.run(Plan { limits, ..plan(true, 2) }, BTreeMap::new(), &Control::default(), &mut keep);
+    let guarded = guarded.unwrap().expect("nobody stops it");
+    let late: Vec<usize> = (0..map.len()).filter(|index| map::is_late(&guarded, *index)).collect();
+    assert!(!late.is_empty(), "{guarded:?}");
+    assert_eq!(rows.len() + late.len(), map.len(), "a late cell has no row");
+    assert!(late.iter().all(|index| !rows.contains_key(index) && map::outcome(&guarded, *index).is_none()));
+    let mut csv = Vec::new();
+    map::csv(&mut csv, &map, &guarded, "hpu map", |_| String::new()).unwrap();
+    assert_eq!(String::from_utf8(csv).unwrap().matches(",not_run,0,").count(), late.len());
+    let again = Mutex::new(Vec::new());
+    let note = |index: usize, _: &Row| {
+        again.lock().unwrap().push(index);
+        Ok::<_, Infallible>(())
+    };
+    let found = map.run(plan(true, 2), rows, &Control::default(), note).unwrap().expect("nobody stops it");
+    let mut again = again.into_inner().unwrap();
+    again.sort_unstable();
+    assert_eq!(again, late);
+    assert_eq!(found, run(&map, plan(true, 1)), "as if there had been no guard");
 }
 
 #[test]

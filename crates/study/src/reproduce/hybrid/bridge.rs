@@ -1,13 +1,11 @@
 //! What a bridge that brakes in its off phase adds to one that floats.
 
-use std::time::Duration;
-
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment};
 
 use super::super::beside::Line;
 use super::{Leaning, axis, line, stiffest};
-use crate::map::Cell;
+use crate::map::{Cell, CellLimits};
 
 const GROUP: &str = "The stiffest wall with a bridge that brakes, against one that floats, in words";
 
@@ -51,7 +49,7 @@ impl Held {
             Err(reason) => return Ok(Self { asked: Err(reason), felt: None }),
         };
         scene.wall.stiffness_nm_per_rad = found.limit - 0.5 * found.uncertainty;
-        let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(20), control)?.ok_or("stopped")?;
+        let cell = Cell::run(&Experiment::Axis(scene), CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
         Ok(Self { asked: Ok(found.limit), felt: cell.displayed_stiffness })
     }
 

@@ -1,5 +1,6 @@
 //! One run of a search.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, Scene};
@@ -8,10 +9,8 @@ use hpu_signal::SignalUse;
 
 use super::memory::{Depth, Gains, Ran};
 use crate::accuracy::{Outputs, ready, worst};
-use crate::watch::watched;
-
-/// Wall time that one run may take.
-const TIMEOUT: Duration = Duration::from_secs(60);
+use crate::map::{CellLimits, more_events};
+use crate::watch::limited;
 
 /// What all runs of a search have in common.
 pub(super) struct Runner<'a> {
@@ -27,9 +26,11 @@ pub(super) struct Runner<'a> {
 pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
     let ready = ready(experiment)?;
     let mut trace = ready.brief_trace();
-    let (summary, late) = watched(TIMEOUT, control, |own| ready.run(Driver::Events, &mut trace, &mut (), own));
+    let most = CellLimits::default().events;
+    let run = |own: &Control| ready.run(Driver::Events, &mut trace, &mut (), own);
+    let (summary, _) = limited(Some(most), Duration::MAX, control, run);
     if !summary.complete {
-        return if late { Err(format!("timed out after {} s", TIMEOUT.as_secs())) } else { Ok(None) };
+        return if control.stop.load(Ordering::Relaxed) { Ok(None) } else { Err(more_events(most)) };
     }
     // Nets are told apart by what they are used for here, not by a print of all edges.
     Ok(Some((Outputs::new(experiment, &summary, &trace, 0)?, summary)))
