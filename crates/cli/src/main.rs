@@ -25,6 +25,7 @@ mod reproduce_cost_text;
 mod reproduce_drop;
 mod reproduce_drop_json;
 mod reproduce_words;
+mod rows;
 mod run;
 mod run_json;
 mod run_text;

@@ -6,13 +6,14 @@ use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::{CheckRow, Hdl, closed_loop};
-use hpu_signal::Cycle;
+use hpu_signal::{Cycle, Observe, Signal};
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::rows::{Estimate, Rows};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
@@ -34,12 +35,15 @@ pub struct Args {
     /// Run `events` against `clock` and compare every net and plant state at every edge
     #[arg(long, conflicts_with_all = ["out", "driver"])]
     compare: bool,
-    /// Write wave.fst with its GTKWave save file, trace.csv, pictures and summary.json into this folder
+    /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write wave.vcd too
     #[arg(long, requires = "out")]
     vcd: bool,
+    /// Write the trace as trace.parquet too
+    #[arg(long, requires = "out")]
+    parquet: bool,
     /// Draw no pictures
     #[arg(long, requires = "out")]
     no_plot: bool,
@@ -126,6 +130,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return compare(&session, args.json);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    if let Some(out) = &args.out {
+        Estimate::of(&session, nets(&session).len(), args.parquet).tell(out)?;
+    }
     let mut rtl = None;
     if args.driver == Some(DriverArg::Rtl) {
         interrupt::heed();
@@ -136,7 +143,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         rtl = Some((row?, setup.hdl));
     }
-    let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut())?;
+    let command = loaded.command();
+    let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut().map(|folder| (folder, &*command)))?;
     ran.rtl = rtl;
     ran.fitted = fitted;
     if interrupt::pressed() {
@@ -157,7 +165,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(ran.exit())
 }
 
-/// Writes all but the waveforms; `other` is the scene to draw beside.
+/// Writes all but the waveforms and the trace; `other` is the scene to draw beside.
 fn write(
     args: &Args,
     loaded: &Loaded,
@@ -165,7 +173,6 @@ fn write(
     ran: &mut Ran,
     folder: &mut Folder,
 ) -> Result<(), Failure> {
-    folder.write("trace.csv", trace_csv(ran))?;
     if !args.no_plot {
         let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
         let command = format!("{} -o {out}", loaded.command());
@@ -181,19 +188,38 @@ fn write(
 }
 
 /// The nets that are drawn and tabled.
-fn nets(session: &Ready) -> &'static [&'static str] {
-    match session {
+fn nets(session: &Ready) -> Vec<Signal> {
+    let names = match session {
         Ready::Axis(session) => chart::nets(session.scene()),
         Ready::Phantom(_) => &PHANTOM_NETS,
+    };
+    let all = session.wiring().nets();
+    names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
+}
+
+/// Waveforms and rows of a run, on their way to disk.
+struct Recorded<'c>(Waves, Rows<'c>);
+
+impl Observe for Recorded<'_> {
+    #[inline]
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.0.nets(cycle, words);
+        self.1.nets(cycle, words);
+    }
+
+    #[inline]
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.0.reals(cycle, values);
+        self.1.reals(cycle, values);
     }
 }
 
-/// Runs the scene, its waveforms recorded when there is a folder for them.
+/// Runs the scene. Waveforms and rows are recorded when there is a folder for them; the command is for their heads.
 fn simulate<'s>(
     scene: &Experiment,
     session: &'s Ready<'s>,
     args: &Args,
-    folder: Option<&mut Folder>,
+    folder: Option<(&mut Folder, &str)>,
 ) -> Result<Ran<'s>, Failure> {
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
@@ -207,14 +233,20 @@ fn simulate<'s>(
         },
     };
     let control = interrupt::heed();
-    // Without pictures and a table nobody looks at more than the verdict does.
-    let mut trace = if args.out.is_some() { session.trace(nets(session)) } else { session.brief_trace() };
+    // Without pictures nobody looks at more than the verdict does. The length of a run is no matter for memory.
+    let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
+    let trace = if args.out.is_some() && !args.no_plot { session.trace(&drawn) } else { session.brief_trace() };
+    let mut trace = trace.bounded(Trace::USUAL, &session.judged());
     let summary = match folder {
         None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
-        Some(folder) => {
-            let mut waves = Waves::begin(session, folder, args.vcd)?;
-            let run = || session.run(driver, &mut trace, &mut waves, control);
+        Some((folder, command)) => {
+            let waves = Waves::begin(session, folder, args.vcd)?;
+            let rows = Rows::begin(session, &nets(session), command, args.parquet, folder, control)?;
+            let mut recorded = Recorded(waves, rows);
+            let run = || session.run(driver, &mut trace, &mut recorded, control);
             let summary = with_progress(session.edges(), "edges", control, run);
+            let Recorded(waves, rows) = recorded;
+            rows.finish(folder)?;
             waves.finish(folder, Cycle(summary.edges))?;
             summary
         }
@@ -256,25 +288,6 @@ fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
         print(&format!("{}interrupted; no files written\n", run_text::summary(ran)))?;
     }
     Ok(Exit::Interrupted)
-}
-
-/// The trace as a table: times and plant outputs with the unit in the name, then words with theirs.
-fn trace_csv(ran: &Ran) -> String {
-    let trace = &ran.trace;
-    let all = ran.session.wiring().nets();
-    let nets: Vec<_> = nets(ran.session).iter().filter_map(|name| all.iter().find(|net| net.name == *name)).collect();
-    let mut header = vec!["time_s".to_string()];
-    header.extend(ran.session.reals().iter().map(|real| real.name.to_string()));
-    header.extend(nets.iter().map(|net| format!("{} [{}]", net.name, net.unit)));
-    let mut text = header.join(",") + "\n";
-    for (row, time_s) in trace.times_s().enumerate() {
-        let reals = (0..ran.session.reals().len()).map(|real| trace.real(real)[row].to_string());
-        let words =
-            nets.iter().enumerate().map(|(net, signal)| signal.format.to_f64(trace.words(net)[row]).to_string());
-        let cells: Vec<_> = [time_s.to_string()].into_iter().chain(reals).chain(words).collect();
-        text += &(cells.join(",") + "\n");
-    }
-    text
 }
 
 /// `hpu run --compare`.

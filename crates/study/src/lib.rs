@@ -7,6 +7,7 @@ pub mod fit;
 pub mod limits;
 pub mod map;
 pub mod reproduce;
+pub mod trace_table;
 pub mod units;
 pub mod widths;
 

@@ -7,7 +7,7 @@ use hpu_cosim::{Summary, Trace, Verdict};
 
 use super::canvas::{BLUE, Canvas, GREEN, HEIGHT, ORANGE, WALL, WIDTH};
 use super::panel::{Panel, around};
-use super::{Picture, page, rate};
+use super::{Picture, page, rate, thinned};
 
 /// Length of the close-up of the end.
 const END_S: f64 = 0.5;
@@ -21,11 +21,15 @@ fn outcome(summary: &Summary) -> String {
     }
 }
 
-fn conditions(scene: &PhantomScene) -> String {
+fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
     let (platform, axis) = (scene.platform.name(), scene.drop.axis.name());
     let stiffness = scene.room.stiffness_n_per_m;
     let sampled = rate(f64::from(scene.platform.rate_hz()));
-    format!("{platform}, sampled at {sampled}; {axis} axis, wall of {stiffness} N/m, trial {}", scene.drop.trial)
+    format!(
+        "{platform}, sampled at {sampled}; {axis} axis, wall of {stiffness} N/m, trial {}{}",
+        scene.drop.trial,
+        thinned(trace)
+    )
 }
 
 /// The pictures of a drop test.
@@ -62,7 +66,7 @@ fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
 fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Picture {
     let axis = scene.drop.axis.index();
     let title = format!("{}: {}", scene.name, outcome(summary));
-    let mut canvas = page(&title, &conditions(scene), command);
+    let mut canvas = page(&title, &conditions(scene, trace), command);
     let floor_mm = -1e3 * scene.room.distance_m;
     let tip_mm = column(trace, axis, 1e3);
     let y = around(tip_mm.clone().map(|point| point.1).chain([floor_mm]), 0.06);
@@ -90,7 +94,7 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
 fn force(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Picture {
     let axis = scene.drop.axis.index();
     let title = format!("{}: {}", scene.name, outcome(summary));
-    let mut canvas = page(&title, &conditions(scene), command);
+    let mut canvas = page(&title, &conditions(scene, trace), command);
     let came = column(trace, 6 + axis, 1e3);
     let panels = [
         (0.0..summary.motion_s.max(1e-6), 210, 740, "time in s"),

@@ -134,7 +134,13 @@ fn conditions(run: &Run) -> String {
     };
     let product = if run.scene.method.saturate { "saturate" } else { "drop their upper bits" };
     let unit = dotted(run.scene.device.units().stiffness);
-    format!("{kind}; wall of {:.3} {unit}; products {product}", realised.stiffness_nm_per_rad)
+    let drawn = thinned(run.trace);
+    format!("{kind}; wall of {:.3} {unit}; products {product}{drawn}", realised.stiffness_nm_per_rad)
+}
+
+/// What is said of a trace that does not hold all rows of its run.
+fn thinned(trace: &Trace) -> String {
+    if trace.every() == 1 { String::new() } else { format!("; one row of {} is drawn", trace.every()) }
 }
 
 /// A unit as print has it.

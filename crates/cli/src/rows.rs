@@ -1,0 +1,184 @@
+//! The rows of a run's trace on their way to disk: `trace.csv`, and `trace.parquet` when asked, written as the rows come.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use hpu_cosim::{Control, Ready, Rig};
+use hpu_signal::{Clock, Cycle, Observe, Signal};
+use hpu_study::trace_table::TraceTable;
+
+use crate::exit::Failure;
+use crate::files::Folder;
+use crate::terminal;
+use crate::units::si;
+
+const CSV: &str = "trace.csv";
+const PARQUET: &str = "trace.parquet";
+
+/// Bytes of CSV that an output of the plant takes in a row: what shipped scenes take, and one more.
+const REAL_BYTES: u64 = 21;
+/// Bytes that a time, or a word, takes.
+const WORD_BYTES: u64 = 6;
+
+/// What a run will write, as far as that is known before.
+pub struct Estimate {
+    rows: u64,
+    csv_bytes: u64,
+    parquet_bytes: Option<u64>,
+}
+
+impl Estimate {
+    /// Of a run with so many nets in its table.
+    pub fn of(session: &Ready, nets: usize, parquet: bool) -> Self {
+        let rows = session.edges() / session.stride() + 1;
+        let (reals, words) = (session.reals().len() as u64, nets as u64 + 1);
+        Self {
+            rows,
+            csv_bytes: rows.saturating_mul(reals * REAL_BYTES + words * WORD_BYTES),
+            parquet_bytes: parquet.then(|| rows.saturating_mul(8 * (reals + words))),
+        }
+    }
+
+    /// Tells rows and bytes, and refuses what the disk of this folder has no room for.
+    pub fn tell(&self, dir: &Path) -> Result<(), Failure> {
+        let bytes = |bytes: u64| si(bytes as f64, "B");
+        let mut said = format!("{CSV}: {} rows, about {}", self.rows, bytes(self.csv_bytes));
+        if let Some(parquet_bytes) = self.parquet_bytes {
+            said += &format!("; {PARQUET}: at most about {}", bytes(parquet_bytes));
+        }
+        let all = self.csv_bytes.saturating_add(self.parquet_bytes.unwrap_or(0));
+        if let Some(free) = free_bytes(dir)
+            && all > free
+        {
+            return Err(Failure::file(format!(
+                "{}: {said}; {} are free there; lower record.plant_rate or run.duration, or leave out -o",
+                dir.display(),
+                bytes(free)
+            )));
+        }
+        terminal::tell(&format!("{said}; how much the waveforms take depends on what happens"));
+        Ok(())
+    }
+}
+
+/// Bytes that are free for this user on the disk of a folder, where the system tells.
+fn free_bytes(dir: &Path) -> Option<u64> {
+    #[cfg(unix)]
+    {
+        let disk = nix::sys::statvfs::statvfs(dir).ok()?;
+        Some(u64::from(disk.blocks_available()).saturating_mul(u64::from(disk.fragment_size())))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = dir;
+        None
+    }
+}
+
+/// Writes the rows while it watches a run. A row that cannot be written ends the run.
+pub struct Rows<'c> {
+    clock: Clock,
+    nets: Vec<Signal>,
+    /// Where these are among all nets.
+    picks: Vec<usize>,
+    /// Their words now.
+    now: Vec<i64>,
+    line: Vec<u8>,
+    csv: BufWriter<File>,
+    parquet: Option<TraceTable<File>>,
+    failed: Option<Failed>,
+    control: &'c Control,
+}
+
+/// The file that could not be written, and why.
+type Failed = (&'static str, String);
+
+impl<'c> Rows<'c> {
+    /// Begins the files: times and plant outputs with the unit in the name, then these nets with theirs.
+    pub fn begin(
+        session: &Ready,
+        nets: &[Signal],
+        command: &str,
+        parquet: bool,
+        folder: &mut Folder,
+        control: &'c Control,
+    ) -> Result<Self, Failure> {
+        let all = session.wiring().nets();
+        let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
+        let mut csv = BufWriter::new(folder.create(CSV)?);
+        let reals: Vec<&str> = session.reals().iter().map(|real| real.name).collect();
+        let words = nets.iter().map(|net| format!("{} [{}]", net.name, net.unit));
+        let header = ["time_s".to_string()].into_iter().chain(reals.iter().map(|real| real.to_string())).chain(words);
+        writeln!(csv, "{}", header.collect::<Vec<_>>().join(","))
+            .map_err(|error| Failure::at(&folder.place(CSV), error))?;
+        let parquet = match parquet {
+            true => {
+                let file = folder.create(PARQUET)?;
+                let table = TraceTable::new(file, &reals, nets, command);
+                Some(table.map_err(|error| Failure::at(&folder.place(PARQUET), error))?)
+            }
+            false => None,
+        };
+        Ok(Self {
+            clock: session.clock(),
+            nets: nets.to_vec(),
+            picks,
+            now: vec![0; nets.len()],
+            line: Vec::new(),
+            csv,
+            parquet,
+            failed: None,
+            control,
+        })
+    }
+
+    fn row(&mut self, time_s: f64, reals: &[f64]) -> Result<(), Failed> {
+        let words = self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word));
+        let row = [time_s].into_iter().chain(reals.iter().copied()).chain(words);
+        self.line.clear();
+        for (column, value) in row.clone().enumerate() {
+            let comma = if column > 0 { "," } else { "" };
+            write!(self.line, "{comma}{value}").expect("a line grows");
+        }
+        self.line.push(b'\n');
+        self.csv.write_all(&self.line).map_err(|error| (CSV, error.to_string()))?;
+        let parquet = self.parquet.as_mut().map_or(Ok(()), |parquet| parquet.add(row));
+        parquet.map_err(|error| (PARQUET, error.to_string()))
+    }
+
+    /// Completes the files.
+    pub fn finish(mut self, folder: &Folder) -> Result<(), Failure> {
+        let failed = |(name, error): Failed| Failure::at(&folder.place(name), error);
+        if let Some(first) = self.failed {
+            return Err(failed(first));
+        }
+        self.csv.flush().map_err(|error| failed((CSV, error.to_string())))?;
+        let parquet = self.parquet.map_or(Ok(()), TraceTable::finish);
+        parquet.map_err(|error| failed((PARQUET, error.to_string())))
+    }
+}
+
+impl Observe for Rows<'_> {
+    fn follows(&self, nets: Range<usize>) -> bool {
+        self.picks.iter().any(|pick| nets.contains(pick))
+    }
+
+    #[inline]
+    fn nets(&mut self, _: Cycle, words: &[i64]) {
+        for (now, &pick) in self.now.iter_mut().zip(&self.picks) {
+            *now = words[pick];
+        }
+    }
+
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        if self.failed.is_none() {
+            self.failed = self.row(self.clock.seconds(cycle), values).err();
+            if self.failed.is_some() {
+                self.control.stop.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+}

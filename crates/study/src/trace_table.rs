@@ -1,0 +1,85 @@
+//! The rows of a run as Parquet, a group of rows at a time: memory does not grow with the run.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use hpu_signal::Signal;
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::data_type::DoubleType;
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+/// Rows of a group; so many are in memory at a time.
+const GROUP_ROWS: usize = 1 << 16;
+
+/// A Parquet file that rows are added to: the time, the plant's outputs and the values of some nets, each a column of doubles.
+/// Its metadata hold the command, and the unit of each net.
+pub struct TraceTable<W: Write + Send> {
+    file: SerializedFileWriter<W>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl<W: Write + Send> TraceTable<W> {
+    /// Begins the file.
+    ///
+    /// # Errors
+    ///
+    /// What the writer says.
+    pub fn new(out: W, reals: &[&str], nets: &[Signal], command: &str) -> Result<Self, ParquetError> {
+        let names: Vec<&str> =
+            ["time_s"].into_iter().chain(reals.iter().copied()).chain(nets.iter().map(|net| net.name)).collect();
+        let column = |name: &&str| {
+            let column = Type::primitive_type_builder(name, Physical::DOUBLE);
+            column.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+        };
+        let fields = names.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let schema = Type::group_type_builder("trace").with_fields(fields).build()?;
+        let units = nets.iter().map(|net| (net.name, net.unit));
+        let metadata = [("command", command)].into_iter().chain(units);
+        let metadata = metadata.map(|(key, value)| KeyValue::new(key.to_string(), value.to_string())).collect();
+        let properties = WriterProperties::builder()
+            .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
+            .set_key_value_metadata(Some(metadata))
+            .build();
+        let file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
+        Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); names.len()] })
+    }
+
+    /// Adds a row: a value for each column, in their order.
+    ///
+    /// # Errors
+    ///
+    /// What the writer says.
+    pub fn add(&mut self, row: impl IntoIterator<Item = f64>) -> Result<(), ParquetError> {
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push(value);
+        }
+        if self.columns[0].len() == GROUP_ROWS { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.file.next_row_group()?;
+        for values in &mut self.columns {
+            let mut column = group.next_column()?.ok_or_else(|| ParquetError::General("no more columns".into()))?;
+            column.typed::<DoubleType>().write_batch(values, None, None)?;
+            column.close()?;
+            values.clear();
+        }
+        group.close().map(drop)
+    }
+
+    /// Writes what is left, and the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// What the writer says.
+    pub fn finish(mut self) -> Result<(), ParquetError> {
+        if !self.columns[0].is_empty() {
+            self.flush()?;
+        }
+        self.file.close().map(drop)
+    }
+}
