@@ -12,7 +12,7 @@ use crate::block::{find, known};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::scene::{self, Loaded};
-use crate::terminal::{note, print_json, print_row, verdict, with_progress};
+use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::{hdl, interrupt};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
@@ -122,7 +122,7 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
         check => check?,
     };
     let (blocks, scenes) = check.count();
-    note(&format!(
+    tell(&format!(
         "VHDL {}: {blocks} configurations of blocks, {scenes} scenes; about {} by their rows and edges (an estimate), {} at a time",
         options.setup.hdl,
         duration(check.about_ms()),
@@ -183,7 +183,7 @@ struct Shown {
 impl Shown {
     fn line(&mut self, line: &str) -> Result<(), Failure> {
         self.text += line;
-        if self.quiet { Ok(()) } else { print_row(line) }
+        if self.quiet { Ok(()) } else { print(line) }
     }
 
     fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
@@ -196,7 +196,7 @@ impl Shown {
         }
         self.text += &detail;
         let line = if row.ok() { line } else { verdict(&line, false) };
-        if self.quiet { Ok(()) } else { print_row(&format!("{line}\n{detail}")) }
+        if self.quiet { Ok(()) } else { print(&format!("{line}\n{detail}")) }
     }
 }
 

@@ -7,10 +7,10 @@ use hpu_study::map::SceneText;
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
-use crate::interrupt;
 use crate::scene::{self, Source, set_options};
 use crate::terminal::{print, print_json};
 use crate::units::si;
+use crate::{interrupt, progress};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
@@ -65,7 +65,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn all(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let mut rows = Vec::new();
-    for name in shipped().iter().map(|shipped| shipped.name) {
+    for (index, name) in shipped().iter().map(|shipped| shipped.name).enumerate() {
+        progress::doing(format!("{name}, scene {} of {}", index + 1, shipped().len()));
         let source = scene::source(name)?;
         let experiment = source.parse(&args.set.set)?;
         if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {

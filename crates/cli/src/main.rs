@@ -15,9 +15,11 @@ mod input;
 mod interrupt;
 mod journal;
 mod limits;
+mod manual;
 mod map;
 mod map_text;
 mod pictures;
+mod progress;
 mod reproduce;
 mod reproduce_beside;
 mod reproduce_cost;
@@ -48,9 +50,10 @@ mod widths_search_phantom;
 mod widths_search_text;
 mod widths_text;
 
+use std::env;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::{Exit, Failure};
 
@@ -60,8 +63,11 @@ use exit::{Exit, Failure};
 /// tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130 interrupted (SIGINT);
 /// 143 terminated (SIGTERM).
 #[derive(Parser)]
-#[command(name = "hpu", version, max_term_width = 100)]
+#[command(name = "hpu", version = env!("HPU_VERSION"), max_term_width = 100)]
 struct Command {
+    /// Show no progress: no bar on a terminal, no line every 10 s elsewhere
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -80,6 +86,8 @@ enum Verb {
     Widths(widths::Args),
     Cost(cost::Args),
     Reproduce(reproduce::Args),
+    Completions(manual::CompletionArgs),
+    Man(manual::ManArgs),
 }
 
 fn main() -> ExitCode {
@@ -89,6 +97,9 @@ fn main() -> ExitCode {
         // Help, or the version: a result like any other, which a full disk cuts short.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
+    if !command.quiet {
+        progress::begin(&named(env::args().skip(1)));
+    }
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::list(args.json),
@@ -102,6 +113,8 @@ fn main() -> ExitCode {
         Verb::Widths(args) => widths::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
+        Verb::Completions(args) => manual::completions(&args, Command::command()),
+        Verb::Man(args) => manual::man(&args, Command::command()),
     });
     ended(done)
 }
@@ -115,4 +128,10 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
         failure.exit()
     });
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
+}
+
+/// What progress calls a command: its verb and what that is about, as in `chart friction-wall`.
+fn named(arguments: impl Iterator<Item = String>) -> String {
+    let words = arguments.take_while(|argument| !argument.starts_with('-')).take(2);
+    words.collect::<Vec<_>>().join(" ")
 }

@@ -43,7 +43,7 @@ pub fn price(
     experiment: &Experiment,
     setup: &Setup,
     cache: &Cache,
-    control: &Control,
+    control: &'static Control,
 ) -> Result<Option<Price>, Failure> {
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let wiring = ready.wiring();

@@ -3,7 +3,6 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::{io, io::IsTerminal, io::Write};
 
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
@@ -19,7 +18,7 @@ use crate::files::Folder;
 use crate::journal;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::{interrupt, pictures, widths_search_phantom, widths_search_text};
+use crate::{interrupt, pictures, progress, widths_search_phantom, widths_search_text};
 
 /// What a search takes beside the scene.
 #[derive(clap::Args)]
@@ -177,9 +176,9 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let plan = Plan { against: args.against, within, jobs };
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
     let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
-        tell(&format!("{runs} runs; {open} kinds of designs are open"));
+        progress::note(format!("{runs} runs; {open} kinds of designs are open"));
     });
-    tell_no_more();
+    progress::note("");
     let found = match ended {
         Ok(found) => found,
         Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", source.name))),
@@ -213,20 +212,6 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         print(&widths_search_text::text(&searched))?
     }
     Ok(Exit::Fine)
-}
-
-/// Says on a terminal how far a search is.
-pub fn tell(said: &str) {
-    if io::stderr().is_terminal() {
-        let _ = write!(io::stderr(), "\r{said}\x1b[K");
-    }
-}
-
-/// Takes that back.
-pub fn tell_no_more() {
-    if io::stderr().is_terminal() {
-        let _ = write!(io::stderr(), "\r\x1b[K");
-    }
 }
 
 /// LUT4s and all else of the reference, and of the front in its order.

@@ -13,10 +13,10 @@ use serde_json::{Map, Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::interrupt;
 use crate::scene::{quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::widths_search::{Asked, tell, tell_no_more};
+use crate::widths_search::Asked;
+use crate::{interrupt, progress};
 
 /// Rows of the front that text shows.
 const ROWS: usize = 40;
@@ -55,8 +55,9 @@ pub fn run(
     let knobs = if knobs.is_empty() { Knob::usual(base) } else { knobs };
     let folder = asked.out.map(Folder::open).transpose()?;
     let plan = Plan { within, jobs: asked.jobs };
-    let ended = search((text, asked.set), &knobs, plan, interrupt::heed(), |runs| tell(&format!("{runs} runs")));
-    tell_no_more();
+    let ended =
+        search((text, asked.set), &knobs, plan, interrupt::heed(), |runs| progress::note(format!("{runs} runs")));
+    progress::note("");
     let found = match ended {
         Ok(found) => found,
         Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", text.name))),

@@ -9,6 +9,7 @@ mod common;
 mod exports;
 mod fit;
 mod fuzz;
+mod manual;
 mod map;
 mod on_disk;
 mod phantom;

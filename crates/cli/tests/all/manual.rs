@@ -1,0 +1,163 @@
+//! What the command says of itself: its version, completions of shells, manual pages.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::common::{assert_refused, code, names, run, scratch, stderr, stdout, text};
+
+#[allow(dead_code, reason = "the build script uses the rest")]
+#[path = "../../build/commit.rs"]
+mod commit;
+
+/// Every verb, and what follows it in a study's case, as the command's help lists them.
+fn verbs() -> Vec<Vec<String>> {
+    let listed = |of: &[&str]| -> Vec<String> {
+        let help = stdout(&run(&[of, &["--help"]].concat()));
+        let list = help.split_once("Commands:\n").map_or("", |(_, rest)| rest).split("\n\n").next().unwrap_or_default();
+        let first = |line: &str| line.split_whitespace().next().map(String::from);
+        list.lines().filter_map(first).filter(|verb| verb != "help").collect()
+    };
+    let mut all = Vec::new();
+    for verb in listed(&[]) {
+        for study in if verb == "reproduce" { listed(&["reproduce"]) } else { Vec::new() } {
+            all.push(vec![verb.clone(), study]);
+        }
+        all.push(vec![verb]);
+    }
+    assert!(all.len() > 20 && all.contains(&vec!["run".to_string()]), "{all:?}");
+    all
+}
+
+/// The long options of a verb, as its help lists them.
+fn options(verb: &[String]) -> BTreeSet<String> {
+    let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
+    let help = stdout(&run(&[&verb[..], &["--help"]].concat()));
+    let lines = help.lines().filter(|line| line.trim_start().starts_with('-'));
+    let words = lines.flat_map(|line| line.split_whitespace().take(2)).filter(|word| word.starts_with("--"));
+    words.map(|word| word.trim_end_matches(',').to_string()).collect()
+}
+
+fn feed(program: &str, arguments: &[&str], input: &str) -> Option<(bool, String)> {
+    let mut command = Command::new(program);
+    let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let mut child = child.ok()?;
+    // Taken, so that it is closed.
+    child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("is read");
+    let output = child.wait_with_output().expect("ends");
+    Some((output.status.success(), stderr(&output)))
+}
+
+#[test]
+fn every_shell_gets_a_completion_with_every_verb_and_bash_parses_its_own() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = run(&["completions", shell]);
+        assert_eq!((code(&output), stderr(&output)), (0, String::new()), "{shell}");
+        let script = stdout(&output);
+        for verb in verbs().iter().flatten() {
+            assert!(script.contains(verb.as_str()), "{shell}: {verb}");
+        }
+    }
+    let script = stdout(&run(&["completions", "bash"]));
+    for verb in verbs() {
+        let case = format!("hpu__subcmd__{}", verb.join("__subcmd__").replace('-', "__"));
+        let cased = script.split_once(&format!("        {case})\n"));
+        let words = cased.unwrap_or_else(|| panic!("no {case}")).1.lines().next().expect("its words");
+        for option in options(&verb) {
+            assert!(words.contains(&option), "{verb:?} {option}: {words}");
+        }
+    }
+    let (parsed, said) = feed("bash", &["-n"], &script).expect("bash");
+    assert!(parsed && said.is_empty(), "{said}");
+    assert_refused(&run(&["completions", "tcsh"]), 2, &["tcsh", "bash", "zsh"]);
+}
+
+#[test]
+fn bash_completes_verbs_and_their_options() {
+    let script = stdout(&run(&["completions", "bash"]));
+    let ask = |words: &str, at: usize| {
+        let words_of = format!("COMP_WORDS=({words}); COMP_CWORD={at}; _hpu hpu; echo \"${{COMPREPLY[*]}}\"");
+        let output = Command::new("bash").args(["-c", &format!("{script}\n{words_of}")]).output().expect("bash");
+        stdout(&output).trim().to_string()
+    };
+    assert_eq!(ask("hpu ch", 1), "check chart");
+    assert_eq!(ask("hpu run hybrid-wall --comp", 3), "--compare");
+    assert_eq!(ask("hpu reproduce hybrid-loop --j", 3), "--jobs --json");
+}
+
+#[test]
+fn every_verb_has_a_manual_page_with_its_options_that_renders_without_a_warning() {
+    let out = scratch("manual").join("man1");
+    let output = run(&["man", "-o", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let mut expected: Vec<String> = verbs().iter().map(|verb| format!("hpu-{}.1", verb.join("-"))).collect();
+    expected.push("hpu.1".into());
+    expected.sort();
+    assert_eq!(names(&out), expected);
+    let page = |name: &str| fs::read_to_string(out.join(name)).expect("a page");
+    for verb in verbs() {
+        let text = page(&format!("hpu-{}.1", verb.join("-")));
+        for option in options(&verb) {
+            assert!(text.contains(&option.replace('-', "\\-")), "{verb:?}: {option}");
+        }
+        if let [verb] = &verb[..] {
+            assert!(page("hpu.1").contains(&format!("hpu\\-{verb}(1)")), "{verb}");
+        }
+    }
+    for name in names(&out) {
+        let text = page(&name);
+        assert!(text.contains(".SH NAME\n") && text.contains(".SH SYNOPSIS\n"), "{name}");
+        // groff is no part of what the tests need.
+        if let Some((rendered, said)) = feed("groff", &["-ww", "-man", "-Tutf8"], &text) {
+            assert!(rendered && said.is_empty(), "{name}: {said}");
+        }
+    }
+    assert_eq!(stdout(&run(&["man"])), page("hpu.1"));
+    assert_eq!(stdout(&run(&["man", "reproduce", "hybrid-loop"])), page("hpu-reproduce-hybrid-loop.1"));
+    assert_refused(&run(&["man", "telepathy"]), 2, &["`telepathy`", "run", "reproduce"]);
+}
+
+fn git(dir: &Path, arguments: &[&str]) -> String {
+    let who = ["-c", "user.name=n", "-c", "user.email=e", "-c", "commit.gpgsign=false"];
+    let output = Command::new("git").arg("-C").arg(dir).args(who).args(arguments).output().expect("git");
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    stdout(&output).trim().to_string()
+}
+
+#[test]
+fn the_version_has_the_commit_of_its_own_work_tree_and_whether_sources_were_changed_since() {
+    let said = stdout(&run(&["--version"]));
+    let known = format!("hpu {}", env!("CARGO_PKG_VERSION"));
+    assert!(said.starts_with(&known) && said.lines().count() == 1, "{said}");
+
+    // Beside the project's own work tree, of which the folder of tests is a part.
+    let dir = std::env::temp_dir().join(format!("hpu-commit-{}", std::process::id()));
+    let source = dir.join("crates/any/src/lib.rs");
+    fs::create_dir_all(source.parent().expect("a folder")).expect("a folder");
+    fs::write(&source, "one\n").expect("a source");
+    fs::write(dir.join("README.md"), "one\n").expect("a text");
+    let version = || commit::version(&dir, "1.2.3");
+    assert_eq!(version(), "1.2.3", "no work tree");
+    assert_eq!(commit::watched(&dir), Vec::<std::path::PathBuf>::new());
+
+    git(&dir, &["init", "-q"]);
+    git(&dir, &["add", "."]);
+    git(&dir, &["commit", "-qm", "one"]);
+    let short = git(&dir, &["rev-parse", "--short", "HEAD"]);
+    assert_eq!(version(), format!("1.2.3 ({short})"));
+    let watched = commit::watched(&dir);
+    for path in [".git/logs/HEAD", ".git/HEAD", "crates/any/src"] {
+        assert!(watched.contains(&dir.join(path)), "{path}: {watched:?}");
+    }
+    assert!(watched.iter().all(|path| path.exists()), "cargo would build again for ever: {watched:?}");
+
+    fs::write(dir.join("README.md"), "two\n").expect("a text");
+    assert_eq!(version(), format!("1.2.3 ({short})"), "the program is the same");
+    fs::write(&source, "two\n").expect("a source");
+    assert_eq!(version(), format!("1.2.3 ({short}-dirty)"));
+    // Sources within somebody else's work tree are not of that commit.
+    assert_eq!(commit::version(&dir.join("crates"), "1.2.3"), "1.2.3");
+    fs::remove_dir_all(&dir).expect("goes");
+}
