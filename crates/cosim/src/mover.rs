@@ -1,6 +1,6 @@
 //! What brings a device over the steps of a run without a clock.
 
-use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, State, Stepper};
+use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, Powers, State, Stepper};
 
 /// What brings the device over a step.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -11,6 +11,8 @@ pub(crate) enum Mover<'p> {
         part: Stepper,
         energy: Energy,
         feed: Feed,
+        /// The feed's powers in the present state, while neither has changed by itself.
+        powers: Option<Powers>,
     },
     Exact(Held<'p>),
 }
@@ -24,6 +26,7 @@ impl<'p> Mover<'p> {
             part: Stepper::new(axis, method, edge_s),
             energy: Energy::default(),
             feed: axis.feed(device.drive_now(), &device.state(0), 0.0),
+            powers: None,
         }
     }
 
@@ -40,8 +43,9 @@ impl<'p> Mover<'p> {
     pub(crate) fn driven(&mut self, axis: &Axis, edge: u64, drive: Drive, x: &State, intent_rad_per_s: f64) -> State {
         match self {
             Self::Exact(held) => held.driven(edge, drive),
-            Self::Fixed { feed, .. } => {
+            Self::Fixed { feed, powers, .. } => {
                 let x = axis.taken(drive, x);
+                *powers = None;
                 *feed = axis.feed(drive, &x, intent_rad_per_s);
                 x
             }
@@ -58,7 +62,8 @@ impl<'p> Mover<'p> {
     ) -> State {
         match self {
             Self::Exact(held) => held.intend(edge, angle_rad, speed_rad_per_s),
-            Self::Fixed { energy, .. } => {
+            Self::Fixed { energy, powers, .. } => {
+                *powers = None;
                 let mut to = *x;
                 to[3] = angle_rad;
                 if axis.is_prescribed() {
@@ -75,14 +80,17 @@ impl<'p> Mover<'p> {
     pub(crate) fn flow(&mut self, (from, to): (u64, u64), edge_s: f64, x: &State) -> State {
         match self {
             Self::Exact(held) => held.flow(from, to),
-            Self::Fixed { full, part, energy, feed } => {
+            Self::Fixed { full, part, energy, feed, powers } => {
                 let step_s = (to - from) as f64 * edge_s;
                 if full.step_s() != step_s && part.step_s() != step_s {
                     *part = part.with_step(step_s);
                 }
                 let stepper = if full.step_s() == step_s { full } else { part };
                 let to = stepper.step(x, feed);
-                stepper.account(energy, step_s, x, &to, feed);
+                let before = powers.unwrap_or_else(|| stepper.powers(x, feed));
+                let after = stepper.powers(&to, feed);
+                stepper.account(energy, step_s, &before, &after);
+                *powers = Some(after);
                 to
             }
         }

@@ -5,7 +5,7 @@
 //! sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than most tools are, whose
 //! encoder shows nothing before the step is over.
 
-use hpu_plant::{Axis, Device, Drive, Energy, Event, Feed, Method, REALS, State, Stepper};
+use hpu_plant::{Axis, Device, Drive, Energy, Event, Feed, Method, Powers, REALS, State, Stepper};
 
 /// How a device is stepped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -26,7 +26,13 @@ pub(crate) const DIVERGED: &str = "the solver's steps diverge; write a shorter m
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 enum Mover<'p> {
     /// By a method, with the energies until the start of the step.
-    Fixed { stepper: Stepper, energy: Energy, feed: Feed },
+    Fixed {
+        stepper: Stepper,
+        energy: Energy,
+        feed: Feed,
+        /// The feed's powers at the start of the step, where it is the feed of the step before.
+        powers: Option<Powers>,
+    },
     /// Exactly: the device at the start, and at the end.
     Exact { now: Device<'p>, then: Device<'p> },
 }
@@ -40,6 +46,8 @@ pub(crate) struct Stepped<'p> {
     /// Clock edges of every step after this one.
     stride: u64,
     drive: Drive,
+    /// The feed is that of the drive and of the hand's speed, whatever the state is.
+    settled: bool,
     /// Where the hand means to be from an edge on, and how fast, unless the device knows.
     intent: Option<(u64, f64, f64)>,
     intent_rad_per_s: f64,
@@ -70,6 +78,7 @@ impl<'p> Stepped<'p> {
                 stepper: Stepper::new(axis, method, stepping.edges as f64 * edge_s),
                 energy: Energy::default(),
                 feed: axis.feed(drive, &from, 0.0),
+                powers: None,
             },
         };
         Self {
@@ -78,6 +87,7 @@ impl<'p> Stepped<'p> {
             edge_s,
             stride: stepping.edges,
             drive,
+            settled: false,
             intent: None,
             intent_rad_per_s: 0.0,
             start: 0,
@@ -112,6 +122,7 @@ impl<'p> Stepped<'p> {
 
     pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         self.intent = Some((edge, angle_rad, speed_rad_per_s));
+        self.settled = false;
         self.take();
     }
 
@@ -119,15 +130,19 @@ impl<'p> Stepped<'p> {
     pub(crate) fn driven(&mut self, _: u64, drive: Drive) {
         if self.drive != drive {
             self.drive = drive;
+            self.settled = false;
             self.take();
         }
     }
 
     /// Between two steps: takes the drive and the hand's intention as they stand.
     fn take(&mut self) {
-        if self.to.is_some() {
-            return;
+        if self.to.is_none() && !(self.settled && self.axis.takes_alike(self.drive)) {
+            self.take_anew();
         }
+    }
+
+    fn take_anew(&mut self) {
         let edge = self.start;
         let intent = self.intent.take().map(|(since, angle_rad, speed_rad_per_s)| {
             (angle_rad + speed_rad_per_s * ((edge - since) as f64 * self.edge_s), speed_rad_per_s)
@@ -167,11 +182,16 @@ impl<'p> Stepped<'p> {
     }
 
     /// Computes the step that begins here.
+    #[inline(always)]
     fn begin(&mut self) {
         let (from, end) = (self.start, self.start + self.edges);
         let to = match &mut self.mover {
-            Mover::Fixed { stepper, feed, .. } => {
-                *feed = self.axis.feed(self.drive, &self.from, self.intent_rad_per_s);
+            Mover::Fixed { stepper, feed, powers, .. } => {
+                if !self.settled {
+                    *feed = self.axis.feed(self.drive, &self.from, self.intent_rad_per_s);
+                    *powers = None;
+                    self.settled = self.axis.feeds_alike(self.drive);
+                }
                 stepper.step(&self.from, feed)
             }
             Mover::Exact { now, then } => {
@@ -208,14 +228,31 @@ impl<'p> Stepped<'p> {
         (end <= to).then_some((end, there))
     }
 
-    #[inline(never)]
+    /// The end of the present step, if it comes by `last` and nothing happens on the way: the line stays within the band.
+    #[inline(always)]
+    pub(crate) fn passes(&mut self, last: u64, (low, high): (f64, f64)) -> Option<Event> {
+        let end = self.start + self.edges;
+        if end > last {
+            return None;
+        }
+        if self.to.is_none() {
+            self.begin();
+        }
+        let to = self.to?;
+        (!self.lost && to[2] >= low && to[2] < high).then_some((end, to))
+    }
+
+    #[inline(always)]
     pub(crate) fn arrive(&mut self, (edge, x): Event) -> State {
         if edge != self.start + self.edges {
             return x;
         }
         match &mut self.mover {
-            Mover::Fixed { stepper, energy, feed } => {
-                stepper.account(energy, stepper.step_s(), &self.from, &x, feed);
+            Mover::Fixed { stepper, energy, feed, powers } => {
+                let before = powers.unwrap_or_else(|| stepper.powers(&self.from, feed));
+                let after = stepper.powers(&x, feed);
+                stepper.account(energy, stepper.step_s(), &before, &after);
+                *powers = self.settled.then_some(after);
             }
             Mover::Exact { now, then } => now.clone_from(then),
         }
@@ -238,10 +275,11 @@ impl<'p> Stepped<'p> {
 
     pub(crate) fn energy(&self, edge: u64) -> Energy {
         match &self.mover {
-            Mover::Fixed { stepper, energy, feed } => {
+            Mover::Fixed { stepper, energy, feed, .. } => {
                 let mut energy = *energy;
                 let length_s = (edge - self.start) as f64 * self.edge_s;
-                stepper.account(&mut energy, length_s, &self.from, &self.state(edge), feed);
+                let [from, to] = [self.from, self.state(edge)].map(|x| stepper.powers(&x, feed));
+                stepper.account(&mut energy, length_s, &from, &to);
                 energy
             }
             Mover::Exact { now, .. } => {

@@ -65,6 +65,27 @@ impl Axis {
         feed
     }
 
+    /// Whether a drive feeds the axis alike in every state.
+    #[must_use]
+    pub fn feeds_alike(&self, drive: Drive) -> bool {
+        match drive {
+            Drive::Average(_) => true,
+            // Where both legs are switched, diodes carry nothing.
+            Drive::Gates(gates) => (gates.a_high || gates.a_low) && (gates.b_high || gates.b_low),
+            Drive::Current(_) => false,
+        }
+    }
+
+    /// Whether a drive finds the axis in the state in which it is, whatever that is.
+    #[must_use]
+    pub fn takes_alike(&self, drive: Drive) -> bool {
+        match drive {
+            Drive::Average(_) => !self.is_resistive(),
+            Drive::Gates(_) => true,
+            Drive::Current(_) => false,
+        }
+    }
+
     /// The state in which a drive finds the axis: an imposed current is there at once, and so is one without inductance.
     #[must_use]
     pub fn taken(&self, drive: Drive, x: &State) -> State {

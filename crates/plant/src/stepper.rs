@@ -245,36 +245,38 @@ impl Stepper {
         }
     }
 
-    /// Accounts for `length_s` seconds of one feed between two states.
-    #[inline]
-    pub fn account(&self, energy: &mut Energy, length_s: f64, from: &State, to: &State, feed: &Feed) {
+    /// The powers of a feed in a state.
+    #[inline(always)]
+    #[must_use]
+    pub fn powers(&self, x: &State, feed: &Feed) -> Powers {
+        Powers([
+            feed.source_v * x[CURRENT] + feed.source_nm * x[SPEED],
+            if self.prescribed {
+                self.torque_constant_nm_per_a * x[CURRENT] * x[SPEED]
+            } else {
+                self.hand_nm(x, feed) * x[SPEED]
+            },
+            feed.resistance_ohm * x[CURRENT] * x[CURRENT],
+            feed.diode_v * x[CURRENT].abs(),
+            self.viscous_nm_s_per_rad * x[SPEED] * x[SPEED],
+            self.friction_nm(x[SPEED]) * x[SPEED],
+        ])
+    }
+
+    /// Accounts for `length_s` seconds of one feed, from its powers at the start and at the end.
+    #[inline(always)]
+    pub fn account(&self, energy: &mut Energy, length_s: f64, from: &Powers, to: &Powers) {
         let half = 0.5 * length_s;
-        // A macro, for every power is a closure of its own type.
-        macro_rules! mean {
-            ($x:ident => $power:expr) => {
-                half * ({
-                    let $x = from;
-                    $power
-                } + {
-                    let $x = to;
-                    $power
-                })
-            };
+        let mut flows: [f64; 6] = std::array::from_fn(|k| half * (from.0[k] + to.0[k]));
+        if self.prescribed {
+            // The hand bears friction and the motor's torque.
+            flows[1] = flows[4] + flows[5] - flows[1];
         }
-        let viscous = mean!(x => self.viscous_nm_s_per_rad * x[SPEED] * x[SPEED]);
-        let coulomb = mean!(x => self.friction_nm(x[SPEED]) * x[SPEED]);
-        let hand = if self.prescribed {
-            viscous + coulomb - mean!(x => self.torque_constant_nm_per_a * x[CURRENT] * x[SPEED])
-        } else {
-            mean!(x => self.hand_nm(x, feed) * x[SPEED])
-        };
-        energy.take([
-            mean!(x => feed.source_v * x[CURRENT] + feed.source_nm * x[SPEED]),
-            hand,
-            mean!(x => feed.resistance_ohm * x[CURRENT] * x[CURRENT]),
-            mean!(x => feed.diode_v * x[CURRENT].abs()),
-            viscous,
-            coulomb,
-        ]);
+        energy.take(flows);
     }
 }
+
+/// Powers in one state: of the source, of the hand (of the motor on the hand, where the hand imposes the motion), in copper,
+/// diodes, viscous and Coulomb friction.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Powers([f64; 6]);

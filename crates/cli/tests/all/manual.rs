@@ -62,7 +62,7 @@ fn every_shell_gets_a_completion_with_every_verb_and_bash_parses_its_own() {
     }
     let script = stdout(&run(&["completions", "bash"]));
     for verb in verbs() {
-        let case = format!("hpu__subcmd__{}", verb.join("__subcmd__").replace('-', "__"));
+        let case = format!("hpu__subcmd__{}", verb.join("-").replace('-', "__subcmd__"));
         let cased = script.split_once(&format!("        {case})\n"));
         let words = cased.unwrap_or_else(|| panic!("no {case}")).1.lines().next().expect("its words");
         for option in options(&verb) {
@@ -77,14 +77,17 @@ fn every_shell_gets_a_completion_with_every_verb_and_bash_parses_its_own() {
 #[test]
 fn bash_completes_verbs_and_their_options() {
     let script = stdout(&run(&["completions", "bash"]));
-    let ask = |words: &str, at: usize| {
-        let words_of = format!("COMP_WORDS=({words}); COMP_CWORD={at}; _hpu hpu; echo \"${{COMPREPLY[*]}}\"");
-        let output = Command::new("bash").args(["-c", &format!("{script}\n{words_of}")]).output().expect("bash");
+    // As bash calls it: the command, the word to complete, the word before it.
+    let ask = |words: &[&str]| {
+        let [.., before, word] = words else { panic!("two words at least") };
+        let asked = format!("COMP_WORDS=({}); COMP_CWORD={}", words.join(" "), words.len() - 1);
+        let asked = format!("{script}\n{asked}; _hpu hpu '{word}' '{before}'; echo \"${{COMPREPLY[*]}}\"");
+        let output = Command::new("bash").args(["-c", &asked]).output().expect("bash");
         stdout(&output).trim().to_string()
     };
-    assert_eq!(ask("hpu ch", 1), "check chart");
-    assert_eq!(ask("hpu run hybrid-wall --comp", 3), "--compare");
-    assert_eq!(ask("hpu reproduce hybrid-loop --j", 3), "--jobs --json");
+    assert_eq!(ask(&["hpu", "ch"]), "check chart");
+    assert_eq!(ask(&["hpu", "run", "hybrid-wall", "--comp"]), "--compare");
+    assert_eq!(ask(&["hpu", "reproduce", "hybrid-loop", "--j"]), "--jobs --json");
 }
 
 #[test]
