@@ -53,11 +53,13 @@ pub fn text(charted: &Charted) -> String {
     let names: Vec<&str> = outputs.iter().map(|output| output.name()).collect();
     let mut text = format!("$ {command}\n\n{}: {}\n", race.written.name(), outcome_name(Some(*outcome)));
     text += &format!(
-        "an error is the worst of {}, against the scene as written from event to event; {} is allowed\n\n",
+        "an error is the worst of {}, against the scene as written from event to event; {} is allowed\n\
+         errors are of the whole motion; where `timed` names the first part of it, the wall time is scaled from there\n\n",
         names.join(", "),
         percent(*within)
     );
-    text += &format!("  {:<NAME$} {:>11} {:>10}  {:<10}", "contestant", "motion/wall", "edges/s", "error");
+    text +=
+        &format!("  {:<NAME$} {:>11} {:>10} {:>12}  {:<10}", "contestant", "motion/wall", "edges/s", "timed", "error");
     text.extend(names.iter().map(|name| format!(" {name:>16}")));
     text += "\n";
     let front = chart.front();
@@ -106,8 +108,12 @@ fn line(entry: &Entry, row: &Row, outputs: &[Output]) -> String {
         Grade::VerdictOnly => "right verdict, and no more".into(),
         Grade::Wrong => "wrong".to_string(),
     };
-    let mut line =
-        format!("{name:<NAME$} {:>11} {:>10}  {error:<10}", rate(speed.motion_per_wall()), rate(speed.edges_per_s()));
+    let mut line = format!(
+        "{name:<NAME$} {:>11} {:>10} {:>12}  {error:<10}",
+        rate(speed.motion_per_wall()),
+        rate(speed.edges_per_s()),
+        speed.timed()
+    );
     if matches!(row.grade, Grade::Off(_) | Grade::Wrong) && entry.contestant.criterion.is_none() {
         for output in outputs {
             let error = match error_of(row, *output) {
@@ -154,6 +160,8 @@ pub fn object(charted: &Charted) -> Value {
                     object["edges"] = json!(row.speed.edges);
                     object["edges_per_s"] = json!(row.speed.edges_per_s());
                     object["runs"] = json!(row.speed.runs);
+                    object["timed"] = json!(row.speed.timed());
+                    object["timed_s"] = json!(row.speed.timed_s);
                     object["front"] = json!(front.contains(&index));
                 }
             }

@@ -51,6 +51,7 @@ mod widths_search_text;
 mod widths_text;
 
 use std::env;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -98,7 +99,7 @@ fn main() -> ExitCode {
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
     if !command.quiet {
-        progress::begin(&named(env::args().skip(1)));
+        progress::begin(&named(env::args_os().skip(1)));
     }
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
@@ -127,11 +128,12 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
         }
         failure.exit()
     });
+    progress::end();
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }
 
 /// What progress calls a command: its verb and what that is about, as in `chart friction-wall`.
-fn named(arguments: impl Iterator<Item = String>) -> String {
-    let words = arguments.take_while(|argument| !argument.starts_with('-')).take(2);
-    words.collect::<Vec<_>>().join(" ")
+fn named(arguments: impl Iterator<Item = OsString>) -> String {
+    let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
+    words.take_while(|word| !word.starts_with('-')).take(2).collect::<Vec<_>>().join(" ")
 }

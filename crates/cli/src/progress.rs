@@ -36,6 +36,14 @@ pub fn begin(command: &str) {
     });
 }
 
+/// Tells no more, and leaves no bar behind.
+pub fn end() {
+    aside(|state| {
+        state.erase();
+        state.begin = None;
+    });
+}
+
 /// Names the part of the command that begins.
 pub fn doing(part: impl Into<String>) {
     let part = part.into();
@@ -56,7 +64,8 @@ pub fn print(printed: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Works while `control.progress` counts from 0 to `total` of what `what` names.
+/// Works while `control.progress` counts from 0 to `total` of what `what` names; of no things that anybody counts where it is
+/// empty.
 pub fn with_progress<T>(total: u64, what: &'static str, control: &'static Control, work: impl FnOnce() -> T) -> T {
     control.progress.store(0, Ordering::Relaxed);
     aside(|state| state.count = Some(Count { done: &control.progress, total, what, begin: Instant::now() }));
@@ -119,7 +128,10 @@ impl Progress {
     /// Shows the state once in every `interval`, until the sender of `ended` is gone.
     fn tell(&self, interval: Duration, ended: &Receiver<()>, mut show: impl FnMut(&mut State)) {
         while ended.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
-            show(&mut self.lock());
+            let mut state = self.lock();
+            if state.begin.is_some() {
+                show(&mut state);
+            }
         }
     }
 }
@@ -160,7 +172,10 @@ impl State {
         let mut left = None;
         if let Some(count) = &self.count {
             let (done, total) = (count.so_far(), count.total);
-            line += &format!(": {:.1} % of {total} {}", 100.0 * done as f64 / total.max(1) as f64, count.what);
+            line += &format!(": {:.1} %", 100.0 * done as f64 / total.max(1) as f64);
+            if !count.what.is_empty() {
+                line += &format!(" of {total} {}", count.what);
+            }
             left = left_s(done, total, count.begin.elapsed().as_secs_f64());
         } else if !self.said.is_empty() {
             line += &format!(": {}", self.said);
@@ -194,9 +209,9 @@ fn bar(done: u64, total: u64, what: &str, elapsed_s: f64) -> String {
     const WIDTH: usize = 30;
     let share = done as f64 / total.max(1) as f64;
     let filled = "#".repeat((share * WIDTH as f64) as usize);
-    let rate = done as f64 / elapsed_s;
+    let rate = if what.is_empty() { String::new() } else { format!("  {:.2e} {what}/s", done as f64 / elapsed_s) };
     let left = left_s(done, total, elapsed_s).map_or(String::new(), |left_s| format!("  {} left", time(left_s)));
-    format!("[{filled:<WIDTH$}] {:5.1} %  {rate:.2e} {what}/s{left}", share * 100.0)
+    format!("[{filled:<WIDTH$}] {:5.1} %{rate}{left}", share * 100.0)
 }
 
 #[cfg(test)]

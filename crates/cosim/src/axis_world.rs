@@ -16,6 +16,9 @@ use crate::stepped::Stepped;
 use crate::summary::EnergyAudit;
 use crate::world::{Pins, World};
 
+/// Steps that are passed at a time: so many that leaps between them cost little, so few that a run can be stopped.
+const GLIDES: u32 = 64;
+
 /// The state of an axis and what is around it, at one clock edge.
 #[derive(Clone)]
 pub struct AxisWorld<'p> {
@@ -220,6 +223,21 @@ impl World for AxisWorld<'_> {
         }
         if edge >= self.next_due {
             self.due();
+        }
+    }
+
+    #[inline]
+    fn glide(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        for _ in 0..GLIDES {
+            let Some(Body::Stepped(body)) = &mut self.device else { return };
+            let Some(event) = body.passes(last - 1, (low, high)) else { return };
+            before(self, event.0);
+            self.edge = event.0;
+            if let Some(Body::Stepped(body)) = &mut self.device {
+                body.arrive(event);
+            }
         }
     }
 

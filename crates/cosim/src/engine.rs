@@ -116,7 +116,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             match driver {
-                Driver::Events => self.leap(end, observer),
+                Driver::Events => self.leap_over::<true, O>(end, observer),
                 Driver::Clock => self.step(observer),
             }
             since += 1;
@@ -149,6 +149,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
+        self.leap_over::<false, O>(end, observer);
+    }
+
+    /// The same, ends of steps passed on the way if `GLIDE`: between them the loop cannot be looked at.
+    #[inline(always)]
+    fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, observer: &mut O) {
         let ahead = self.repeated.take().filter(|&(_, edge)| edge <= end);
         let ahead = ahead.filter(|_| !observer.follows(outputs(&self.input, &self.out)));
         if let Some((repeat, edge)) = &ahead {
@@ -159,6 +165,10 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let quiet = self.wiring.quiet(&self.input);
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if ahead.is_none() {
+            if GLIDE {
+                let (next_log, stride) = (&mut self.next_log, self.stride);
+                self.world.glide(due.min(end), |world, edge| log(next_log, stride, world, edge - 1, observer));
+            }
             self.advance(due.min(end), observer);
         }
         let edge = self.world.edge();

@@ -155,7 +155,7 @@ impl<'p> Stepped<'p> {
                 now.driven(edge, self.drive);
                 self.from = now.state(edge);
             }
-            Mover::Fixed { energy, .. } => {
+            Mover::Fixed { energy, powers, .. } => {
                 let mut x = self.from;
                 if let Some((angle_rad, speed_rad_per_s)) = intent {
                     x[3] = angle_rad;
@@ -168,6 +168,7 @@ impl<'p> Stepped<'p> {
                 if x != self.from {
                     self.axis.jumped(energy, &self.from, &x);
                     self.from = x;
+                    *powers = None;
                 }
             }
         }

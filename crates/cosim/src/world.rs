@@ -31,6 +31,9 @@ pub trait World: Clone {
     /// Goes to the first edge after the present one, up to `limit`, at which anything here changes by itself, or to `limit`;
     /// shows each edge of the way to `before` while it still lies ahead.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
+    /// Passes ends of steps before `limit` at which nothing changes that anybody but `before` could see, as
+    /// [`advance`](World::advance) would one by one; not so many that nobody could stop the run meanwhile.
+    fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}
     /// The outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
     /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with them by

@@ -36,4 +36,4 @@ pub use leap::Integrals;
 pub use linear::{Linear, Trajectory};
 pub use matrix::{Matrix, State};
 pub use shaper::Shaper;
-pub use stepper::{Method, Stepper};
+pub use stepper::{Method, Powers, Stepper};

@@ -35,6 +35,7 @@ fn a_chart_writes_a_table_and_a_picture_and_says_what_is_exact() {
     assert!(line("events").contains("0: every register edge equal"), "{said}");
     assert!(line("clock").contains("0: every register edge equal"), "{said}");
     assert!(!line("averaged").contains("every register edge"), "{said}");
+    assert!(line("events").contains(" whole "), "{said}");
     let svg = fs::read_to_string(out.join("chart.svg")).expect("a picture");
     for word in
         ["$ hpu chart hybrid-wall --contestants", "hybrid-wall: speed against accuracy", "averaged", "1 % allowed"]
@@ -66,6 +67,7 @@ fn json_is_one_object_with_the_error_of_every_output_and_a_command_that_runs() {
         assert!(of("averaged")["errors"][output].is_number(), "{output}: {}", of("averaged"));
     }
     assert!(of("averaged")["errors"]["trace"].as_f64() > Some(0.0));
+    assert_eq!((&of("averaged")["timed"], &of("averaged")["timed_s"]), (&"whole".into(), &serde_json::Value::Null));
     assert_eq!(of("criterion:routh")["edges"], 0, "a criterion runs nothing");
     let replay = of("averaged")["replay"].as_str().expect("a command");
     assert!(

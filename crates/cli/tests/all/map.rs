@@ -42,9 +42,9 @@ fn rows(dir: &Path) -> Vec<String> {
 #[test]
 fn a_map_writes_its_tables_and_pictures_and_draws_itself_in_letters() {
     let out = scratch("map-small").join("out");
-    let output = small(&out, &[]);
+    let output = small(&out, &["--quiet"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert_eq!(stderr(&output), "", "no progress where nobody looks");
+    assert_eq!(stderr(&output), "", "no progress where nobody wants any");
     let pictures = ["amplitude", "displayed-stiffness", "energy", "frequency", "map"];
     let mut expected: Vec<String> =
         pictures.iter().flat_map(|name| [format!("{name}.png"), format!("{name}.svg")]).collect();

@@ -36,9 +36,9 @@ fn content(dir: &Path, name: &str) -> String {
 #[test]
 fn a_study_writes_its_table_trials_and_pictures_and_prints_the_table() {
     let out = scratch("reproduce-small").join("out");
-    let output = small(&out, &[]);
+    let output = small(&out, &["--quiet"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert_eq!(stderr(&output), "", "no progress where nobody looks");
+    assert_eq!(stderr(&output), "", "no progress where nobody wants any");
     let expected = ["cells.csv", "journal.txt", "rms.png", "rms.svg", "table-2.png", "table-2.svg", "table.txt"];
     assert_eq!(names(&out), expected);
     let table = content(&out, "table.txt");

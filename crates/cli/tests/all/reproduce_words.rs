@@ -13,7 +13,7 @@ fn formats_and_sines_write_text_csv_and_pictures_and_print_the_text() {
         ("phantom-sines", &["sines.csv", "sines.png", "sines.svg", "sines.txt"][..]),
     ] {
         let out = scratch(study).join("out");
-        let output = run(&["reproduce", study, "-o", text(&out)]);
+        let output = run(&["--quiet", "reproduce", study, "-o", text(&out)]);
         assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
         assert_eq!(names(&out), expected);
         let written = expected.iter().find(|name| name.ends_with(".txt")).expect("a text");
@@ -87,7 +87,7 @@ fn vhdl_that_is_not_there_is_a_bad_file() {
 #[test]
 fn a_register_costs_its_flip_flops_and_a_finished_synthesis_is_not_done_again() {
     let out = scratch("reproduce-cost").join("out");
-    let arguments = ["reproduce", "phantom-cost", "--blocks", "command_register", "-o", text(&out)];
+    let arguments = ["--quiet", "reproduce", "phantom-cost", "--blocks", "command_register", "-o", text(&out)];
     let output = run(&arguments);
     assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
     assert_eq!(names(&out), ["journal.txt", "phantom-cost.csv", "phantom-cost.txt"]);

@@ -29,7 +29,7 @@ fn walk(axis: &Axis, method: Method, step_s: f64, steps: u64, x: State, drive: D
     for _ in 0..steps {
         let feed = axis.feed(drive, &x, intent);
         let next = stepper.step(&x, &feed);
-        stepper.account(&mut energy, step_s, &x, &next, &feed);
+        stepper.account(&mut energy, step_s, &stepper.powers(&x, &feed), &stepper.powers(&next, &feed));
         x = next;
     }
     (x, energy)

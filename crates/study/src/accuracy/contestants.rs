@@ -26,6 +26,9 @@ pub const SOLVERS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];
 /// The exact solver that leaps from event to event: the reference, run as any other.
 pub const EVENTS: &str = "events";
 
+/// Every clock edge.
+const CLOCK: &str = "clock";
+
 /// Keys and values of a scene, and what a contestant's name calls them.
 struct Variant {
     suffix: &'static str,
@@ -59,6 +62,16 @@ impl Contestant {
         }
     }
 
+    /// Edges or steps that a run goes on by, one after the other; 0 where it leaps.
+    #[must_use]
+    pub fn paces(&self, experiment: &Experiment) -> u64 {
+        match self.step_s {
+            Some(step_s) => (experiment.edges() as f64 * experiment.clock().period_s() / step_s) as u64,
+            None if self.name == CLOCK => experiment.edges(),
+            None => 0,
+        }
+    }
+
     fn criterion(name: &'static str) -> Self {
         Self { family: "criterion".into(), criterion: Some(name), ..Self::new(&format!("criterion:{name}"), &[]) }
     }
@@ -70,7 +83,7 @@ impl Contestant {
 #[must_use]
 pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
     let as_written = Variant::new("", &[]);
-    let mut all = vec![Contestant::new(EVENTS, &[]), Contestant::solver("clock", None, &as_written)];
+    let mut all = vec![Contestant::new(EVENTS, &[]), Contestant::solver(CLOCK, None, &as_written)];
     match experiment {
         Experiment::Axis(scene) => {
             all.extend(of_an_axis(scene));

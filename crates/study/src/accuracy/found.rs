@@ -41,6 +41,8 @@ pub struct Speed {
     pub edges: u64,
     /// How many runs there were.
     pub runs: u32,
+    /// Seconds of motion, from its start, that were timed and scaled to the whole; `None` where all of it was timed.
+    pub timed_s: Option<f64>,
 }
 
 impl Speed {
@@ -48,6 +50,14 @@ impl Speed {
     #[must_use]
     pub fn motion_per_wall(self) -> f64 {
         self.motion_s / self.wall_s
+    }
+
+    /// What was timed, in words: `whole`, or `first 0.031 s`.
+    #[must_use]
+    pub fn timed(self) -> String {
+        // Two digits, which are plain where there are fewer.
+        let two = |timed_s: f64| format!("{timed_s:.1e}").parse().unwrap_or(timed_s);
+        self.timed_s.map_or("whole".into(), |timed_s| format!("first {} s", two(timed_s)))
     }
 
     /// Clock edges in a second.

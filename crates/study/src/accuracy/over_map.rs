@@ -176,7 +176,7 @@ impl Tour {
         let point = Point { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
         let mut middle = self.race.clone();
         middle.set = self.map.overrides(point);
-        match middle.time(contestant, None, plan, control) {
+        match middle.time(contestant, None, None, plan, control) {
             Ok(None) => None,
             Ok(speed) => Some(speed),
             Err(_) => Some(None),

@@ -1,4 +1,5 @@
-//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one by one.
+//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one by one,
+//! over the whole motion or as much of it as tells the time.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,6 +16,7 @@ use hpu_cosim::{Control, Driver, Rig};
 use super::contestants::{Contestant, contestants, named};
 use super::found::{Chart, Entry, Grade, Row, Speed};
 use super::outputs::{Outputs, driver, ready, usual, worst};
+use super::profile::Profile;
 use crate::criteria;
 use crate::map::SceneText;
 use crate::units;
@@ -62,7 +64,8 @@ pub struct Plan {
     pub jobs: NonZeroUsize,
     /// How long a run may take; what takes longer runs a shorter motion.
     pub longest: Duration,
-    /// Runs are repeated until they took so long all together, for the shortest of them.
+    /// Runs are repeated until they took so long all together, for the shortest of them. A run by edges or steps that takes
+    /// longer is timed for so long, and scaled.
     pub enough: Duration,
     /// The most runs.
     pub repeats: u32,
@@ -82,6 +85,14 @@ struct Judged {
     errors: Vec<(Output, f64)>,
     outcome: Option<OutcomeKind>,
     shortened_s: Option<f64>,
+    /// Of a run by edges or steps.
+    profile: Option<Profile>,
+}
+
+/// What a run is expected to take, in ms of one core, to say how far a race is.
+struct Work {
+    judge: u64,
+    time: u64,
 }
 
 impl Race {
@@ -119,7 +130,22 @@ impl Race {
         self.scene.parse(&overrides).map_err(|error| error.to_string())
     }
 
-    /// Runs everybody; `None` when `control` stopped it. Everybody counts twice as progress.
+    /// What counts as progress until everybody has run: about the time that it takes, so that shares are shares of the time.
+    #[must_use]
+    pub fn work(&self, plan: Plan) -> u64 {
+        let all = self.contestants.iter().map(|contestant| self.work_of(contestant, plan));
+        all.map(|work| work.judge + work.time).sum()
+    }
+
+    fn work_of(&self, contestant: &Contestant, plan: Plan) -> Work {
+        // An edge or a step takes some 40 ns; all else is soon done.
+        let run = contestant.paces(&self.written) / 25_000;
+        let most = plan.enough.as_millis() as u64;
+        // Nobody runs beside what is timed.
+        Work { judge: 2 + run, time: (2 + run.min(most)) * plan.jobs.get() as u64 }
+    }
+
+    /// Runs everybody; `None` when `control` stopped it. Progress is counted up to [`work`](Self::work).
     ///
     /// # Errors
     ///
@@ -140,9 +166,14 @@ impl Race {
             Err(why) => Some(Err(why)),
         };
         let mut rows = BTreeMap::new();
-        let all: Vec<usize> = (0..self.contestants.len()).collect();
+        let works: Vec<Work> = self.contestants.iter().map(|contestant| self.work_of(contestant, plan)).collect();
+        // The longest first, so that no core is left alone with one of them.
+        let mut all: Vec<usize> = (0..self.contestants.len()).collect();
+        all.sort_by_key(|&index| std::cmp::Reverse(works[index].judge));
         let Ok(()) = units::run_some(&all, plan.jobs, control, judge, |index, row| {
             rows.insert(index, row);
+            // One is counted for every unit.
+            control.progress.fetch_add(works[index].judge - 1, Ordering::Relaxed);
             Ok::<(), std::convert::Infallible>(())
         });
         if rows.len() < self.contestants.len() {
@@ -153,15 +184,15 @@ impl Race {
         for (index, contestant) in self.contestants.iter().enumerate() {
             let row = match (judged.remove(&index), rows.remove(&index)) {
                 (Some(judged), _) => {
-                    let Some(speed) = self.time(contestant, judged.shortened_s, plan, control)? else {
+                    let Judged { grade, errors, outcome, shortened_s, profile } = judged;
+                    let Some(speed) = self.time(contestant, shortened_s, profile, plan, control)? else {
                         return Ok(None);
                     };
-                    let Judged { grade, errors, outcome, shortened_s } = judged;
                     Ok(Row { grade, errors, outcome, shortened_s, speed })
                 }
                 (None, row) => Err(row.and_then(Result::err).unwrap_or_default()),
             };
-            control.progress.fetch_add(1, Ordering::Relaxed);
+            control.progress.fetch_add(works[index].time, Ordering::Relaxed);
             entries.push(Entry { contestant: contestant.clone(), row });
         }
         Ok(Some(Chart { outcome: reference.outcome, outputs, within: accuracy.within, entries }))
@@ -182,36 +213,46 @@ impl Race {
         }
         let experiment = self.experiment(contestant, None)?;
         let driver = driver(&contestant.overrides);
-        let (run, late) = watched(plan.longest, control, |own| Outputs::of(&experiment, driver, own));
+        let run = |own: &Control| Profile::of(own, || Outputs::of(&experiment, driver, own));
+        let ((run, profile), late) = watched(plan.longest, control, run);
         match run? {
-            (Some(run), _) => Ok(Some(held_against(&run, reference, outputs, None))),
+            (Some(run), _) => {
+                let profile = (contestant.paces(&experiment) > 0).then_some(profile);
+                Ok(Some(Judged { profile, ..held_against(&run, reference, outputs, None) }))
+            }
             (None, _) if !late => Ok(None),
             (None, summary) => {
                 // Half as far as it came, in two digits.
                 let shortened_s = format!("{:.1e}", 0.5 * summary.motion_s).parse().unwrap_or(summary.motion_s);
                 let short = |contestant, driver| {
                     let experiment = self.experiment(contestant, Some(shortened_s))?;
-                    let (run, late) = watched(3 * plan.longest, control, |own| Outputs::of(&experiment, driver, own));
+                    let run = |own: &Control| Profile::of(own, || Outputs::of(&experiment, driver, own));
+                    let ((run, profile), late) = watched(3 * plan.longest, control, run);
                     match run? {
                         (None, _) if late => Err(format!("too slow even for {shortened_s} s of motion")),
-                        (run, _) => Ok(run),
+                        (run, _) => Ok(run.map(|run| (run, profile))),
                     }
                 };
                 let as_written = Contestant { overrides: Vec::new(), ..contestant.clone() };
-                let (Some(reference), Some(run)) = (short(&as_written, Driver::Events)?, short(contestant, driver)?)
+                let (Some((reference, _)), Some((run, profile))) =
+                    (short(&as_written, Driver::Events)?, short(contestant, driver)?)
                 else {
                     return Ok(None);
                 };
-                Ok(Some(held_against(&run, &reference, outputs, Some(shortened_s))))
+                let judged = held_against(&run, &reference, outputs, Some(shortened_s));
+                let profile = (contestant.paces(&experiment) > 0).then_some(profile);
+                Ok(Some(Judged { profile, ..judged }))
             }
         }
     }
 
-    /// The best wall time of a contestant; `None` when it was stopped.
+    /// The best wall time of a contestant; `None` when it was stopped. With the profile of a run that took longer than
+    /// [`Plan::enough`], that of the part of the motion that it comes through meanwhile, scaled to all of it.
     pub(super) fn time(
         &self,
         contestant: &Contestant,
         shortened_s: Option<f64>,
+        profile: Option<Profile>,
         plan: Plan,
         control: &Control,
     ) -> Result<Option<Speed>, String> {
@@ -219,26 +260,47 @@ impl Race {
         let driver = driver(&contestant.overrides);
         // The memory of the rows is not the model's: repeated runs take it over from each other.
         let mut rows = None;
-        let mut once = |control: &Control| -> Result<bool, String> {
+        // Edges done, and whether they are all.
+        let mut once = |control: &Control| -> Result<(u64, bool), String> {
             if let (Some(name), Experiment::Axis(scene)) = (contestant.criterion, &experiment) {
                 black_box(criteria::named(name, scene));
-                return Ok(true);
+                return Ok((0, true));
             }
             let ready = ready(&experiment)?;
             let trace = rows.get_or_insert_with(|| ready.brief_trace());
-            Ok(ready.run(driver, trace, &mut (), control).complete)
+            let summary = ready.run(driver, trace, &mut (), control);
+            Ok((summary.edges, summary.complete))
         };
         let mut speed = Speed {
             motion_s: experiment.edges() as f64 * experiment.clock().period_s(),
             wall_s: f64::INFINITY,
             edges: if contestant.criterion.is_some() { 0 } else { experiment.edges() },
             runs: 0,
+            timed_s: None,
         };
+        if let Some(profile) = profile.filter(|profile| profile.wall_s() > plan.enough.as_secs_f64()) {
+            // The better half of the time tells, should the machine be busy with something else in the other.
+            for _ in 0..2 {
+                let start = Instant::now();
+                let (run, late) = watched(plan.enough / 2, control, &mut once);
+                let (wall_s, (edges, complete)) = (start.elapsed().as_secs_f64(), run?);
+                if !complete && !late {
+                    return Ok(None);
+                }
+                speed.runs += 1;
+                let whole_s = wall_s / profile.share(edges);
+                if whole_s < speed.wall_s {
+                    speed.wall_s = whole_s;
+                    speed.timed_s = (!complete).then(|| edges as f64 * experiment.clock().period_s());
+                }
+            }
+            return Ok(Some(speed));
+        }
         let runs = |own: &Control| {
             let begin = Instant::now();
             while speed.runs < plan.repeats && (speed.runs == 0 || begin.elapsed() < plan.enough) {
                 let start = Instant::now();
-                if !once(own)? {
+                if !once(own)?.1 {
                     return Ok(None);
                 }
                 speed.wall_s = speed.wall_s.min(start.elapsed().as_secs_f64());
@@ -257,7 +319,7 @@ fn held_against(run: &Outputs, reference: &Outputs, outputs: &[Output], shortene
         error if error.is_finite() => Grade::Off(error),
         _ => Grade::Wrong,
     };
-    Judged { grade, errors, outcome: Some(run.outcome), shortened_s }
+    Judged { grade, errors, outcome: Some(run.outcome), shortened_s, profile: None }
 }
 
 /// Whether a criterion foretells the reference's verdict: rest below its limit, none above.
@@ -277,5 +339,6 @@ fn criterion(
         false => Grade::Wrong,
     };
     let errors = vec![(Output::Verdict, if right { 0.0 } else { f64::INFINITY })];
-    Ok(Judged { grade, errors, outcome: rests.then_some(OutcomeKind::Settled), shortened_s: None })
+    let outcome = rests.then_some(OutcomeKind::Settled);
+    Ok(Judged { grade, errors, outcome, shortened_s: None, profile: None })
 }

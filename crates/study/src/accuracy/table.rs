@@ -31,7 +31,7 @@ pub fn csv(chart: &Chart, outputs: &[Output], command: &str, replay: impl Fn(&En
     let mut text = format!("# {command}\n");
     text += "contestant,family,step_s,grade,error";
     text.extend(outputs.iter().map(|output| format!(",{}_error", output.name())));
-    text += ",outcome,motion_s,wall_s,motion_per_wall,edges,edges_per_s,runs,shortened,front,refused,replay\n";
+    text += ",outcome,motion_s,wall_s,motion_per_wall,edges,edges_per_s,runs,timed,shortened,front,refused,replay\n";
     let front = chart.front();
     for (index, entry) in chart.entries.iter().enumerate() {
         let Entry { contestant, row } = entry;
@@ -41,7 +41,7 @@ pub fn csv(chart: &Chart, outputs: &[Output], command: &str, replay: impl Fn(&En
         let replay = if contestant.criterion.is_some() { String::new() } else { quoted(&replay(entry)) };
         match row {
             Err(why) => {
-                let empty = ",".repeat(outputs.len() + 11);
+                let empty = ",".repeat(outputs.len() + 12);
                 text += &format!(",refused{empty}{},{replay}\n", quoted(why));
             }
             Ok(row) => {
@@ -53,13 +53,14 @@ pub fn csv(chart: &Chart, outputs: &[Output], command: &str, replay: impl Fn(&En
                 let speed = row.speed;
                 let outcome = row.outcome.map_or("", |outcome| outcome_name(Some(outcome)));
                 text += &format!(
-                    ",{outcome},{:e},{:e},{:e},{},{:e},{},{},{},,{replay}\n",
+                    ",{outcome},{:e},{:e},{:e},{},{:e},{},{},{},{},,{replay}\n",
                     speed.motion_s,
                     speed.wall_s,
                     speed.motion_per_wall(),
                     speed.edges,
                     speed.edges_per_s(),
                     speed.runs,
+                    speed.timed(),
                     row.shortened_s.is_some(),
                     front.contains(&index),
                 );

@@ -204,6 +204,33 @@ fn clock_has_every_edge_of_events() {
     assert!(!run(&stiff, Driver::Events).same_edges(&run(&scene("hybrid-wall", &moved), Driver::Events)));
 }
 
+#[test]
+fn steps_that_are_passed_between_events_are_those_that_every_edge_sees() {
+    let (count, contact) = ("0.05 ms", ("device.initial_angle", "1.55 rad"));
+    let moves =
+        [("run.duration", "12 ms"), ("record.plant_rate", "7 kHz"), contact, ("device.initial_speed", "4 rad/s")];
+    for (solver, step) in [("euler", "20 ns"), ("semi_implicit", "60 ns"), ("midpoint", "1 us"), ("rk4", count)] {
+        for bridge in ["switching", "averaged"] {
+            for winding in ["inductive", "resistive"] {
+                if (bridge, winding) == ("switching", "resistive") {
+                    continue;
+                }
+                let model = [
+                    ("model.solver", solver),
+                    ("model.step", step),
+                    ("model.bridge", bridge),
+                    ("model.winding", winding),
+                ];
+                let experiment = scene("friction-wall", &[&moves[..], &model].concat());
+                let (events, clock) = (run(&experiment, Driver::Events), run(&experiment, Driver::Clock));
+                assert!(clock.same_edges(&events), "{model:?}");
+                assert_eq!((events.given_j, events.exchanged_j), (clock.given_j, clock.exchanged_j), "{model:?}");
+                assert_eq!(events.trace, clock.trace, "{model:?}");
+            }
+        }
+    }
+}
+
 /// A mass on a rail that runs down in a viscous medium and comes to no wall: a smooth, linear motion.
 fn coasting(names: &[&str]) -> Chart {
     let shipped = shipped().iter().find(|shipped| shipped.name == "rail-drop").expect("a shipped scene");
@@ -257,6 +284,32 @@ fn a_run_that_takes_too_long_is_shortened_with_its_reference_and_says_so() {
     let shortened_s = row.shortened_s.expect("100 s of edges take longer");
     assert!(shortened_s < 100.0 && row.speed.motion_s <= shortened_s * 1.001);
     assert_eq!(row.grade, Grade::Exact, "against the reference of the same length");
+}
+
+#[test]
+fn a_long_run_by_edges_or_steps_is_timed_over_its_first_part_and_says_so() {
+    let shipped = shipped().iter().find(|shipped| shipped.name == "hybrid-wall").expect("a shipped scene");
+    let set = [("run.duration".to_string(), "200 ms".to_string())];
+    let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+    let names = ["events", "clock", "euler@100ns", "euler@1ms+law"].map(String::from);
+    let race = Race::new((shipped.name, shipped.text), &set, &names, &mut load).expect("a race");
+    let plan = Plan { enough: Duration::from_millis(20), ..Plan::usual(NonZeroUsize::MIN) };
+    let control = Control::default();
+    let chart = race.run(plan, &control).expect("runs").expect("to its end");
+    let rows: Vec<_> = chart.entries.iter().map(|entry| entry.row.as_ref().expect("ran")).collect();
+    for (name, row) in names.iter().zip(&rows) {
+        assert_eq!((row.speed.motion_s, row.speed.edges, row.shortened_s), (0.2, 10_000_000, None), "{name}");
+    }
+    assert_eq!((rows[0].speed.timed_s, rows[3].speed.timed_s), (None, None), "leaps, and a run of 200 steps");
+    assert_eq!(rows[0].speed.timed(), "whole");
+    for row in [rows[1], rows[2]] {
+        let timed_s = row.speed.timed_s.expect("ten million edges and two million steps take longer");
+        assert!(timed_s > 0.0 && timed_s < 0.2 && row.speed.wall_s.is_finite(), "{row:?}");
+        assert!(row.speed.timed().starts_with("first 0.") && row.speed.timed().len() < 14, "{}", row.speed.timed());
+    }
+    assert_eq!(rows[1].grade, Grade::Exact, "over the whole motion");
+    let done = control.progress.load(std::sync::atomic::Ordering::Relaxed);
+    assert_eq!(done, race.work(plan), "all of the work is counted, and no more");
 }
 
 #[test]

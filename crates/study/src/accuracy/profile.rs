@@ -1,0 +1,100 @@
+//! How the wall time of a run is spread over its motion.
+
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hpu_cosim::Control;
+
+/// Time from look to look at a run.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// How far a run had come at some times of it: a run that costs twice as much in contact as in free motion shows it here.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Profile {
+    /// Wall time and clock edges done; both only grow.
+    looks: Vec<(f64, u64)>,
+}
+
+impl Profile {
+    /// Does some work, and looks at how far its control says that it is.
+    pub(super) fn of<T>(control: &Control, work: impl FnOnce() -> T) -> (T, Self) {
+        let begin = Instant::now();
+        let look = || (begin.elapsed().as_secs_f64(), control.progress.load(Ordering::Relaxed));
+        let (alive, ended) = mpsc::channel::<()>();
+        let (made, mut looks) = thread::scope(|scope| {
+            let watch = scope.spawn(move || {
+                let mut looks = vec![(0.0, 0)];
+                while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                    looks.push(look());
+                }
+                looks
+            });
+            // Dropped when the work ends, even by a panic.
+            let alive = alive;
+            let made = work();
+            drop(alive);
+            (made, watch.join().unwrap_or_default())
+        });
+        looks.push(look());
+        (made, Self { looks })
+    }
+
+    #[cfg(test)]
+    pub(super) fn from_looks(looks: &[(f64, u64)]) -> Self {
+        Self { looks: looks.to_vec() }
+    }
+
+    /// Wall time of all of it.
+    pub(super) fn wall_s(&self) -> f64 {
+        self.looks.last().map_or(0.0, |(wall_s, _)| *wall_s)
+    }
+
+    /// The share of the wall time that the first `edges` took, on straight lines between the looks.
+    pub(super) fn share(&self, edges: u64) -> f64 {
+        let after = self.looks.iter().position(|look| look.1 >= edges);
+        let (Some(after), wall_s) = (after, self.wall_s()) else { return 1.0 };
+        let (to_s, to) = self.looks[after];
+        let (from_s, from) = self.looks[after.saturating_sub(1)];
+        let part = if to > from { (edges - from) as f64 / (to - from) as f64 } else { 1.0 };
+        (from_s + part * (to_s - from_s)) / wall_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::Ordering;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    use hpu_cosim::Control;
+
+    use super::Profile;
+
+    #[test]
+    fn the_share_of_a_part_follows_what_the_edges_cost_there() {
+        // 100 edges in the first second, 300 in the next three, none while the last second goes by.
+        let profile = Profile::from_looks(&[(0.0, 0), (1.0, 100), (4.0, 400), (5.0, 400)]);
+        for (edges, share) in [(0, 0.0), (50, 0.1), (100, 0.2), (200, 0.4), (400, 0.8), (401, 1.0)] {
+            assert!((profile.share(edges) - share).abs() < 1e-12, "{edges}: {}", profile.share(edges));
+        }
+    }
+
+    #[test]
+    fn a_run_is_looked_at_while_it_lasts() {
+        let control = Control::default();
+        let (made, profile) = Profile::of(&control, || {
+            // Half of the edges take four times as long as the others.
+            for (edges, pause_ms) in [(1000, 80), (2000, 20)] {
+                sleep(Duration::from_millis(pause_ms));
+                control.progress.store(edges, Ordering::Relaxed);
+            }
+            7
+        });
+        assert_eq!(made, 7);
+        assert!(profile.wall_s() >= 0.1);
+        let share = profile.share(1000);
+        assert!(share > 0.4 && share < 0.95, "{share}: {profile:?}");
+    }
+}
