@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Builds every Rust test and runs each in a process of its own, on all cores; tells the ten slowest.
+
+Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one queue, and
+those that were slow in the run on record (record/tests.txt, written by --update) start first.
+
+Usage: testbench/tests.py [--update] [TEXT]: only tests whose names contain TEXT.
+Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "testbench" / "record" / "tests.txt"
+# No test takes this long: one that does hangs.
+LIMIT_S = 900
+SLOW_S = 2.0
+
+
+def built():
+    """Every test binary: its package, its name, its path."""
+    command = ["cargo", "test", "--locked", "--workspace", "--no-run", "--message-format=json-render-diagnostics"]
+    build = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE)
+    if build.returncode != 0:
+        sys.exit(build.returncode)
+    for line in build.stdout.splitlines():
+        message = json.loads(line)
+        if message["reason"] == "compiler-artifact" and message["profile"]["test"] and message["executable"]:
+            package = Path(message["manifest_path"]).parent
+            yield package, message["target"]["name"], message["executable"]
+
+
+def tests_of(package, name, binary):
+    """Every test of a binary: its name for people, its folder, its command."""
+    listed = subprocess.run([binary, "--list", "--format", "terse"], cwd=package, stdout=subprocess.PIPE, check=True)
+    for line in listed.stdout.decode().splitlines():
+        test = line.removesuffix(": test")
+        if test != line:
+            yield f"{package.name} {name} {test}", package, [binary, "--exact", test, "--nocapture"]
+
+
+def recorded():
+    """Seconds of the slow tests on record, by name."""
+    lines = RECORD.read_text().splitlines() if RECORD.exists() else []
+    pairs = (line.split(" ", 1) for line in lines if not line.startswith("#"))
+    return {name: float(seconds) for seconds, name in pairs}
+
+
+class Queue:
+    """Tests to run, and what came of them."""
+
+    def __init__(self, tests):
+        self.left = list(reversed(tests))
+        self.lock = threading.Lock()
+        self.took = []
+        self.failed = []
+        self.told = time.monotonic()
+
+    def work(self):
+        while True:
+            with self.lock:
+                if not self.left:
+                    return
+                name, package, command = self.left.pop()
+            begin = time.monotonic()
+            environment = {**os.environ, "CARGO_MANIFEST_DIR": str(package)}
+            try:
+                ran = subprocess.run(
+                    command,
+                    cwd=package,
+                    env=environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    timeout=LIMIT_S,
+                )
+                said, passed = ran.stdout.decode(errors="replace"), ran.returncode == 0 and b"test result: ok. 1 passed" in ran.stdout
+            except subprocess.TimeoutExpired as late:
+                said, passed = f"{(late.stdout or b'').decode(errors='replace')}\nstill running after {LIMIT_S} s", False
+            self.done(name, time.monotonic() - begin, said, passed)
+
+    def done(self, name, seconds, said, passed):
+        with self.lock:
+            self.took.append((seconds, name))
+            if not passed:
+                self.failed.append(name)
+                print(f"--- {name} ---\n{said.rstrip()}", flush=True)
+            if time.monotonic() - self.told > 10 or not self.left:
+                self.told = time.monotonic()
+                print(f"{len(self.took)} tests done, {len(self.left)} to begin, {len(self.failed)} failed", flush=True)
+
+
+def main():
+    update, text = "--update" in sys.argv, next((word for word in sys.argv[1:] if not word.startswith("--")), "")
+    slow = recorded()
+    tests = [test for binary in built() for test in tests_of(*binary) if text in test[0]]
+    tests.sort(key=lambda test: -slow.get(test[0], 0.0))
+    if not tests:
+        sys.exit(f"error: no test has `{text}` in its name")
+    queue = Queue(tests)
+    threads = [threading.Thread(target=queue.work) for _ in range(len(os.sched_getaffinity(0)))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print("the ten slowest tests:")
+    for seconds, name in sorted(queue.took, reverse=True)[:10]:
+        print(f"{seconds:8.2f} s  {name}")
+    if update:
+        slowest = [f"{seconds:.0f} {name}\n" for seconds, name in sorted(queue.took, reverse=True) if seconds > SLOW_S]
+        head = "# Seconds of the slow tests, by testbench/tests.py --update; those start first.\n"
+        RECORD.write_text(head + "".join(slowest))
+    for name in queue.failed:
+        print(f"failed: {name}")
+    print(f"test result: {'FAILED' if queue.failed else 'ok'}. {len(queue.took) - len(queue.failed)} passed; {len(queue.failed)} failed")
+    sys.exit(1 if queue.failed else 0)
+
+
+main()
