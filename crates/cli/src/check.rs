@@ -123,8 +123,10 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
     };
     let (blocks, scenes) = check.count();
     tell(&format!(
-        "VHDL {}: {blocks} configurations of blocks, {scenes} scenes; about {} by their rows and edges (an estimate), {} at a time",
+        "VHDL {}: {}, {}; about {} by their rows and edges (an estimate), {} at a time",
         options.setup.hdl,
+        counted(blocks, "configuration"),
+        counted(scenes, "scene"),
         duration(check.about_ms()),
         check.at_a_time(),
     ));
@@ -141,6 +143,11 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
             shown.row(row)
         })
     })
+}
+
+/// A number of things.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Seconds or minutes, for people.

@@ -130,7 +130,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
         rows.push(object(variant, clocked, &cost));
     }
 
-    let json = json!({ "block": name, "variants": rows });
+    let json = json!({ "block": name, "hdl": setup.hdl.to_string(), "variants": rows });
     if let Some(mut folder) = folder {
         folder.write("cost.json", format!("{json:#}\n"))?;
         folder.write("cost.txt", &text)?;

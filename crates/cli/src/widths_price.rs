@@ -7,7 +7,7 @@ use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Ready, Rig};
-use hpu_rtl::{Cache, Cost, Counts, Setup};
+use hpu_rtl::{Cache, Cost, Counts, Hdl, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};
 
@@ -20,6 +20,7 @@ pub struct Price {
     pub(crate) scene: String,
     pub(crate) block: &'static str,
     pub(crate) tools: [String; 3],
+    pub(crate) hdl: Hdl,
     pub(crate) clock_hz: u64,
     pub(crate) cost: Cost,
     /// Label and entity of each instance, and its primitives by Yosys alone.
@@ -56,6 +57,7 @@ pub fn price(
         scene: experiment.name().to_string(),
         block: wiring.name(),
         tools: cache.tools().clone(),
+        hdl: setup.hdl.clone(),
         clock_hz: experiment.clock().frequency_hz(),
         cost,
         parts: Vec::new(),

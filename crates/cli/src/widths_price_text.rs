@@ -21,12 +21,13 @@ impl Price {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
         let text = format!(
-            "price      {} of {}, {target}\n           measured by {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
+            "price      {} of {}, {target}\n           measured by {}; VHDL {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
              carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of {HX8K_CELLS} cells, {} of \
              {HX8K_BRAM} block RAMs\n",
             self.block,
             self.scene,
             self.tools.join(", "),
+            self.hdl,
             self.cost.cells,
             self.cost.ice40.bram
         );
@@ -111,6 +112,7 @@ impl Price {
             "block": self.block,
             "how": "measured",
             "tools": self.tools,
+            "hdl": self.hdl.to_string(),
             "ice40": counts(&self.cost.ice40),
             "ecp5": self.cost.ecp5.as_ref().map(counts),
             "cells": self.cost.cells,

@@ -20,7 +20,7 @@ use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Stimulus, Vectors, literal};
 
 /// No simulation is so slow: what takes longer for a row hangs.
-const LONGEST_ROW: Duration = Duration::from_millis(100);
+const LONGEST_ROW: Duration = Duration::from_millis(20);
 
 /// What to check.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -114,8 +114,8 @@ impl<'o> Check<'o> {
         for (label, block) in options.wanted() {
             let runs = sets(&*block, &label, options);
             for set in 0..runs {
-                let vectors = stimuli(&*block, set, options).len() as u64;
-                jobs.push(Job { row: rows.len(), set, about_ms: about_ms(row_us(block.name()), vectors) });
+                let about_ms = about_ms(row_us(block.name()), count(&*block, set, options));
+                jobs.push(Job { row: rows.len(), set, about_ms });
             }
             let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
             rows.push(Row { row, clocked, runs: runs as usize, found: BTreeMap::new() });
@@ -321,11 +321,21 @@ fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
     }
 }
 
+/// Random rows of a configuration.
+fn random_rows(block: &dyn AnyBlock, options: &CheckOptions) -> usize {
+    let has_pwm = block.outputs()[0].name == "a_high";
+    if has_pwm { 10 * options.rows } else { options.rows }
+}
+
+/// How many stimuli a set has.
+fn count(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> u64 {
+    if set == 0 { (stimuli::directed(block).len() + random_rows(block, options)) as u64 } else { 1 << 16 }
+}
+
 /// The stimuli of a set: directed and random ones first, then products.
 fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimulus> {
     if set == 0 {
-        let has_pwm = block.outputs()[0].name == "a_high";
-        let rows = if has_pwm { 10 * options.rows } else { options.rows };
+        let rows = random_rows(block, options);
         return [stimuli::directed(block), stimuli::random(block, options.seed, rows)].concat();
     }
     let (a, b) = (block.inputs()[0].format, block.inputs()[1].format);

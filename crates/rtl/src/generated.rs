@@ -1,5 +1,6 @@
 //! The committed files that are made from the blocks: packages, testbenches, small golden sets.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -9,6 +10,7 @@ use hpu_datapath::{registry, variants};
 use crate::loop_bench::{loop_bench, probe};
 use crate::package::package;
 use crate::stimuli;
+use crate::temporary::{self, Temporary, sweep_files};
 use crate::testbench::testbench;
 use crate::vector::Vectors;
 
@@ -49,19 +51,23 @@ pub fn stale(root: &Path) -> Vec<PathBuf> {
 }
 
 /// Writes the stale ones of the generated files below `root` (`hpu vectors --update`) and tells which; each beside its
-/// place and renamed, so that none is ever half written.
+/// place, then all renamed, so that none is ever half written.
 ///
 /// # Errors
 ///
 /// The first I/O error.
 pub fn write_committed(root: &Path) -> io::Result<Vec<PathBuf>> {
     let stale = stale(root);
+    let mut written = Vec::new();
     for (path, text) in generated().into_iter().filter(|(path, _)| stale.contains(path)) {
         let place = root.join(path);
-        fs::create_dir_all(place.parent().expect("a generated file is in a folder"))?;
-        let beside = place.with_extension("new");
-        fs::write(&beside, text)?;
-        fs::rename(beside, place)?;
+        let (folder, name) = place.parent().zip(place.file_name()).expect("a generated file is in a folder");
+        fs::create_dir_all(folder)?;
+        sweep_files(folder);
+        let file = Temporary::file(folder, &name.to_string_lossy())?;
+        file.open()?.write_all(text.as_bytes())?;
+        written.push((file, place));
     }
+    temporary::place(written).map_err(|(_, error)| error)?;
     Ok(stale)
 }

@@ -29,7 +29,7 @@ fn vhdl_is_checked_far_from_any_clone() {
     let said = stdout(&output);
     assert_eq!(code(&output), 0, "{said}{}", stderr(&output));
     assert!(said.contains("all agree") && said.ends_with("; VHDL carried by hpu\n"), "{said}");
-    assert!(stderr(&output).starts_with("VHDL carried by hpu: 3 configurations of blocks, 1 scenes; about "), "{said}");
+    assert!(stderr(&output).starts_with("VHDL carried by hpu: 3 configurations, 1 scene; about "), "{said}");
     let output = in_folder(&program, Path::new("/"), &["run", "short-contact", "--driver", "rtl", "--edges", "2000"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("0 mismatches; VHDL carried by hpu"), "{}", stdout(&output));

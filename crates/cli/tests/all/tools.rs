@@ -93,7 +93,7 @@ fn vhdl_that_stops_its_run_or_does_not_analyse_is_a_failed_row() {
     let failing = ghdl("echo 'saturator.vhd:9:3:@5ns:(assertion failure): no' >&2; exit 1");
     let output = with("tool-assertion", &[("ghdl", &failing)], &["check", "saturator"]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
-    assert!(stdout(&output).contains("assertion failure") && stdout(&output).contains("2 of 2 differ"));
+    assert!(stdout(&output).contains("assertion failure") && stdout(&output).contains("3 of 3 differ"));
     let refusing =
         [("ghdl", "[ \"$1\" = --version ] && echo 'GHDL 2.0.0' && exit; echo 'pwm.vhd:1:1: no' >&2; exit 1")];
     let output = with("tool-refuses", &refusing, &["check"]);

@@ -206,8 +206,8 @@ fn an_event_is_the_first_edge_outside_a_band() {
 }
 
 #[test]
-fn an_arm_at_rest_takes_one_segment_forever() {
-    let arm = Arm::new(ArmModel::premium_1_0(), EDGE_S).unwrap();
+fn an_arm_that_friction_holds_takes_one_segment_forever() {
+    let arm = Arm::new(ArmModel { coulomb_nm: [5e-3; 3], ..ArmModel::premium_1_0() }, EDGE_S).unwrap();
     let mut motion = ArmMotion::new(&arm, [0.1, 0.2, 0.3], [0.0; 3]);
     let anywhere = [Band { low: -1e9, high: 1e9, open: true }; 3];
     assert_eq!(motion.next_event(0, 1 << 60, &anywhere), None);

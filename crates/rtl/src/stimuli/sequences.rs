@@ -21,7 +21,7 @@ pub(super) fn is_estimator(inputs: &[Signal]) -> bool {
 }
 
 /// Eighths of a count a sample, each for a while: slow and fast, bends, reversals, standstill.
-const SPEEDS: [i128; 14] = [8, 1, 3, -2, 17, 0, 5, -11, -11, 24, 40, -40, 7, 0];
+const SPEEDS: [i128; 14] = [8, 1, 3, -2, 17, 0, 5, -11, -20, 24, 40, -40, 7, 0];
 
 /// Motions across the counter's turn, at short sample periods.
 pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
