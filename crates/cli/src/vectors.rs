@@ -15,6 +15,9 @@ use crate::scene::{self, Loaded};
 use crate::terminal::print;
 use crate::verify::verify;
 
+/// Rows of a set at most: they are gathered in memory.
+const MOST_ROWS: u64 = 10_000_000;
+
 /// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
 #[derive(clap::Args)]
 pub struct Args {
@@ -30,8 +33,8 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Rows: at most so many directed ones, so many random ones, so many edges of a scene [default: all, 1000, 10000]
-    #[arg(long, value_name = "N")]
-    count: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_ROWS))]
+    count: Option<u64>,
     /// The scene whose loop is recorded
     #[arg(long, required_if_eq("set_kind", "scene"))]
     scene: Option<String>,
@@ -189,12 +192,12 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
     let record = |(label, mut block): (String, Box<dyn AnyBlock>)| {
         let (set, source, stimuli) = match args.set_kind {
             SetKind::Random => {
-                let stimuli = stimuli::random(&*block, args.seed, args.count.unwrap_or(1000));
+                let stimuli = stimuli::random(&*block, args.seed, args.count.map_or(1000, |count| count as usize));
                 ("random", Source::Random { seed: args.seed }, stimuli)
             }
             _ => {
                 let mut rows = stimuli::directed(&*block);
-                rows.truncate(args.count.unwrap_or(usize::MAX));
+                rows.truncate(args.count.map_or(usize::MAX, |count| count as usize));
                 ("directed", Source::Directed, rows)
             }
         };
@@ -242,7 +245,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     };
     let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let source = Source::Scene { scene: scene.to_string(), settings, seed };
-    let sets: Vec<_> = scene_vectors(&session, args.count.map_or(10_000, |count| count as u64))
+    let sets: Vec<_> = scene_vectors(&session, args.count.unwrap_or(10_000))
         .into_iter()
         .filter(|(_, vectors)| wanted(vectors.header.block))
         .map(|(label, vectors)| Named {

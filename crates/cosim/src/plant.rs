@@ -56,7 +56,8 @@ impl Plant {
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
         let actuator = actuator(scene)?;
-        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges());
+        // A step may be longer than what is run of it.
+        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges().max(scene.step_clocks()));
         if let scene::Hand::Capture { edges } = &scene.hand {
             let pins = edges
                 .iter()

@@ -217,6 +217,7 @@ fn messages_write_short_numbers_that_are_not_zero() {
     refused(&gain, 4, &["does not fit", "write at most "]);
     let rate = ["run", "hybrid-wall", "--set", "method.period_bits=30", "--set", "method.sample_rate=1e-5"];
     refused(&rate, 4, &["1e-5 Hz takes 5000000000000 clocks"]);
+    refused(&["vectors", "pwm", "--count", "10000001"], 2, &["10000000"]);
     let word = format!("wall.stiffness={}", "0".repeat(300) + "x");
     refused(&["run", "hybrid-wall", "--set", &word], 4, &["..."]);
 }

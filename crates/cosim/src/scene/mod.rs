@@ -42,6 +42,41 @@
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once.
 //! With an amplifier or an averaged bridge no modulator runs: its gates would drive nothing, and stay 0. The linear law needs neither encoder nor amplifier.
+//!
+//! # Sizes
+//!
+//! A quantity that is finite but absurd is refused with what is accepted. Between its bounds everything that a run computes stays
+//! finite and resolved: `f64` tells the counts of the finest encoder apart at the farthest place, double-double follows the
+//! fastest mode through the longest run, and a word has its place in 64 bits. Published devices are orders of magnitude away from
+//! either end. A quantity of either sign is accepted down to 0, one without a sign from its least size on, or 0 where that has a
+//! meaning. Some keys have narrower bounds of their own; their refusals tell them.
+//!
+//! | Quantity | least | greatest | unit |
+//! |---|---|---|---|
+//! | a time | 1e-12 | 1e9 | s |
+//! | a frequency | 1e-6 | 1e10 | Hz |
+//! | an angle | 1e-12 | 1e6 | rad |
+//! | an angular speed | 1e-9 | 1e5 | rad/s |
+//! | a torque | 1e-12 | 1e4 | N.m |
+//! | a torsional stiffness | 1e-12 | 1e6 | N.m/rad |
+//! | a torsional damping | 1e-15 | 1e3 | N.m.s/rad |
+//! | a moment of inertia | 1e-12 | 1e3 | kg.m2 |
+//! | a voltage | 1e-6 | 1e5 | V |
+//! | a current | 1e-9 | 1e5 | A |
+//! | a resistance | 1e-6 | 1e6 | Ohm |
+//! | an inductance | 1e-9 | 1e3 | H |
+//! | a torque constant | 1e-6 | 1e3 | N.m/A |
+//! | a length | 1e-12 | 1e4 | m |
+//! | a speed | 1e-9 | 1e4 | m/s |
+//! | a force | 1e-9 | 1e6 | N |
+//! | a stiffness | 1e-6 | 1e9 | N/m |
+//! | a damping | 1e-9 | 1e6 | N.s/m |
+//! | a mass | 1e-6 | 1e6 | kg |
+//! | an energy | 1e-15 | 1e9 | J |
+//! | a plain number | 1e-9 | 1e12 | 1 |
+//!
+//! No speed may pass by more than 1000 encoder counts in one clock edge: neither the one at the start nor one that a hand imposes.
+//! A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
 
 mod accuracy;
 mod expect;

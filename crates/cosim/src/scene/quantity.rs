@@ -148,6 +148,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_bounds_are_those_that_the_documentation_lists() {
+        let documentation = include_str!("mod.rs");
+        for Dimension { name, si, least, most, .. } in ALL {
+            let row = format!("//! | {name} | {least:e} | {most:e} | {si} |\n");
+            assert!(documentation.contains(&row), "{row}");
+        }
+    }
+
+    #[test]
     fn every_unit_that_a_message_offers_is_accepted() {
         for dimension in ALL {
             let accepted = dimension.accepted();

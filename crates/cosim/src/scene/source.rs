@@ -32,7 +32,7 @@ impl fmt::Display for SceneError {
         if self.key.is_empty() {
             write!(f, "{}: {}", self.place, self.reason)
         } else {
-            write!(f, "{}: {}: {}", self.place, self.key, self.reason)
+            write!(f, "{}: {}: {}", self.place, excerpt(&self.key), self.reason)
         }
     }
 }
