@@ -142,12 +142,25 @@ fn absurd_quantities_are_refused_at_once_with_what_is_accepted() {
     let file = dir.join("far.csv");
     fs::write(&file, "time_s,angle_rad\n0,0\n1,1e30\n").expect("a motion");
     let set = format!("hand.file={}", text(&file));
-    assert_refused(&run(&["run", "replay-motion", "--set", &set]), 4, &["far.csv:3: 1e30; accepted: -1000000 to 1000000"]);
+    assert_refused(
+        &run(&["run", "replay-motion", "--set", &set]),
+        4,
+        &["far.csv:3: 1e30; accepted: -1000000 to 1000000"],
+    );
 }
 
 #[test]
 fn a_motion_beyond_all_counts_ends_the_run_and_is_told() {
-    let output = run(&["run", "rail-drop", "--set", "hand.torque=1 MN", "--set", "device.mass=1 mg", "--set", "encoder.resolution=1e-11"]);
+    let output = run(&[
+        "run",
+        "rail-drop",
+        "--set",
+        "hand.torque=1 MN",
+        "--set",
+        "device.mass=1 mg",
+        "--set",
+        "encoder.resolution=1e-11",
+    ]);
     assert_eq!(code(&output), 1, "it is not what the scene expects: {}", stderr(&output));
     assert!(stdout(&output).contains("2^52 counts") && !stdout(&output).contains("NaN"), "{}", stdout(&output));
 }
@@ -159,7 +172,9 @@ fn what_is_no_ordinary_file_or_has_no_end_is_refused() {
         let set = format!("hand.file={file}");
         assert_refused(&run(&["run", "replay-motion", "--set", &set]), 4, &["hand.file", "not an ordinary file"]);
     }
-    for arguments in [&["run", "/dev/zero"][..], &["vectors", "--verify", "/dev/zero"], &["block", "pwm", "--inputs", "/dev/zero"]] {
+    for arguments in
+        [&["run", "/dev/zero"][..], &["vectors", "--verify", "/dev/zero"], &["block", "pwm", "--inputs", "/dev/zero"]]
+    {
         assert_refused(&run(arguments), 4, &["/dev/zero: larger than 256 MiB"]);
     }
 }
@@ -213,7 +228,16 @@ fn messages_write_short_numbers_that_are_not_zero() {
     refused(&[&map[..], &["wall.stiffness=1e300..1"]].concat(), 2, &["1e300 to 1 is reversed"]);
     let long = format!("wall.stiffness={}..1", "9".repeat(400));
     refused(&[&map[..], &[&long]].concat(), 2, &["wall.stiffness"]);
-    let gain = ["run", "rail-drop", "--set", "amplifier.full_scale=1e-6", "--set", "encoder.resolution=1", "--set", "wall.stiffness=1"];
+    let gain = [
+        "run",
+        "rail-drop",
+        "--set",
+        "amplifier.full_scale=1e-6",
+        "--set",
+        "encoder.resolution=1",
+        "--set",
+        "wall.stiffness=1",
+    ];
     refused(&gain, 4, &["does not fit", "write at most "]);
     let rate = ["run", "hybrid-wall", "--set", "method.period_bits=30", "--set", "method.sample_rate=1e-5"];
     refused(&rate, 4, &["1e-5 Hz takes 5000000000000 clocks"]);

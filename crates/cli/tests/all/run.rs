@@ -228,3 +228,11 @@ fn a_law_in_steps_leaves_its_trace_and_its_motion_and_no_bits() {
     let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
     assert_eq!(trace.lines().count(), 1 + 1_001);
 }
+
+#[test]
+fn a_step_longer_than_what_is_run_of_it_is_run_in_part() {
+    let set =
+        ["run", "hybrid-wall", "--set", "model.solver=sample", "--set", "model.bridge=averaged", "--edges", "1000"];
+    let output = run(&set);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}

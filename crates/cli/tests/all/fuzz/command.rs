@@ -11,7 +11,18 @@ use super::keys::{Key, Set, Takes, parsed};
 
 /// What is run.
 pub const VERBS: [&str; 12] = [
-    "run", "run -o", "run --compare", "block", "vectors", "vectors --verify", "limits", "map", "chart", "fit", "widths", "rest",
+    "run",
+    "run -o",
+    "run --compare",
+    "block",
+    "vectors",
+    "vectors --verify",
+    "limits",
+    "map",
+    "chart",
+    "fit",
+    "widths",
+    "rest",
 ];
 
 /// The scene of a case and what is changed of it, as far as it takes that; and a key to vary.
@@ -64,11 +75,19 @@ fn words(text: &str) -> Vec<String> {
 pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path) -> Vec<String> {
     let [a, b, c, d] = case.numbers.map(|number| number as usize);
     let verb = VERBS[case.verb];
-    let pick = |axis: bool| {
-        let fits = |scene: &Shipped| !axis || !scene.name.starts_with("phantom");
-        (0..scenes.len()).map(|step| (case.scene + step) % scenes.len()).find(|&index| fits(&scenes[index])).unwrap_or(0)
+    let pick = |verb: &str| {
+        let fits = |scene: &Shipped| match verb {
+            "limits" | "widths" => !scene.name.starts_with("phantom"),
+            // A recording has no device.
+            "chart" | "fit" => scene.name != "replay-capture",
+            _ => true,
+        };
+        (0..scenes.len())
+            .map(|step| (case.scene + step) % scenes.len())
+            .find(|&index| fits(&scenes[index]))
+            .unwrap_or(0)
     };
-    let index = pick(["limits", "widths"].contains(&verb));
+    let index = pick(verb);
     let edges = match verb {
         "run" | "run -o" | "run --compare" => [1, 40, 1000, 20_000, 100_000][a % 5],
         "vectors" => 2000,
@@ -125,7 +144,11 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
                     arguments.extend(words(&format!("--format {form}")));
                     arguments
                 }
-                1 => words(&format!("vectors {} --variant {label} --set-kind {set} --count {} --seed {a} --format {form}", block.name(), 1 + d % 300)),
+                1 => words(&format!(
+                    "vectors {} --variant {label} --set-kind {set} --count {} --seed {a} --format {form}",
+                    block.name(),
+                    1 + d % 300
+                )),
                 _ => words(&format!("vectors {} --set-kind {set} --count 20 --format {form} -o out", block.name())),
             }
         }
@@ -137,8 +160,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
             let out = ["", "-o out", "--json", ""][b % 4];
             match (verb, axes) {
                 ("chart", axes) if c % 3 != 0 || axes.is_none() => {
-                    let contestants = ["events,clock", "events,euler@1us", "events,rk4", "events"][c % 4];
-                    with_scene("chart", &format!("--contestants {contestants} {jobs} {out}"))
+                    with_scene("chart", &format!("--contestants events,clock {jobs} {out}"))
                 }
                 (_, Some([x, y])) => {
                     let full = if verb == "map" { ["", "--full"][d % 2] } else { "--contestants events,clock" };
@@ -153,7 +175,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
         "fit" => with_scene("fit", ["", "--json", "--within 5%"][b % 3]),
         "widths" => {
             let search = "--search --no-trials --jobs 1 --vary position_bits=10..11 --vary velocity_bits=10..11";
-            with_scene("widths", ["", "--json", "--tables", "-o out", "--gappa", search][b % 6])
+            with_scene("widths", ["", "--json", "--json", "-o out", "--notation q", search][b % 6])
         }
         _ => rest(case),
     }
@@ -165,7 +187,10 @@ fn axes(case: &Case, changed: &Changed, keys: &[Key]) -> Option<[String; 2]> {
     let mut axes = Vec::new();
     for step in 0..40 {
         let key = sizes[(case.numbers[3] as usize + step * 7) % sizes.len()];
-        if key.path.starts_with("run.") || key.path.starts_with("record.") || axes.iter().any(|axis: &String| axis.starts_with(&key.path)) {
+        if key.path.starts_with("run.")
+            || key.path.starts_with("record.")
+            || axes.iter().any(|axis: &String| axis.starts_with(&key.path))
+        {
             continue;
         }
         let Takes::Size { least, most, .. } = key.takes else { continue };
@@ -228,13 +253,16 @@ fn block(case: &Case, dir: &Path) -> Vec<String> {
 fn verify(case: &Case, dir: &Path) -> Vec<String> {
     let folder = Path::new(crate::common::ROOT).join("vectors");
     let list = |dir: &Path| {
-        let mut all: Vec<_> = fs::read_dir(dir).expect("vectors").map(|entry| entry.expect("an entry").path()).collect();
+        let mut all: Vec<_> =
+            fs::read_dir(dir).expect("vectors").map(|entry| entry.expect("an entry").path()).collect();
         all.sort();
         all
     };
     let blocks: Vec<_> = list(&folder).into_iter().filter(|path| path.is_dir()).collect();
-    let files: Vec<_> =
-        list(&blocks[case.numbers[0] as usize % blocks.len()]).into_iter().filter(|path| path.extension().is_some_and(|end| end == "txt")).collect();
+    let files: Vec<_> = list(&blocks[case.numbers[0] as usize % blocks.len()])
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|end| end == "txt"))
+        .collect();
     let Some(file) = files.get(case.numbers[1] as usize % files.len().max(1)) else { return words("scenes") };
     let mut text = fs::read_to_string(file).expect("vectors");
     if let Some(spoilt) = &case.spoilt {
@@ -247,12 +275,34 @@ fn verify(case: &Case, dir: &Path) -> Vec<String> {
 /// Everything else, and arguments that are refused.
 fn rest(case: &Case) -> Vec<String> {
     let all = [
-        "scenes", "scenes --json", "block", "block --json", "run", "run --json", "--help", "--version", "run --help", "map --help",
-        "reproduce phantom-sines", "vectors position_counter --format vunit", "vectors trig_table --set-kind table",
-        "scenes --json", "block pwm", "block torque_sum --json", "limits hybrid-wall --json", "limits rail-drop", "block pwm --notation q",
+        "scenes",
+        "scenes --json",
+        "block",
+        "block --json",
+        "run",
+        "run --json",
+        "--help",
+        "--version",
+        "run --help",
+        "map --help",
+        "reproduce phantom-sines",
+        "vectors position_counter --format vunit",
+        "vectors trig_table --set-kind table",
+        "scenes --json",
+        "block pwm",
+        "block torque_sum --json",
+        "limits hybrid-wall --json",
+        "limits rail-drop",
+        "block pwm --notation q",
         // Refused, or without the tool.
-        "check no_such_block", "cost no_such_block", "check displacement --rows 5", "map hybrid-wall --x wall.stiffness=1..1 --y wall.position=1..2",
-        "block pwm --inputs /dev/zero", "run /dev/zero", "run replay-motion --set hand.file=/dev/zero", "vectors --verify /dev/zero",
+        "check no_such_block",
+        "cost no_such_block",
+        "check displacement --rows 5",
+        "map hybrid-wall --x wall.stiffness=1..1 --y wall.position=1..2",
+        "block pwm --inputs /dev/zero",
+        "run /dev/zero",
+        "run replay-motion --set hand.file=/dev/zero",
+        "vectors --verify /dev/zero",
     ];
     // The refused ones are rare.
     let at = case.numbers[0] as usize;

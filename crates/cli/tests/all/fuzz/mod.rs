@@ -71,7 +71,13 @@ fn cases() -> impl Strategy<Value = Case> {
     let spoilt = (0.0..1.0, 0..30usize, with).prop_map(|(at, length, with)| Spoilt { at, length, with });
     let spoilt = proptest::option::weighted(0.04, spoilt);
     (verb, any::<prop::sample::Index>(), changes, any::<[u32; 4]>(), spoilt).prop_map(
-        |(verb, scene, changes, numbers, spoilt)| Case { verb, scene: scene.index(shipped().len()), changes, numbers, spoilt },
+        |(verb, scene, changes, numbers, spoilt)| Case {
+            verb,
+            scene: scene.index(shipped().len()),
+            changes,
+            numbers,
+            spoilt,
+        },
     )
 }
 
@@ -93,7 +99,7 @@ fn run(arguments: &[String], dir: &Path) -> Done {
     fs::create_dir_all(&tmp).expect("a folder");
     let before = Instant::now();
     let [out, err] = ["stdout", "stderr"].map(|name| fs::File::create(tmp.with_extension(name)).expect("a file"));
-    let mut child = Command::new("sh")
+    let mut child = Command::new("/bin/sh")
         .args(["-c", &format!("ulimit -v {MOST_KIB}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_hpu")])
         .args(arguments)
         .current_dir(dir)
@@ -116,14 +122,15 @@ fn run(arguments: &[String], dir: &Path) -> Done {
         child.kill().expect("it is a child");
     }
     let status = child.wait().expect("it has ended");
-    let [stdout, stderr] =
-        ["stdout", "stderr"].map(|name| String::from_utf8_lossy(&fs::read(tmp.with_extension(name)).expect("its words")).into_owned());
+    let [stdout, stderr] = ["stdout", "stderr"]
+        .map(|name| String::from_utf8_lossy(&fs::read(tmp.with_extension(name)).expect("its words")).into_owned());
     let exit = match (hangs, status.code(), status.signal()) {
         (true, ..) => "hangs".to_string(),
         (_, Some(code), _) => code.to_string(),
         (.., signal) => format!("signal {}", signal.unwrap_or(0)),
     };
-    let left: Vec<_> = crate::common::names(dir).into_iter().filter(|name| name.starts_with('.') || name.ends_with(".tmp")).collect();
+    let left: Vec<_> =
+        crate::common::names(dir).into_iter().filter(|name| name.starts_with('.') || name.ends_with(".tmp")).collect();
     let temporary = crate::common::names(&tmp);
     let is_text = !arguments.iter().any(|argument| argument == "--json");
     let wrong = if !["0", "1", "2", "3", "4"].contains(&exit.as_str()) {
@@ -201,7 +208,10 @@ fn commands_at_random_end_as_the_contract_says() {
             let line: Vec<_> = arguments.iter().map(|word| format!("'{word}'")).collect();
             let wrong = done.wrong.unwrap_or_default();
             let said: String = done.stderr.chars().take(600).collect();
-            failures.push(format!("HPU_FUZZ_SEED={seed} HPU_FUZZ_FIRST={index} HPU_FUZZ=1: {wrong}\n  hpu {}\n  {said}", line.join(" ")));
+            failures.push(format!(
+                "HPU_FUZZ_SEED={seed} HPU_FUZZ_FIRST={index} HPU_FUZZ=1: {wrong}\n  hpu {}\n  {said}",
+                line.join(" ")
+            ));
             eprintln!("{}", failures[failures.len() - 1]);
             let kept = folder.join(format!("case-{index}"));
             fs::rename(&dir, &kept).expect("its files stay");
@@ -215,7 +225,8 @@ fn commands_at_random_end_as_the_contract_says() {
         }
     }
     let all: u64 = tally.values().map(|(count, _)| count).sum();
-    let past: u64 = tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, (count, _))| count).sum();
+    let past: u64 =
+        tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, (count, _))| count).sum();
     for ((verb, exit), (count, longest)) in &tally {
         println!("{verb:<18} exit {exit:<10} {count:>7}, the longest {longest:.2} s");
     }
