@@ -37,9 +37,9 @@ impl<W: Write + Send> TraceTable<W> {
         };
         let fields = names.iter().map(column).collect::<Result<Vec<_>, _>>()?;
         let schema = Type::group_type_builder("trace").with_fields(fields).build()?;
-        let units = nets.iter().map(|net| (net.name, net.unit));
-        let metadata = [("command", command)].into_iter().chain(units);
-        let metadata = metadata.map(|(key, value)| KeyValue::new(key.to_string(), value.to_string())).collect();
+        let units = nets.iter().map(|net| (format!("unit of {}", net.name), net.unit));
+        let metadata = [("command".to_string(), command)].into_iter().chain(units);
+        let metadata = metadata.map(|(key, value)| KeyValue::new(key, value.to_string())).collect();
         let properties = WriterProperties::builder()
             .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
             .set_key_value_metadata(Some(metadata))

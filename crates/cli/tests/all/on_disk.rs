@@ -108,6 +108,45 @@ fn a_disk_that_fills_up_is_told_with_the_path_and_leaves_the_old_files() {
 }
 
 #[test]
+fn a_disk_that_is_full_ends_the_run() {
+    let dir = scratch("full-early");
+    // A thousand seconds of motion, whose first rows find no room.
+    let script = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
+    let run = ["run", "hybrid-wall", "--set", "run.duration=1000 s", "--no-plot", "-o", text(&dir)];
+    let start = Instant::now();
+    let output = Command::new("sh")
+        .args(["-c", script, "sh", env!("CARGO_BIN_EXE_hpu")])
+        .args(run)
+        .current_dir(ROOT)
+        .output()
+        .expect("a shell");
+    assert_refused(&output, 4, &["trace.csv", "File too large"]);
+    assert_eq!(names(&dir), [""; 0]);
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+}
+
+#[test]
+fn rows_and_bytes_are_told_before_a_run_and_refused_where_they_do_not_fit() {
+    let dir = scratch("rows-told");
+    let out = dir.join("out");
+    let output = run(&["run", "free-motion", "--no-plot", "--parquet", "-o", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let rows = fs::read_to_string(out.join("trace.csv")).expect("a table");
+    let told = stderr(&output);
+    assert!(told.starts_with(&format!("trace.csv: {} rows, about ", rows.lines().count() - 1)), "{told}");
+    assert!(told.contains("trace.parquet: at most about ") && told.contains("waveforms"), "{told}");
+    let parquet = fs::read(out.join("trace.parquet")).expect("a table");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    assert!(stdout(&output).contains(text(&out.join("trace.parquet"))), "{}", stdout(&output));
+    // 10^18 rows.
+    let more = dir.join("more");
+    let set = ["--set", "record.plant_rate=50 MHz", "--edges", "1000000000000000000"];
+    let output = run(&[&["run", "free-motion", "-o", text(&more)][..], &set].concat());
+    assert_refused(&output, 4, &[text(&more), "1000000000000000001 rows", "are free", "record.plant_rate"]);
+    assert_eq!(names(&dir), ["out"]);
+}
+
+#[test]
 fn a_full_standard_output_is_told() {
     let full = fs::File::options().write(true).open("/dev/full").expect("the device that is always full");
     let output = hpu().arg("scenes").stdout(full).output().expect("starts");

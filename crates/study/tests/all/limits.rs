@@ -1,14 +1,12 @@
 //! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with its
 //! own arithmetic.
 
-use std::time::Duration;
-
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_study::SampledLoop;
 use hpu_study::criteria::Criterion;
 use hpu_study::limits::{Limits, LimitsError, limits};
-use hpu_study::map::Cell;
+use hpu_study::map::{Cell, CellLimits};
 
 const MOTOR: &str = r#"
 about = "The published motor against a wall, by the linear law."
@@ -252,7 +250,7 @@ fn in_words_the_scene_settles_a_word_below_its_limit_and_not_a_word_above() {
         for (words, outcome) in [(-0.5, true), (0.5, false)] {
             let stiffness = found.emulated.limit + words * found.emulated.uncertainty;
             let scene = known(name, &[("wall.stiffness", stiffness.to_string())]);
-            let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(60), &Control::default());
+            let cell = Cell::run(&Experiment::Axis(scene), CellLimits::default(), &Control::default());
             let cell = cell.expect("a run").expect("a whole one");
             assert_eq!(cell.outcome == OutcomeKind::Settled, outcome, "{name} at {stiffness}: {cell:?}");
         }

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
-use hpu_study::map::{Cell, SceneText};
+use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::units::Row;
 use hpu_study::widths::search::{
     Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, Width, estimate, search,
@@ -61,7 +60,7 @@ fn stable_word(experiment: &Experiment) -> (i128, usize) {
         runs += 1;
         let mut scene = scene.clone();
         scene.wall.stiffness_nm_per_rad = word as f64 * unit;
-        let cell = Cell::run(&Experiment::Axis(scene), Duration::from_secs(60), &Control::default());
+        let cell = Cell::run(&Experiment::Axis(scene), CellLimits::default(), &Control::default());
         cell.expect("it runs").expect("nobody stops it").outcome == OutcomeKind::Settled
     };
     let max = scene.method.stiffness_format.max();
