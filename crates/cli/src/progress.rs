@@ -257,12 +257,12 @@ mod tests {
 
     #[test]
     fn a_line_comes_in_every_interval_until_the_end() {
-        let progress = Progress::new();
+        let progress = &Progress::new();
         progress.begin("check");
         let (alive, ended) = mpsc::channel();
         let (told, lines) = mpsc::channel();
         thread::scope(|scope| {
-            scope.spawn(|| {
+            scope.spawn(move || {
                 progress.tell(Duration::from_millis(5), &ended, |state| {
                     let mut line = Vec::new();
                     state.write_line(&mut line);

@@ -69,6 +69,7 @@ fn free_bytes(dir: &Path) -> Option<u64> {
     #[cfg(unix)]
     {
         let disk = nix::sys::statvfs::statvfs(dir).ok()?;
+        #[allow(clippy::useless_conversion, reason = "on some systems these are of 32 bits")]
         Some(u64::from(disk.blocks_available()).saturating_mul(u64::from(disk.fragment_size())))
     }
     #[cfg(not(unix))]

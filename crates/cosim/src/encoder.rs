@@ -75,7 +75,7 @@ impl Encoder {
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
         let near = angle_rad / step;
         // Not a number is not within the range either.
-        self.lost = !(near.abs() < MOST_COUNT);
+        self.lost = near.is_nan() || near.abs() >= MOST_COUNT;
         if self.lost {
             return;
         }

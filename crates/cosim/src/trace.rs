@@ -108,7 +108,7 @@ impl Trace {
         for judged in &mut beyond.judged {
             judged.add(beyond.came, real(judged.index));
         }
-        if beyond.came % beyond.every == 0 {
+        if beyond.came.is_multiple_of(beyond.every) {
             if self.bound.as_ref().is_some_and(|(most, _)| self.rows == *most) {
                 self.reals.iter_mut().for_each(halve);
                 self.words.iter_mut().for_each(halve);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
-use crate::common::{ROOT, assert_refused, code, hpu, names, run, scratch, stderr, text};
+use crate::common::{ROOT, assert_refused, code, hpu, names, run, scratch, stderr, stdout, text};
 
 /// Runs a scene with an output folder and asserts that it is refused and leaves nothing behind.
 fn assert_scene_refused(test: &str, scene: &str, arguments: &[&str], words: &[&str]) {

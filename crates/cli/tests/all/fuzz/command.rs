@@ -306,5 +306,5 @@ fn rest(case: &Case) -> Vec<String> {
     ];
     // The refused ones are rare.
     let at = case.numbers[0] as usize;
-    words(if at % 10 == 0 { all[19 + at / 10 % 8] } else { all[at / 10 % 19] })
+    words(if at.is_multiple_of(10) { all[19 + at / 10 % 8] } else { all[at / 10 % 19] })
 }
