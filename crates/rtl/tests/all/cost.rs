@@ -17,7 +17,7 @@ fn block(name: &str, label: &str) -> Box<dyn AnyBlock> {
 }
 
 fn cost_of(name: &str, label: &str) -> Cost {
-    cost(&*block(name, label), &hdl()).unwrap_or_else(|error| panic!("{name} {label}: {error}"))
+    cost(&*block(name, label), hdl()).unwrap_or_else(|error| panic!("{name} {label}: {error}"))
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn a_combinational_block_has_a_path_and_no_flip_flop() {
 
 #[test]
 fn a_command_is_held_back_by_a_flip_flop_a_bit_and_clock() {
-    let held_back = |label| counts(&*block("command_limiter", label), &hdl()).expect("counts").ff;
+    let held_back = |label| counts(&*block("command_limiter", label), hdl()).expect("counts").ff;
     assert_eq!(["default", "settling_1", "settling_5"].map(held_back), [0, 9, 45]);
 }
 
@@ -157,7 +157,7 @@ fn the_same_block_costs_the_same_again() {
 fn without_the_tools_the_packages_to_install_are_named() {
     const CHILD: &str = "HPU_TEST_WITHOUT_TOOLS";
     if let Some(which) = std::env::var_os(CHILD) {
-        let error = cost(&*block("synchronizer", "default"), &hdl()).expect_err("a tool is missing");
+        let error = cost(&*block("synchronizer", "default"), hdl()).expect_err("a tool is missing");
         let missing = error.tool().expect("a tool's fault");
         assert!(matches!(missing.fault, Fault::Missing) && missing.tool.name() == which, "{error}");
         assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");

@@ -57,14 +57,14 @@ fn counter(width: u32) -> PositionCounter {
 fn what_was_measured_once_is_remembered_by_every_seed() {
     let desk = Desk::new("once");
     let first = desk.cache();
-    let cost = first.cost(&counter(8), &desk.hdl()).expect("a cost");
+    let cost = first.cost(&counter(8), desk.hdl()).expect("a cost");
     assert_eq!(first.measured(), 1);
-    assert_eq!(first.cost(&counter(8), &desk.hdl()).expect("a cost"), cost);
+    assert_eq!(first.cost(&counter(8), desk.hdl()).expect("a cost"), cost);
     let later = desk.cache();
-    assert_eq!(later.cost(&counter(8), &desk.hdl()).expect("a cost"), cost);
+    assert_eq!(later.cost(&counter(8), desk.hdl()).expect("a cost"), cost);
     assert_eq!((first.measured(), later.measured()), (1, 0));
     // As the flow without a cache.
-    assert_eq!(hpu_rtl::cost(&counter(8), &desk.hdl()).expect("a cost"), cost);
+    assert_eq!(hpu_rtl::cost(&counter(8), desk.hdl()).expect("a cost"), cost);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn other_widths_are_another_cost() {
     let cache = desk.cache();
     // A flip-flop a bit.
     for width in [5, 6, 5, 6] {
-        assert_eq!(cache.counts(&counter(width), &desk.hdl()).expect("counts").ff, u64::from(width));
+        assert_eq!(cache.counts(&counter(width), desk.hdl()).expect("counts").ff, u64::from(width));
     }
     assert_eq!(cache.measured(), 2);
 }
@@ -82,7 +82,7 @@ fn other_widths_are_another_cost() {
 fn other_vhdl_is_never_answered_from_the_cache_of_this() {
     let (desk, name) = (Desk::new("vhdl"), PositionCounter::NAME);
     let cache = desk.cache();
-    let before = cache.counts(&counter(6), &desk.hdl()).expect("counts");
+    let before = cache.counts(&counter(6), desk.hdl()).expect("counts");
     assert_eq!((before.ff, cache.measured()), (6, 1));
     // A register more behind the output.
     let file = format!("{name}.vhd");
@@ -96,23 +96,23 @@ fn other_vhdl_is_never_answered_from_the_cache_of_this() {
                   inner : entity work.position_counter_now generic map (WIDTH) port map (clk, rst, step, now);\n  \
                   position <= now when rising_edge(clk);\nend architecture;\n";
     fs::write(desk.hdl().join(&file), format!("{ports}{around}")).expect("VHDL");
-    assert_eq!((cache.counts(&counter(6), &desk.hdl()).expect("counts").ff, cache.measured()), (12, 2));
+    assert_eq!((cache.counts(&counter(6), desk.hdl()).expect("counts").ff, cache.measured()), (12, 2));
     // Back to the first: remembered still.
     fs::write(desk.hdl().join(&file), &text).expect("VHDL");
-    assert_eq!((cache.counts(&counter(6), &desk.hdl()).expect("counts"), cache.measured()), (before, 2));
+    assert_eq!((cache.counts(&counter(6), desk.hdl()).expect("counts"), cache.measured()), (before, 2));
 }
 
 #[test]
 fn the_vhdl_of_what_a_block_instantiates_counts_as_its_own() {
     let desk = Desk::new("parts");
     let (cache, front) = (desk.cache(), AxisFront::new(6).expect("valid"));
-    let before = cache.counts(&front, &desk.hdl()).expect("counts");
+    let before = cache.counts(&front, desk.hdl()).expect("counts");
     desk.edit("displacement.vhd", "library ieee;", "-- another one\nlibrary ieee;");
-    assert_eq!(cache.counts(&front, &desk.hdl()).expect("counts"), before);
+    assert_eq!(cache.counts(&front, desk.hdl()).expect("counts"), before);
     assert_eq!(cache.measured(), 2);
     // A block that the front has no part of.
     desk.edit("pwm.vhd", "library ieee;", "-- another one\nlibrary ieee;");
-    assert_eq!(cache.counts(&front, &desk.hdl()).expect("counts"), before);
+    assert_eq!(cache.counts(&front, desk.hdl()).expect("counts"), before);
     assert_eq!(cache.measured(), 2);
 }
 
@@ -120,10 +120,10 @@ fn the_vhdl_of_what_a_block_instantiates_counts_as_its_own() {
 fn an_entry_that_is_cut_or_of_another_block_is_measured_again_and_replaced() {
     let desk = Desk::new("damaged");
     let cache = desk.cache();
-    let counts = cache.counts(&counter(6), &desk.hdl()).expect("counts");
+    let counts = cache.counts(&counter(6), desk.hdl()).expect("counts");
     let [entry] = desk.entries().try_into().expect("one entry");
     let whole = fs::read_to_string(&entry).expect("an entry");
-    cache.counts(&counter(7), &desk.hdl()).expect("counts");
+    cache.counts(&counter(7), desk.hdl()).expect("counts");
     let other = desk.entries().into_iter().find(|file| *file != entry).expect("another entry");
     let other = fs::read_to_string(other).expect("an entry");
     let mut measured = 2;
@@ -131,7 +131,7 @@ fn an_entry_that_is_cut_or_of_another_block_is_measured_again_and_replaced() {
     assert_ne!(cheaper, whole);
     for damaged in [&whole[..whole.len() / 2], &whole[..whole.len() - 1], "", "something else\n", &other, &cheaper] {
         fs::write(&entry, damaged).expect("an entry");
-        assert_eq!(cache.counts(&counter(6), &desk.hdl()).expect("counts"), counts);
+        assert_eq!(cache.counts(&counter(6), desk.hdl()).expect("counts"), counts);
         measured += 1;
         assert_eq!(cache.measured(), measured, "{damaged:?}");
         assert_eq!(fs::read_to_string(&entry).expect("an entry"), whole);
@@ -145,10 +145,10 @@ fn what_the_tools_refuse_is_not_remembered() {
     let desk = Desk::new("refused");
     let cache = desk.cache();
     desk.edit("position_counter.vhd", "begin", "begin nonsense");
-    let error = cache.counts(&counter(6), &desk.hdl()).expect_err("no VHDL").to_string();
+    let error = cache.counts(&counter(6), desk.hdl()).expect_err("no VHDL").to_string();
     assert!(error.contains("ghdl could not analyse the VHDL"), "{error}");
     fs::remove_file(desk.hdl().join("position_counter.vhd")).expect("a file");
-    let error = cache.cost(&counter(6) as &dyn AnyBlock, &desk.hdl()).expect_err("no VHDL").to_string();
+    let error = cache.cost(&counter(6) as &dyn AnyBlock, desk.hdl()).expect_err("no VHDL").to_string();
     assert!(error.contains("position_counter.vhd: "), "{error}");
     assert_eq!((desk.entries().len(), cache.measured()), (0, 0));
 }
