@@ -40,6 +40,14 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         ("delay_0", Box::new(CommandRegister::new(10, 4, 0)?)),
     ];
     all.extend(sines()?);
+    // A position drops one bit of its products.
+    let one_bit = PhantomFormats {
+        trig: format(true, 1, 14),
+        length_frac: 12,
+        position: format(true, 0, 25),
+        ..PhantomFormats::default()
+    };
+    all.push(("one_bit", Box::new(PhantomForward::new(&one_bit, [573; 2])?)));
     for (label, config) in paths() {
         let PhantomConfig { formats, lengths, gains, gain_frac, command_width, .. } = config;
         all.push((label, Box::new(PhantomForward::new(&formats, lengths)?)));
