@@ -5,6 +5,8 @@ use hpu_datapath::{biquad, sequential_divider, square_root};
 use hpu_signal::Format;
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 fn divider(num_width: u32, den_width: u32, frac: u32, out_width: u32) -> SequentialDivider {
     SequentialDivider::new(DividerConfig { num_width, den_width, frac, out_width }).unwrap()
 }
@@ -60,6 +62,8 @@ fn word(width: u32) -> impl Strategy<Value = i64> {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn wide_divisions_are_floored_and_clamped(num in word(48), den in word(32), frac in 0u32..15, narrower in 0u32..40) {
         let out_width = 48 + frac - narrower;
@@ -211,6 +215,8 @@ prop_compose! {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn any_section_is_that_of_the_rationals(
         config in section(), xs in prop::collection::vec(any::<i64>(), 1..60), period in 0i64..4

@@ -10,12 +10,16 @@ use hpu_datapath::{
 use hpu_signal::Format;
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// The difference of two counter words as a motion of less than half a turn.
 fn motion(to: i64, from: i64, turn: i64) -> i64 {
     (to - from + turn / 2).rem_euclid(turn) - turn / 2
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_synchronizer_shows_what_the_edge_before_sampled(
         pins in prop::collection::vec((0i64..2, 0i64..2), 2..50)
@@ -31,6 +35,8 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_command_limiter_shows_the_value_that_as_many_edges_before_sampled_as_it_has_registers(
         values in prop::collection::vec(-512i64..512, 1..40), settling in 0u32..9
@@ -90,6 +96,8 @@ fn the_decoder_loads_for_as_many_edges_as_it_settles() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_counter_is_the_sum_of_the_steps_modulo_its_width(
         steps in prop::collection::vec(-2i64..2, 1..300), width in 2u32..10

@@ -4,6 +4,8 @@ use hpu_datapath::{Block, Displacement, Saturator, TorqueSum, Unilateral};
 use hpu_datapath::{displacement, saturator, torque_sum, unilateral};
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// The displacement by search: the one in range that leads from the reference to the position round the counter.
 fn shortest_way(position: i64, reference: i64, width: u32) -> i64 {
     let turn = 1 << width;
@@ -23,6 +25,8 @@ fn every_6_bit_displacement_is_the_shortest_way_round() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn any_12_bit_displacement_is_the_shortest_way_round(position in 0i64..4096, reference in 0i64..4096) {
         let delta = Displacement::default().eval(displacement::In { position, reference }).delta;

@@ -1,6 +1,7 @@
 //! The velocity estimators, against models that remember everything and compute in plain integers, and FOAW against the
 //! published algorithm in SI units.
 
+use crate::cases::cases;
 use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
 use hpu_datapath::{AnyBlock, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference};
 use hpu_datapath::{Block, edge_timer, foaw};
@@ -68,6 +69,8 @@ fn walk(width: u32, length: usize) -> impl Strategy<Value = Vec<i64>> {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_filter_follows_the_recursion(
         positions in walk(40, 60), shift in 0u32..17, out_frac in 0u32..23, period in 0i64..4
@@ -141,6 +144,8 @@ fn the_timer_answers_every_short_history_as_the_list_of_changes_says() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_timer_times_the_list_of_changes(
         changes in prop::collection::vec((0usize..40, -2i64..3), 1..20), width in 3u32..6, time_width in 2u32..7

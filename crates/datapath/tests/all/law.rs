@@ -7,6 +7,8 @@ use hpu_signal::Signal;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
+use crate::cases::cases;
+
 /// A word for a signal, often small or extreme, so that blocks come to rest and reach their limits.
 fn word(signal: &Signal, choice: u64) -> i64 {
     let (format, random) = (signal.format, choice >> 3);
@@ -86,7 +88,7 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
 fn skipping_what_quiet_promises_equals_ticking() {
     // Made once: a reset forgets everything, as the next test says, and tables take long to make.
     let pairs = RefCell::new(variants().into_iter().zip(variants()).collect::<Vec<_>>());
-    let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) };
+    let config = ProptestConfig { failure_persistence: None, ..cases(200) };
     let obeyed = TestRunner::new(config).run(&steps(60), |history| {
         for ((label, leaper), (_, ticker)) in pairs.borrow_mut().iter_mut() {
             obeys(label, leaper.as_mut(), ticker.as_mut(), &history);
@@ -97,7 +99,7 @@ fn skipping_what_quiet_promises_equals_ticking() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(cases(200))]
 
     #[test]
     fn a_reset_forgets_everything(past in steps(30), future in steps(30)) {

@@ -4,6 +4,8 @@ use hpu_datapath::{Block, HapticLoop, HybridLoop, LoopConfig, LoopIn, PwmConfig,
 use hpu_signal::Format;
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// The default design in plain integers: every register is assigned from the nets before the edge.
 #[derive(Default)]
 struct Model {
@@ -157,6 +159,8 @@ fn leaping_equals_ticking<const HELD: bool>(config: LoopConfig, constants: LoopI
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_hybrid_loop_is_its_data_sheet(
         motion in motion(), reference in 0i64..4096, stiffness in 0i64..4096, damping in 0i64..4096, period in 0i64..900

@@ -8,6 +8,8 @@ use hpu_datapath::{
 use hpu_signal::{Format, Signal};
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// A law of one register, which shows the sum of the wall's coordinates as it was an edge ago, and half of it as lost.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Toy {
@@ -248,6 +250,8 @@ fn leaping_equals_ticking<L: Law + PartialEq>(
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_loop_is_its_data_sheet(motion in motion(), scene in constants(), shaped in any::<bool>()) {
         let law = wall(Estimator::Difference, false);

@@ -5,6 +5,8 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use hpu_datapath::{Block, InputShaper, InputShaperConfig, Shaping, input_shaper};
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 fn shaper(torque_width: u32, period_width: u32, shaping: Shaping) -> InputShaper {
     InputShaper::new(InputShaperConfig { torque_width, period_width, shaping: Some(shaping) }).unwrap()
 }
@@ -67,6 +69,8 @@ fn every_torque_of_a_disabled_shaper_passes_at_once() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn a_history_is_shaped_as_the_equation_says(
         history in prop::collection::vec((-8192i64..8192, 0i64..5), 1..60),

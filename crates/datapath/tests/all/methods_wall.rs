@@ -1,5 +1,6 @@
 //! The sampled wall against its equations on whole histories, in plain integers.
 
+use crate::cases::cases;
 use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
 use hpu_datapath::{Block, Estimator, FilteredConfig, FoawConfig, LawIn, LawOut, LawWidths};
 use hpu_datapath::{SampledWall, SampledWallConfig};
@@ -162,6 +163,8 @@ fn follows(config: SampledWallConfig, history: &[LawIn<i64>]) {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn every_estimator_damps_as_the_equations_say(
         history in motion(), spring_held in any::<bool>(), ratio in 1u32..4, relief in 0u32..20, velocity_frac in 0u32..4

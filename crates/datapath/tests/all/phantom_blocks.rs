@@ -8,6 +8,8 @@ use hpu_datapath::phantom::{
 use hpu_signal::Format;
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// An exact number `num / 2^frac`.
 #[derive(Clone, Copy)]
 struct Exact {
@@ -76,7 +78,7 @@ fn word(format: Format, choice: u64) -> i64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(cases(20_000))]
 
     #[test]
     fn the_kinematics_are_their_data_sheet_in_any_words(
@@ -218,6 +220,8 @@ fn the_known_answer_of_the_kinematics_and_its_jacobian_is_met() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn registers_take_their_inputs_on_the_edges_that_the_period_and_the_delay_name(
         delay in 0u64..40,

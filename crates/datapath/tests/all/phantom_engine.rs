@@ -7,6 +7,8 @@ use hpu_datapath::phantom::{
 use hpu_datapath::{Block, bundle, flatten};
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// The outputs by the four blocks, one after the other.
 fn chain(config: &PhantomConfig, input: &phantom_engine::In<i64>) -> Vec<i64> {
     let phantom_engine::In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *input;
@@ -45,6 +47,8 @@ fn chain(config: &PhantomConfig, input: &phantom_engine::In<i64>) -> Vec<i64> {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn the_engine_is_the_chain_of_blocks_32_edges_after_each_capture(
         delay in 0u32..40,

@@ -7,6 +7,8 @@ use hpu_datapath::{Block, Instance, Wiring, bundle, flatten};
 use hpu_signal::Ports;
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// Tables of 32 counts, big angles, and periods of a few edges, so that a short motion goes everywhere.
 fn small() -> PhantomConfig {
     let joint = Turn { num: 1, den: 100 };
@@ -132,7 +134,7 @@ fn leaping_equals_ticking<W: Wiring + Clone + PartialEq>(wiring: &W, motion: &[(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(50))]
+    #![proptest_config(cases(50))]
 
     #[test]
     fn the_parallel_loop_is_its_instances(motion in motion(9)) {

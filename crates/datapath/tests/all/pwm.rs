@@ -4,6 +4,8 @@ use hpu_datapath::pwm::{In, Out};
 use hpu_datapath::{Block, Pwm, PwmConfig};
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 const PERIOD: i64 = 32;
 const SMALL: PwmConfig = PwmConfig { width: 5, antiphase: false, latched: true, floating: false, dead_time: 0 };
 
@@ -104,6 +106,8 @@ fn both_gates_of_a_changing_leg_are_off_for_exactly_the_dead_time() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn each_edge_compares_its_phase_with_the_command_taken(
         commands in prop::collection::vec(-PERIOD..PERIOD, 1..200), mode in 0usize..8

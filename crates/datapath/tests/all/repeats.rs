@@ -6,6 +6,8 @@ use hpu_datapath::{
 };
 use proptest::prelude::*;
 
+use crate::cases::cases;
+
 /// A motion of the encoder: for each entry, go forward, back or nowhere and stay for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 0, -1]);
@@ -74,7 +76,7 @@ fn narrow() -> LawWidths {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(cases(24))]
 
     #[test]
     fn what_repeats_comes_true_and_may_be_passed_over(motion in motion(), period in 1i64..700) {

@@ -2,7 +2,7 @@
 //!
 //! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt as text.
 //! Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60], `HPU_FUZZ_SEED` which
-//! ones [1], `HPU_FUZZ_FIRST` where to begin [0]: each command depends on seed and number alone. A failure is told with its
+//! ones [1], `HPU_FUZZ_FIRST` where to begin [0], `HPU_FUZZ_FOLDER` where its files are [fuzz]: each command depends on seed and number alone. A failure is told with its
 //! number, made smaller, with the command and its files in a folder that stays.
 
 mod command;
@@ -178,7 +178,7 @@ fn commands_at_random_end_as_the_contract_says() {
     let scenes = shipped();
     let keys: Vec<Vec<Key>> = scenes.iter().map(keys::keys).collect();
     assert!(keys.iter().all(|keys| keys.len() > 15), "what scenes take is read from their refusals");
-    let folder = scratch("fuzz");
+    let folder = scratch(&env::var("HPU_FUZZ_FOLDER").unwrap_or_else(|_| "fuzz".to_string()));
     let (start, mut tally, mut failures) = (Instant::now(), BTreeMap::<(&str, String), (u64, f64)>::new(), Vec::new());
     let mut told = Instant::now();
     for index in first..first + count {

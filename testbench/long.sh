@@ -1,0 +1,52 @@
+#!/bin/bash
+# What is too long for the test command: commands at random, on all cores. Its record is record/long.txt.
+# Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
+# Exit codes: 0 every command ended as the contract says, 1 one did not.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+update=
+if [ "${1:-}" = --update ]; then
+    update=yes
+    shift
+fi
+commands=${1:-100000}
+seed=${2:-1}
+cores=$(nproc)
+share=$(((commands + cores - 1) / cores))
+
+cargo build --locked --quiet -p hpu
+binary=$(cargo test --locked -p hpu --test all --no-run --message-format=json-render-diagnostics |
+    sed -n 's/.*"name":"all".*"executable":"\([^"]*\)".*/\1/p')
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+pids=()
+for ((core = 0; core < cores; core++)); do
+    (
+        cd crates/cli
+        HPU_FUZZ=$share HPU_FUZZ_SEED=$seed HPU_FUZZ_FIRST=$((core * share)) HPU_FUZZ_FOLDER=fuzz-$core \
+            "$binary" --exact fuzz::commands_at_random_end_as_the_contract_says --nocapture >"$scratch/$core" 2>"$scratch/$core.err"
+    ) &
+    pids+=($!)
+done
+failed=0
+for pid in "${pids[@]}"; do
+    wait "$pid" || failed=1
+done
+grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
+
+{
+    echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
+    # The same verb and exit of all shares in one line.
+    awk '
+        / exit / { key = sprintf("%-18s exit %-10s", $1, $3); count[key] += $4 + 0; if ($7 + 0 > longest[key]) longest[key] = $7 + 0 }
+        / past reading, / { all += $1; past += $3; rate += $6; failures += $(NF - 1) }
+        END {
+            for (key in count) printf "%s %7d, the longest %.2f s\n", key, count[key], longest[key] | "sort"
+            close("sort")
+            printf "%d commands, %d past reading, %.1f a second, %d failures\n", all, past, rate, failures
+        }' "$scratch"/[0-9]
+} | tee "$scratch/record"
+[ -z "$update" ] || mv "$scratch/record" testbench/record/long.txt
+exit $failed
