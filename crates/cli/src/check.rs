@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
     #[command(flatten)]
-    hdl: hdl::Args,
+    hdl: hdl::Vhdl,
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,

@@ -33,7 +33,7 @@ pub struct Args {
     #[command(flatten)]
     remember: Remember,
     #[command(flatten)]
-    hdl: hdl::Args,
+    hdl: hdl::Vhdl,
     /// Write cost.json and cost.txt into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -11,7 +11,7 @@ static LIBRARY: &[u8] = include_bytes!(env!("HPU_RTL_LIBRARY"));
 
 /// The VHDL and its tools.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct Vhdl {
     /// Folder of the VHDL [default: hdl, where the command runs, if it holds VHDL of a block, else what hpu carries]
     #[arg(long, value_name = "DIR")]
     hdl: Option<PathBuf>,
@@ -25,7 +25,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
 }
 
-impl Args {
+impl Vhdl {
     /// What was asked for.
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {

@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = planned)]
     blocks: Vec<String>,
     #[command(flatten)]
-    hdl: hdl::Args,
+    hdl: hdl::Vhdl,
     /// Write phantom-cost.csv and phantom-cost.txt into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long, value_name = "SCENE", requires = "out", conflicts_with = "no_plot")]
     beside: Option<String>,
     #[command(flatten)]
-    hdl: hdl::Args,
+    hdl: hdl::Vhdl,
     /// One JSON object
     #[arg(long)]
     json: bool,

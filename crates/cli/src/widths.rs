@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long)]
     price: bool,
     #[command(flatten)]
-    hdl: hdl::Args,
+    hdl: hdl::Vhdl,
     #[command(flatten)]
     remember: Remember,
     /// Add the tables of sines of a PHANToM: other depths, other words and what could stand in their place
