@@ -171,7 +171,7 @@ fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_ce
 #[test]
 fn a_cell_that_takes_too_long_is_not_run_and_the_same_command_runs_it_again() {
     let out = scratch("map-guard");
-    let (x, y) = ("run.duration=0.01..60 s:2", "wall.stiffness=1..2 N.m/rad:2");
+    let (x, y) = ("run.duration=0.01..20 s:2", "wall.stiffness=1..2 N.m/rad:2");
     let set = ["--set", "record.plant_rate=100 Hz", "-o", text(&out)];
     let arguments = [&["map", "hybrid-wall", "--x", x, "--y", y, "--full"][..], &set].concat();
     let output = run(&[&arguments[..], &["--cell-timeout", "1ms", "--json"]].concat());

@@ -61,14 +61,14 @@ pub struct CellLimits {
 }
 
 impl CellLimits {
-    /// The same events without a guard: for studies that cannot go on without the run.
-    pub(crate) const UNGUARDED: Self = Self { events: 300_000_000, guard: Duration::MAX };
+    /// Without a guard: for studies that cannot go on without the run.
+    pub(crate) const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX };
 }
 
 impl Default for CellLimits {
-    /// A hundred times the events of the longest shipped scene, and half an hour.
+    /// Near two hundred times the events of the longest shipped scene, and half an hour.
     fn default() -> Self {
-        Self { guard: Duration::from_secs(1800), ..Self::UNGUARDED }
+        Self { events: 300_000_000, guard: Duration::from_secs(1800) }
     }
 }
 
