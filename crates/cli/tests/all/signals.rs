@@ -132,14 +132,13 @@ fn signals_end_a_synthesis_with_what_yosys_started() {
 
 #[test]
 fn sigterm_ends_every_other_command() {
-    let commands: [&[&str]; 7] = [
+    let commands: [&[&str]; 6] = [
         &["run", "hybrid-wall", "--driver", "clock", "--set", "run.duration=1000 s"],
         &["run", "hybrid-wall", "--compare", "--set", "run.duration=1000 s"],
         &["limits", "hybrid-wall"],
         &["chart", "friction-wall"],
         &["widths", "hybrid-wall", "--set", "run.duration=1000 s"],
         &["fit", "hybrid-wall", "--set", "run.duration=1000 s"],
-        &["reproduce", "drop"],
     ];
     thread::scope(|scope| {
         for (index, arguments) in commands.into_iter().enumerate() {

@@ -13,7 +13,7 @@ fn with(test: &str, scripts: &[(&str, &str)], arguments: &[&str]) -> Output {
     fs::create_dir_all(&work).expect("a folder");
     let start = Instant::now();
     let output = hpu().args(arguments).env("PATH", tools).env("TMPDIR", &work).output().expect("starts");
-    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
     assert_eq!(names(&work), [""; 0], "temporary files");
     output
 }
@@ -103,34 +103,33 @@ fn vhdl_that_stops_its_run_or_does_not_analyse_is_a_failed_row() {
 
 #[test]
 fn the_tools_of_synthesis_are_named_too() {
-    let real = ("ghdl", "exec ghdl \"$@\"");
+    let ghdl = ("ghdl", "case \"$1\" in --version) echo 'GHDL 2.0.0';; --synth) echo netlist;; esac");
     let nextpnr = ("nextpnr-ice40", "echo 'nextpnr (Version 9.9)'");
     let yosys = |script: &str| format!("[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\n{script}");
     let stat = yosys("echo '  SB_LUT4   5' > ice40.txt");
     let cases = [
         ("exec yes", &["yosys was killed: more than 64 MiB of output when asked to synthesise torque_sum"][..]),
-        ("echo begun; sleep 1000", &["yosys was killed: no end after 1 s", "begun"]),
         ("kill -ABRT $$", &["yosys was killed by signal 6 (SIGABRT) when asked to synthesise torque_sum"]),
         ("echo done", &["yosys ended without an error and without a table of cells when asked to synthesise", "done"]),
     ];
-    let arguments = |cache| ["cost", "torque_sum", "--variant", "8_bit", "--tool-timeout", "1", "--cache", cache];
+    let arguments = |cache| ["cost", "torque_sum", "--variant", "8_bit", "--cache", cache];
     let cache = scratch("tool-cache");
     for (script, words) in cases {
         let script = yosys(script);
-        let output = with("tool-yosys", &[real, ("yosys", &script), nextpnr], &arguments(text(&cache)));
+        let output = with("tool-yosys", &[ghdl, ("yosys", &script), nextpnr], &arguments(text(&cache)));
         assert_blamed(&output, 4, words);
     }
-    let output = with("tool-nextpnr", &[real, ("yosys", &stat), nextpnr], &arguments(text(&cache)));
+    let output = with("tool-nextpnr", &[ghdl, ("yosys", &stat), nextpnr], &arguments(text(&cache)));
     assert_blamed(
         &output,
         4,
         &["nextpnr-ice40 ended without an error and without a number of cells when asked to pack"],
     );
-    let old = [real, ("yosys", "echo 'Yosys 0.8 (git sha1 5706e90)'"), nextpnr];
+    let old = [ghdl, ("yosys", "echo 'Yosys 0.8 (git sha1 5706e90)'"), nextpnr];
     assert_blamed(&with("tool-old-yosys", &old, &arguments(text(&cache))), 3, &["`yosys` is version 0.8", "0.10"]);
-    let hanging = yosys("sleep 1000");
-    let page = ["widths", "one-tick", "--no-trials", "--price", "--tool-timeout", "0.5", "--cache", text(&cache)];
-    let output = with("tool-price", &[real, ("yosys", &hanging), nextpnr], &page);
-    assert_blamed(&output, 4, &["yosys was killed: no end after 0.5 s"]);
+    let hanging = yosys("echo begun; sleep 1000");
+    let page = ["widths", "one-tick", "--no-trials", "--price", "--tool-timeout", "2", "--cache", text(&cache)];
+    let output = with("tool-price", &[ghdl, ("yosys", &hanging), nextpnr], &page);
+    assert_blamed(&output, 4, &["yosys was killed: no end after 2 s (--tool-timeout)", "begun"]);
     assert_eq!(names(&cache), [""; 0]);
 }
