@@ -13,6 +13,8 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 /// the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial (or
 /// synthesis) is kept as it is done: the same command goes on after an interruption. What the paper claims and the emulator
 /// does not find is a result and no failure; a trial that cannot be run is one.
+///
+/// phantom-table-2 takes about a minute on two cores, phantom-cost many minutes: each synthesis takes up to a few.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
