@@ -151,16 +151,18 @@ fn absurd_quantities_are_refused_at_once_with_what_is_accepted() {
 
 #[test]
 fn a_motion_beyond_all_counts_ends_the_run_and_is_told() {
-    let output = run(&[
-        "run",
-        "rail-drop",
-        "--set",
+    let mut arguments = vec!["run", "rail-drop"];
+    for change in [
         "hand.torque=1 MN",
-        "--set",
         "device.mass=1 mg",
-        "--set",
+        "device.damping=0",
         "encoder.resolution=1e-11",
-    ]);
+        "wall.stiffness=0",
+        "wall.damping=0",
+    ] {
+        arguments.extend(["--set", change]);
+    }
+    let output = run(&arguments);
     assert_eq!(code(&output), 1, "it is not what the scene expects: {}", stderr(&output));
     assert!(stdout(&output).contains("2^52 counts") && !stdout(&output).contains("NaN"), "{}", stdout(&output));
 }
@@ -222,7 +224,7 @@ fn messages_write_short_numbers_that_are_not_zero() {
         let output = run(arguments);
         assert_refused(&output, expected, words);
         assert!(!stderr(&output).contains("0.000000"), "{}", stderr(&output));
-        assert!(!stderr(&output).contains(&"0".repeat(30)), "{}", stderr(&output));
+        assert!(!stderr(&output).contains(&"0".repeat(70)), "{}", stderr(&output));
     };
     let map = ["map", "hybrid-wall", "--y", "wall.position=1..2", "--x"];
     refused(&[&map[..], &["wall.stiffness=1e300..1"]].concat(), 2, &["1e300 to 1 is reversed"]);
