@@ -57,7 +57,9 @@ fn json_that_was_edited_is_refused_and_wrong_words_with_a_right_digest_are_shown
     fs::write(&file, good.replace(row, &wrong).replace(&told, found.trim())).expect("a file");
     let output = run(&["vectors", "--verify", text(&file)]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
-    assert!(stdout(&output).contains("row 6: position is "), "{}", stdout(&output));
+    let line = good.lines().take_while(|line| *line != row).count() + 1;
+    let told = format!("counter.json:{line}: position is ");
+    assert!(stdout(&output).contains(&told), "{}", stdout(&output));
 }
 
 fn json_key(text: &str, key: &str) -> String {
