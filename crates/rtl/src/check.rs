@@ -109,7 +109,7 @@ impl<'o> Check<'o> {
     /// [`GhdlError`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
     pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
         let scenes = options.scenes.iter().map(LoopJob::new).collect::<Result<Vec<_>, _>>()?;
-        Tool::Ghdl.version()?;
+        Tool::Ghdl.version().map_err(GhdlError::Tool)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
         for (label, block) in options.wanted() {
             let runs = sets(&*block, &label, options);

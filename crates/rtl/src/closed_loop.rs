@@ -53,7 +53,7 @@ pub struct LoopScene {
 pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlError> {
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
-    Tool::Ghdl.version()?;
+    Tool::Ghdl.version().map_err(GhdlError::Tool)?;
     let libraries = LoopLibraries::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
     row.add(Ok(job.run(&libraries)?), true, start.elapsed().as_secs_f64());
