@@ -350,9 +350,10 @@ impl Climb<'_> {
     }
 }
 
-/// By how many counts the wall is moved at most, either way, and by how many at a time: words hold the wall at whole counts, so
-/// each of them near is met, and each in another phase where a law holds it between them.
-const MOST_PHASES: i32 = 6;
+/// By how many times [`PHASE`] the wall is moved, either way: words hold the wall at whole counts, so each of them near is met, and
+/// each in another phase where a law holds it between them. Farther away a motion may be much longer or shorter: once.
+const PHASES: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
+/// In counts.
 const PHASE: f64 = 0.94;
 
 /// The scenes around: the wall 5 % softer and stiffer, and a few counts nearer and farther.
@@ -363,8 +364,8 @@ fn around(experiment: &Experiment) -> Vec<Set> {
             let (k, position) = (scene.wall.stiffness_nm_per_rad, scene.wall.position_rad);
             let count = scene.encoder.count_rad();
             let stiffness = [0.95, 1.05].map(|share| one("wall.stiffness", share * k));
-            let phases = (-MOST_PHASES..=MOST_PHASES).filter(|&phase| phase != 0).map(|phase| PHASE * f64::from(phase));
-            let places = phases.map(|counts| one("wall.position", position + counts * count));
+            let places = PHASES.into_iter().flat_map(|phase| [-phase, phase]);
+            let places = places.map(|phase| one("wall.position", position + PHASE * phase * count));
             let stiffness = stiffness.into_iter().filter(|_| k > 0.0);
             stiffness.chain(places).collect()
         }
