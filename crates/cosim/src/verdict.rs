@@ -9,9 +9,8 @@
 //!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
 //!    (a hand still on its way) falls here too, at 0 Hz.
 //!
-//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came, but for the end of a
-//! frequency's count, which is found to a row in those that are held, and by a straight line from turn to turn of the motion in
-//! those that are not.
+//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only the ends of
+//! a frequency's count are then told to one of the rows that are held, and not to one of all.
 //!
 //! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it: **passive**
 //! when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm, else **non-passive**.
@@ -20,7 +19,7 @@
 
 use crate::summary::Abort;
 use crate::trace::{ANGLE, Trace};
-use crate::window::{Streamed, window};
+use crate::window::{Streamed, passage, window};
 
 /// What became of a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -92,13 +91,14 @@ fn rms_about_mean(values: &[f64]) -> (f64, f64) {
 /// What a verdict is made of: the rows of the window, or what was gathered of them.
 enum Window<'a> {
     Held(&'a [f64]),
-    Streamed(&'a Streamed),
+    /// And the rows that are held of it, and from one of them to the next.
+    Streamed(&'a Streamed, &'a [f64], u64),
 }
 
 impl<'a> Window<'a> {
     fn of(trace: &'a Trace, index: usize) -> Self {
         match trace.streamed(index) {
-            Some(streamed) => Self::Streamed(streamed),
+            Some(streamed) => Self::Streamed(streamed, trace.real(index), trace.every()),
             None => Self::Held(last_three_tenths(trace.real(index))),
         }
     }
@@ -107,7 +107,7 @@ impl<'a> Window<'a> {
     fn start(&self, trace: &Trace) -> u64 {
         match self {
             Self::Held(rows) => trace.came() - rows.len() as u64,
-            Self::Streamed(streamed) => streamed.start(),
+            Self::Streamed(streamed, ..) => streamed.start(),
         }
     }
 
@@ -115,14 +115,14 @@ impl<'a> Window<'a> {
         match self {
             // What is not finite leaves something over.
             Self::Held(rows) => mean_of(rows, |x| 0.0 * x) == 0.0,
-            Self::Streamed(streamed) => streamed.is_finite(),
+            Self::Streamed(streamed, ..) => streamed.is_finite(),
         }
     }
 
     fn rms_about_mean(&self) -> (f64, f64) {
         match self {
             Self::Held(rows) => rms_about_mean(rows),
-            Self::Streamed(streamed) => streamed.rms_about_mean(),
+            Self::Streamed(streamed, ..) => streamed.rms_about_mean(),
         }
     }
 
@@ -133,7 +133,7 @@ impl<'a> Window<'a> {
                 let (early, late) = rows.split_at(rows.len() / 2);
                 [early, late, rows].map(half_range)
             }
-            Self::Streamed(streamed) => streamed.half_ranges(),
+            Self::Streamed(streamed, ..) => streamed.half_ranges(),
         }
     }
 
@@ -141,7 +141,16 @@ impl<'a> Window<'a> {
     fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
         let rows = match self {
             Self::Held(rows) => rows,
-            Self::Streamed(streamed) => return streamed.passages(mean, amplitude),
+            Self::Streamed(streamed, held, every) => {
+                let (passages, ends) = streamed.passages(mean, amplitude);
+                let [first, last] = ends.map(|[from, to]| {
+                    // Between two turns, the first of the rows that are held; without one it is a short swing of many.
+                    let rows = (from.0 / every + 1..=to.0 / every).map(|row| row as usize);
+                    let above = rows.filter(|row| *row < held.len()).find(|row| held[*row] >= mean);
+                    above.map_or_else(|| passage(&[from, to], mean), |row| (row as u64 * every) as f64)
+                });
+                return (passages, last - first);
+            }
         };
         let (mut armed, mut first, mut last, mut passages) = (false, 0, 0, 0);
         for (index, x) in rows.iter().enumerate() {

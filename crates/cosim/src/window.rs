@@ -104,11 +104,19 @@ impl Streamed {
         [early.half_range(), late.half_range(), early.with(late).half_range()]
     }
 
-    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and the rows from the first to
-    /// the last.
-    pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
+    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and between which turns the
+    /// first and the last of them are.
+    pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, [Swing; 2]) {
         self.turns.passages(mean, amplitude)
     }
+}
+
+/// Rows and values of a turn and of the one after it.
+pub(crate) type Swing = [(u64, f64); 2];
+
+/// The row at which a swing passes the mean, on the straight line from turn to turn.
+pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
+    from.0 as f64 + (to.0 - from.0) as f64 * ((mean - from.1) / (to.1 - from.1))
 }
 
 /// Turns of a motion that are kept: half a million swings.
@@ -176,24 +184,23 @@ impl Turns {
         }
     }
 
-    fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
-        let (mut armed, mut first, mut last, mut passages) = (false, 0.0, 0.0, 0);
+    fn passages(&self, mean: f64, amplitude: f64) -> (u64, [Swing; 2]) {
+        let (mut armed, mut ends, mut passages) = (false, [[(0, 0.0); 2]; 2], 0);
         let mut before = (0, 0.0);
         for &(row, x) in self.turns.iter().chain(&self.last) {
             if x < mean - 0.25 * amplitude {
                 armed = true;
             } else if armed && x >= mean {
                 armed = false;
-                // On the straight line from turn to turn.
-                last = before.0 as f64 + (row - before.0) as f64 * ((mean - before.1) / (x - before.1));
+                ends[1] = [before, (row, x)];
                 if passages == 0 {
-                    first = last;
+                    ends[0] = ends[1];
                 }
                 passages += 1;
             }
             before = (row, x);
         }
-        (passages, last - first)
+        (passages, ends)
     }
 }
 
@@ -201,7 +208,7 @@ impl Turns {
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::{Streamed, Turns, window};
+    use super::{Streamed, Turns, passage, window};
 
     /// Passages as a verdict counts them in rows that are held.
     fn counted(rows: &[f64], mean: f64, amplitude: f64) -> (u64, f64) {
@@ -243,8 +250,9 @@ mod tests {
             let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
             let mean = rows.iter().sum::<f64>() / rows.len() as f64;
             let (expected, apart) = counted(&rows, mean, 0.5 * (high - low));
-            let (passages, between) = turns(&rows, 1 << 20).passages(mean, 0.5 * (high - low));
+            let (passages, [first, last]) = turns(&rows, 1 << 20).passages(mean, 0.5 * (high - low));
             assert_eq!(passages, expected, "motion {which}");
+            let between = passage(&last, mean) - passage(&first, mean);
             // Either end is between two turns.
             assert!((between - apart).abs() <= 0.01 * apart + 2.0, "motion {which}: {between} rows, {apart}");
         }
@@ -255,7 +263,8 @@ mod tests {
         let rows: Vec<f64> = (0..100_000).map(|row| if row % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let turns = turns(&rows, 1000);
         assert!(turns.turns.len() < 1000 && turns.turns.capacity() <= 1024, "{}", turns.turns.len());
-        let (passages, between) = turns.passages(0.0, 1.0);
+        let (passages, [first, last]) = turns.passages(0.0, 1.0);
+        let between = passage(&last, 0.0) - passage(&first, 0.0);
         assert!(passages > 200 && (between - 2.0 * (passages - 1) as f64).abs() < 1e-9, "{passages} in {between} rows");
     }
 

@@ -108,8 +108,7 @@ fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
     };
     let (of_few, of_many) = (of("10 ms"), of("40 ms"));
     assert_eq!((of_few.1, of_many.1), (500_001, 2_000_001));
-    // 65536 values, and turns of the motion, of which this one has none.
-    for (bytes, rows) in [of_few, of_many] {
-        assert!(bytes < 8 * 65_536 + 100_000, "{bytes} bytes for {rows} rows");
-    }
+    // 65536 values, and what the loop itself takes; this motion has no turns. Whole, they would be 8 and 32 MB.
+    assert!(of_few.0 < 1_000_000, "{} bytes", of_few.0);
+    assert!(of_many.0.abs_diff(of_few.0) < 1000, "{} bytes, then {}", of_few.0, of_many.0);
 }
