@@ -102,7 +102,11 @@ fn run(arguments: &[String], dir: &Path) -> Done {
     let before = Instant::now();
     let [out, err] = ["stdout", "stderr"].map(|name| fs::File::create(tmp.with_extension(name)).expect("a file"));
     let mut child = Command::new("/bin/sh")
-        .args(["-c", &format!("ulimit -v {MOST_KIB}; ulimit -t {MOST_CPU_S}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_hpu")])
+        .args([
+            "-c",
+            &format!("ulimit -v {MOST_KIB}; ulimit -t {MOST_CPU_S}; exec \"$0\" \"$@\""),
+            env!("CARGO_BIN_EXE_hpu"),
+        ])
         .args(arguments)
         .current_dir(dir)
         .env("TMPDIR", &tmp)
