@@ -108,7 +108,7 @@ fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
     };
     let (of_few, of_many) = (of("10 ms"), of("40 ms"));
     assert_eq!((of_few.1, of_many.1), (500_001, 2_000_001));
-    // 65536 values, and what the loop itself takes; this motion has no turns. Whole, they would be 8 and 32 MB.
-    assert!(of_few.0 < 1_000_000, "{} bytes", of_few.0);
-    assert!(of_many.0.abs_diff(of_few.0) < 1000, "{} bytes, then {}", of_few.0, of_many.0);
+    // 65536 values are half a megabyte; the loop itself and the turns of torque and angle take as much again. Whole, the rows would be
+    // 8 and 32 MB.
+    assert!(of_few.0 < 2_000_000 && of_many.0 < 2_000_000, "{} bytes, then {}", of_few.0, of_many.0);
 }
