@@ -443,7 +443,7 @@ mod tests {
     #[test]
     fn what_is_handed_over_late_is_waited_for() {
         // Who left the group stands for a machine too busy to hand over what was written.
-        let said = sh("setsid sh -c 'sleep 0.5; echo late' & echo early", 10.0).expect("it ends well");
+        let said = sh("setsid sh -c 'sleep 0.5; echo late' & sleep 0.2; echo early", 10.0).expect("it ends well");
         assert_eq!(said.out, "early\nlate\n");
     }
 
