@@ -66,8 +66,8 @@ fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
 }
 
 /// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, `t` the time by which the spring is late. Four clocks
-/// of that are the encoder's way through the FPGA. A swing dies by `2 m / (b - k t)`, a third of a second at the least damping here,
-/// fifteen of which the run lasts.
+/// of that are the encoder's way through the FPGA. A swing of 100 counts dies by `2 m / (b - k t)`, a third of a second at the least
+/// damping here, five of which pass before a verdict looks.
 fn pressed(damping_n_s_per_m: f64) -> Scene {
     let text = format!(
         r#"
@@ -76,7 +76,7 @@ about = "A mass pressed against a wall, 2 mm deep at rest."
 kind = "mass"
 mass = 0.05
 damping = {damping_n_s_per_m}
-initial_position = 0.001
+initial_position = 0.0019
 [encoder]
 resolution = "1 um"
 [amplifier]
@@ -97,7 +97,7 @@ stiffness = "10 kN/m"
 kind = "constant_torque"
 torque = 20
 [run]
-duration = "5 s"
+duration = "2.5 s"
 "#
     );
     Scene::parse("pressed", &text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"))
