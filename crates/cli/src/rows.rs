@@ -1,10 +1,13 @@
 //! The rows of a run's trace on their way to disk: `trace.csv`, and `trace.parquet` when asked, written as the rows come.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{Control, Ready, Rig};
 use hpu_signal::{Clock, Cycle, Observe, Signal};
@@ -79,25 +82,61 @@ fn free_bytes(dir: &Path) -> Option<u64> {
     }
 }
 
-/// Writes the rows while it watches a run. A row that cannot be written ends the run.
-pub struct Rows<'c> {
+/// Rows that go to the writer at a time, and such batches that wait for it at most.
+const BATCH: usize = 1024;
+const WAITING: usize = 64;
+
+/// Watches a run, whose rows are written by a thread of its own. A row that cannot be written ends the run.
+pub struct Rows {
     clock: Clock,
     nets: Vec<Signal>,
     /// Where these are among all nets.
     picks: Vec<usize>,
     /// Their words now.
     now: Vec<i64>,
-    line: Vec<u8>,
+    /// Values of a row.
+    columns: usize,
+    /// Rows that have not been sent, one after the other.
+    batch: Vec<f64>,
+    send: SyncSender<Vec<f64>>,
+    writer: JoinHandle<Result<(), Failed>>,
+}
+
+/// The files.
+struct Files {
+    columns: usize,
     csv: BufWriter<File>,
     parquet: Option<TraceTable<File>>,
-    failed: Option<Failed>,
-    control: &'c Control,
 }
 
 /// The file that could not be written, and why.
 type Failed = (&'static str, String);
 
-impl<'c> Rows<'c> {
+impl Files {
+    /// Writes rows as they come, to the last.
+    fn write(mut self, batches: &Receiver<Vec<f64>>) -> Result<(), Failed> {
+        let of_csv = |error: io::Error| (CSV, error.to_string());
+        let mut line = Vec::new();
+        for batch in batches {
+            for row in batch.chunks(self.columns) {
+                line.clear();
+                for (column, value) in row.iter().enumerate() {
+                    let comma = if column > 0 { "," } else { "" };
+                    write!(line, "{comma}{value}").expect("a line grows");
+                }
+                line.push(b'\n');
+                self.csv.write_all(&line).map_err(of_csv)?;
+                let parquet = self.parquet.as_mut().map_or(Ok(()), |parquet| parquet.add(row.iter().copied()));
+                parquet.map_err(|error| (PARQUET, error.to_string()))?;
+            }
+        }
+        self.csv.flush().map_err(of_csv)?;
+        let parquet = self.parquet.map_or(Ok(()), TraceTable::finish);
+        parquet.map_err(|error| (PARQUET, error.to_string()))
+    }
+}
+
+impl Rows {
     /// Begins the files: times and plant outputs with the unit in the name, then these nets with theirs.
     pub fn begin(
         session: &Ready,
@@ -105,7 +144,7 @@ impl<'c> Rows<'c> {
         command: &str,
         parquet: bool,
         folder: &mut Folder,
-        control: &'c Control,
+        control: &'static Control,
     ) -> Result<Self, Failure> {
         let all = session.wiring().nets();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
@@ -123,46 +162,44 @@ impl<'c> Rows<'c> {
             }
             false => None,
         };
+        let columns = 1 + reals.len() + nets.len();
+        let files = Files { columns, csv, parquet };
+        let (send, batches) = sync_channel(WAITING);
+        let writer = thread::spawn(move || {
+            let written = files.write(&batches);
+            if written.is_err() {
+                control.stop.store(true, Ordering::Relaxed);
+            }
+            written
+        });
         Ok(Self {
             clock: session.clock(),
             nets: nets.to_vec(),
             picks,
             now: vec![0; nets.len()],
-            line: Vec::new(),
-            csv,
-            parquet,
-            failed: None,
-            control,
+            columns,
+            batch: Vec::with_capacity(BATCH * columns),
+            send,
+            writer,
         })
     }
 
-    fn row(&mut self, time_s: f64, reals: &[f64]) -> Result<(), Failed> {
-        let words = self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word));
-        let row = [time_s].into_iter().chain(reals.iter().copied()).chain(words);
-        self.line.clear();
-        for (column, value) in row.clone().enumerate() {
-            let comma = if column > 0 { "," } else { "" };
-            write!(self.line, "{comma}{value}").expect("a line grows");
-        }
-        self.line.push(b'\n');
-        self.csv.write_all(&self.line).map_err(|error| (CSV, error.to_string()))?;
-        let parquet = self.parquet.as_mut().map_or(Ok(()), |parquet| parquet.add(row));
-        parquet.map_err(|error| (PARQUET, error.to_string()))
+    /// Hands the rows to the writer, which is gone only after an error that [`finish`](Self::finish) tells.
+    fn hand_over(&mut self) {
+        let next = Vec::with_capacity(BATCH * self.columns);
+        let _ = self.send.send(std::mem::replace(&mut self.batch, next));
     }
 
     /// Completes the files.
     pub fn finish(mut self, folder: &Folder) -> Result<(), Failure> {
-        let failed = |(name, error): Failed| Failure::at(&folder.place(name), error);
-        if let Some(first) = self.failed {
-            return Err(failed(first));
-        }
-        self.csv.flush().map_err(|error| failed((CSV, error.to_string())))?;
-        let parquet = self.parquet.map_or(Ok(()), TraceTable::finish);
-        parquet.map_err(|error| failed((PARQUET, error.to_string())))
+        self.hand_over();
+        drop(self.send);
+        let written = self.writer.join().unwrap_or_else(|panic| resume_unwind(panic));
+        written.map_err(|(name, error)| Failure::at(&folder.place(name), error))
     }
 }
 
-impl Observe for Rows<'_> {
+impl Observe for Rows {
     fn follows(&self, nets: Range<usize>) -> bool {
         self.picks.iter().any(|pick| nets.contains(pick))
     }
@@ -175,11 +212,11 @@ impl Observe for Rows<'_> {
     }
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        if self.failed.is_none() {
-            self.failed = self.row(self.clock.seconds(cycle), values).err();
-            if self.failed.is_some() {
-                self.control.stop.store(true, Ordering::Relaxed);
-            }
+        self.batch.push(self.clock.seconds(cycle));
+        self.batch.extend_from_slice(values);
+        self.batch.extend(self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word)));
+        if self.batch.len() >= BATCH * self.columns {
+            self.hand_over();
         }
     }
 }

@@ -198,9 +198,9 @@ fn nets(session: &Ready) -> Vec<Signal> {
 }
 
 /// Waveforms and rows of a run, on their way to disk.
-struct Recorded<'c>(Waves, Rows<'c>);
+struct Recorded(Waves, Rows);
 
-impl Observe for Recorded<'_> {
+impl Observe for Recorded {
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);

@@ -1,10 +1,9 @@
 //! The waveform files of a run.
 
-use std::fs::File;
 use std::io;
 
 use hpu_cosim::Rig;
-use hpu_rtl::wave::{Aside, Fst, FstFile, Layout, Recording, Vcd, VcdFile, gtkw};
+use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, vcd_aside};
 use hpu_signal::{Cycle, Observe};
 
 use crate::exit::Failure;
@@ -15,8 +14,8 @@ const VCD: &str = "wave.vcd";
 
 /// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run: each file on a thread of its own.
 pub struct Waves {
-    fst: Recording<Aside<FstFile<File>>>,
-    vcd: Option<Recording<Aside<VcdFile<File>>>>,
+    fst: Box<dyn WaveFile>,
+    vcd: Option<Box<dyn WaveFile>>,
 }
 
 impl Waves {
@@ -25,10 +24,10 @@ impl Waves {
         let clock = session.clock();
         let layout = layout(session);
         let fst_file = folder.create(FST)?;
-        let fst = Fst::new(fst_file, &layout, clock).map_err(failed(folder, FST))?.aside();
+        let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
         let vcd = if with_vcd {
             let vcd_file = folder.create(VCD)?;
-            Some(Vcd::new(vcd_file, &layout, clock).map_err(failed(folder, VCD))?.aside())
+            Some(vcd_aside(vcd_file, &layout, clock).map_err(failed(folder, VCD))?)
         } else {
             None
         };
@@ -38,8 +37,8 @@ impl Waves {
 
     /// Completes the files.
     pub fn finish(self, folder: &Folder, end: Cycle) -> Result<(), Failure> {
-        self.fst.finish(end).map_err(failed(folder, FST))?;
-        self.vcd.map_or(Ok(()), |vcd| vcd.finish(end).map(drop).map_err(failed(folder, VCD)))
+        self.fst.complete(end).map_err(failed(folder, FST))?;
+        self.vcd.map_or(Ok(()), |vcd| vcd.complete(end).map_err(failed(folder, VCD)))
     }
 }
 

@@ -21,7 +21,7 @@ pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
 
 pub use self::layout::{Layout, Scope, Source, UnknownNet, Var};
-pub use self::recording::{Recording, Sink};
+pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
 pub use self::vcd::{Vcd, VcdFile};
 
 /// The producer that the files name.

@@ -1,12 +1,13 @@
 //! What both formats share: which values changed, when the clock toggles, and the first error.
 
+use std::fs::File;
 use std::io;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
 use super::aside::Aside;
 use super::timescale::Timescale;
-use super::{Layout, Source};
+use super::{Fst, Layout, Source, Vcd};
 
 /// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset, constants.
 pub trait Sink {
@@ -199,6 +200,40 @@ impl<S: Sink> Observe for Recording<S> {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.attempt(|recording| recording.write_reals(cycle, values));
     }
+}
+
+/// A file of a run, in whatever format: what watches a run need not be compiled again, for each format, by the crate that runs it.
+pub trait WaveFile: Observe {
+    /// Completes the file; see [`Recording::finish`].
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    fn complete(self: Box<Self>, end: Cycle) -> io::Result<()>;
+}
+
+impl<S: Sink> WaveFile for Recording<S> {
+    fn complete(self: Box<Self>, end: Cycle) -> io::Result<()> {
+        self.finish(end).map(drop)
+    }
+}
+
+/// An FST on a thread of its own.
+///
+/// # Errors
+///
+/// When its beginning cannot be written.
+pub fn fst_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
+    Ok(Box::new(Fst::new(file, layout, clock)?.aside()))
+}
+
+/// A VCD on a thread of its own.
+///
+/// # Errors
+///
+/// When its beginning cannot be written.
+pub fn vcd_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
+    Ok(Box::new(Vcd::new(file, layout, clock)?.aside()))
 }
 
 impl<S: Sink + Send + 'static> Recording<S>
