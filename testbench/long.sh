@@ -40,7 +40,13 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
     # The same verb and exit of all shares in one line.
     awk '
-        / exit / { key = sprintf("%-18s exit %-10s", $1, $3); count[key] += $4 + 0; if ($7 + 0 > longest[key]) longest[key] = $7 + 0 }
+        # A verb of 18 characters, which may have blanks, then its exit.
+        / exit / {
+            key = substr($0, 1, 34)
+            split(substr($0, 35), field, " ")
+            count[key] += field[1] + 0
+            if (field[4] + 0 > longest[key]) longest[key] = field[4] + 0
+        }
         / past reading, / { all += $1; past += $3; rate += $6; failures += $(NF - 1) }
         END {
             for (key in count) printf "%s %7d, the longest %.2f s\n", key, count[key], longest[key] | "sort"
