@@ -260,3 +260,15 @@ fn beyond_the_tables_the_datapath_says_invalid_and_commands_nothing() {
         assert_eq!(found.commands, [0, 0, 0], "{architecture}");
     }
 }
+
+#[test]
+fn drivers_agree_on_an_arm_that_passes_a_singular_pose() {
+    let shipped = hpu_cosim::scene::shipped();
+    let scene = shipped.iter().find(|scene| scene.name == "phantom-thrown").expect("a shipped scene");
+    let set = [("drop.speed", "90"), ("run.duration", "2 ms")].map(|(key, value)| (key.to_string(), value.to_string()));
+    let experiment = scene.parse(&set).unwrap_or_else(|error| panic!("{error}"));
+    let ready = hpu_cosim::Ready::new(&experiment).expect("a rig");
+    let found = ready.compare(ready.edges());
+    assert!(found.edges < ready.edges(), "the run ends in the pose");
+    assert_eq!((found.mismatches, found.first), (0, None));
+}
