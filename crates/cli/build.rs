@@ -1,4 +1,4 @@
-//! What the command knows of its own sources, and where it finds the library that it carries.
+//! Tells the command its version, with the commit, and where cargo leaves the library that it carries.
 
 #[path = "build/commit.rs"]
 mod commit;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program is made of, beside which nothing makes it another one.
+/// The sources of the program: a change elsewhere leaves it the same program, and its version clean.
 const SOURCES: [&str; 6] =
     [":(glob)crates/*/src/**", ":(glob)crates/*/Cargo.toml", "Cargo.toml", "Cargo.lock", "hdl", "testbench/scenes"];
 
@@ -52,7 +52,7 @@ fn is_work_tree(root: &Path) -> bool {
     }
 }
 
-/// What git answers, without the end of the line.
+/// Runs git and returns its answer without the line feed at its end; `None` when git is missing or fails.
 fn git(root: &Path, arguments: &[&str]) -> Option<String> {
     // A build that git started, from a hook, names the index and the work tree of that call.
     let answer = Command::new("git")

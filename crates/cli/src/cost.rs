@@ -142,7 +142,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     Ok(if good { Exit::Fine } else { Exit::BadFile })
 }
 
-/// What a tool refused has a reason instead of a cost; a tool at fault or a missing file ends the command.
+/// Turns a refusal by a tool into its reason, to be shown in place of the cost. A tool at fault or a missing file ends the command.
 pub fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
     match found {
         Ok(found) => Ok(Ok(found)),

@@ -26,7 +26,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Vhdl {
-    /// What was asked for.
+    /// The VHDL, the library and the time limit that these options ask for.
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {
             Some(folder) => Hdl::Folder(folder.clone()),

@@ -132,7 +132,7 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }
 
-/// What progress calls a command: its verb and what that is about, as in `chart friction-wall`.
+/// The name of a command in progress lines: its verb and the argument after it, as in `chart friction-wall`.
 fn named(arguments: impl Iterator<Item = OsString>) -> String {
     let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
     words.take_while(|word| !word.starts_with('-')).take(2).collect::<Vec<_>>().join(" ")

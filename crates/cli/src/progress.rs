@@ -163,7 +163,7 @@ impl State {
         let _ = writeln!(out, "{}", self.line());
     }
 
-    /// What is being done, the share done, the time so far and the time left, as far as they are known.
+    /// The progress line: the part of the command, the share done, the time so far and the time left, as far as they are known.
     fn line(&self) -> String {
         let mut line = self.command.clone();
         if !self.part.is_empty() {

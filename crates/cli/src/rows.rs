@@ -26,7 +26,7 @@ const REAL_BYTES: u64 = 21;
 /// Bytes that a time, or a word, takes.
 const WORD_BYTES: u64 = 6;
 
-/// What a run will write, as far as that is known before.
+/// The rows and bytes that a run will write, as far as they are known before it.
 pub struct Estimate {
     rows: u64,
     csv_bytes: u64,

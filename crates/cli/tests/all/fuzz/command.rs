@@ -9,7 +9,7 @@ use hpu_datapath::variants;
 use super::Case;
 use super::keys::{Key, Set, Takes, parsed};
 
-/// What is run.
+/// The verbs that are run.
 pub const VERBS: [&str; 12] = [
     "run",
     "run -o",

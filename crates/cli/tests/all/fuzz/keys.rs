@@ -1,4 +1,4 @@
-//! What a scene takes, by asking it: refusals tell keys, ranges and choices.
+//! Learns the keys of a scene, their ranges and their choices from the scene's own refusals.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ pub struct Key {
     pub takes: Takes,
 }
 
-/// What a key takes.
+/// The values that a key accepts.
 #[derive(Clone, Debug)]
 pub enum Takes {
     /// A quantity: 0, if that is one; the least and the greatest size; either sign, if the least is not above 0.
@@ -54,7 +54,7 @@ fn section(scene: &Shipped, path: &str, found: &mut BTreeMap<String, Takes>) {
     }
 }
 
-/// What a refusal of 1e99 says that there is instead.
+/// Reads the accepted values out of a refusal of 1e99.
 fn takes(said: &str) -> Option<Takes> {
     if let Some((_, range)) = said.split_once("; accepted: ") {
         let (zero, range) = range.strip_prefix("0, or ").map_or((false, range), |range| (true, range));
