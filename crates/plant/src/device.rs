@@ -295,6 +295,7 @@ impl<'a> Device<'a> {
             x.set(SPEED, speed_rad_per_s.into());
             x.set(ANGLE, angle_rad.into());
         }
+        self.let_go(&x);
         self.enter_with::<P>(edge, x);
     }
 

@@ -103,6 +103,22 @@ fn a_force_that_friction_holds_moves_nothing_and_one_beyond_it_moves_at_once() {
 }
 
 #[test]
+fn a_hand_that_begins_elsewhere_pulls_from_the_first_edge_on() {
+    let push = Push { stiffness_nm_per_rad: 100.0, damping_nm_s_per_rad: 0.0 };
+    for (intended_m, moves) in [(COULOMB_N / 100.0 * 0.999, false), (COULOMB_N / 100.0 * 1.5, true)] {
+        let axis = rail(Hand::Spring(push));
+        let mut device = Device::new(&axis, 0.0, 0.0, 0.0);
+        device.intend(0, intended_m, 0.0);
+        assert_eq!(device.is_stuck(), !moves);
+        go(&mut device, 0, 1);
+        // Viscous friction takes a billionth of it.
+        let net_n = if moves { 100.0 * intended_m - COULOMB_N } else { 0.0 };
+        close(device.state(1)[1], net_n / MASS_KG * EDGE_S, 1e-8);
+        close(device.state(1)[2], net_n / MASS_KG * EDGE_S * EDGE_S / 2.0, 1e-8);
+    }
+}
+
+#[test]
 fn the_encoder_s_edges_under_jumping_forces_are_those_that_scanning_every_clock_finds() {
     let push = Hand::Spring(Push { stiffness_nm_per_rad: 30.0, damping_nm_s_per_rad: 0.5 });
     for hand in [Hand::Torque(0.05), push, Hand::Prescribed] {
