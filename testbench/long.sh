@@ -45,11 +45,12 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
             key = substr($0, 1, 34)
             split(substr($0, 35), field, " ")
             count[key] += field[1] + 0
-            if (field[4] + 0 > longest[key]) longest[key] = field[4] + 0
+            seconds[key] += field[2] + 0
+            if (field[6] + 0 > longest[key]) longest[key] = field[6] + 0
         }
         / past reading, / { all += $1; past += $3; rate += $6; failures += $(NF - 1) }
         END {
-            for (key in count) printf "%s %7d, the longest %.2f s\n", key, count[key], longest[key] | "sort"
+            for (key in count) printf "%s %7d, %6.0f s, the longest %.2f s\n", key, count[key], seconds[key], longest[key] | "sort"
             close("sort")
             printf "%d commands, %d past reading, %.1f a second, %d failures\n", all, past, rate, failures
         }' "$scratch"/[0-9]

@@ -20,7 +20,7 @@ use hpu_signal::{Cycle, Observe};
 
 use crate::arm_body::ArmBody;
 use crate::arm_world::{ArmPlant, ArmState};
-use crate::engine::Control;
+use crate::engine::{Control, TURN};
 use crate::host::{COUNTING, HostState};
 use crate::summary::Summary;
 use crate::trace::Trace;
@@ -68,7 +68,7 @@ impl ArmDirect<'_> {
             }
             course.state.go(next);
             steps += 1;
-            if steps % 4096 == 0 && !control.goes_on(next, steps) {
+            if steps.is_multiple_of(TURN.into()) && !control.goes_on(next, steps) {
                 complete = false;
                 break;
             }

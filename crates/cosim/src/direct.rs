@@ -20,7 +20,7 @@ use crate::actuator::{Actuator, Latch, Shaping};
 use crate::arm_direct::ArmDirect;
 use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
-use crate::engine::Control;
+use crate::engine::{Control, TURN};
 use crate::law_loop::LawConfig;
 use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
@@ -181,7 +181,7 @@ impl AxisDirect<'_> {
             if over.is_some() {
                 break;
             }
-            if steps % 4096 == 0 && !control.goes_on(edge, steps) {
+            if steps.is_multiple_of(TURN.into()) && !control.goes_on(edge, steps) {
                 complete = false;
                 break;
             }

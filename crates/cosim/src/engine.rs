@@ -29,6 +29,9 @@ impl From<Solver> for Driver {
     }
 }
 
+/// Events between two looks at whether a run may go on: where friction just holds, each may take a millisecond.
+pub(crate) const TURN: u32 = 256;
+
 /// What others may do with a run while it lasts.
 #[derive(Debug, Default)]
 pub struct Control {
@@ -37,7 +40,7 @@ pub struct Control {
     /// Edges done so far, for a progress display.
     pub progress: AtomicU64,
     /// Events after which the run ends, not complete: a number that depends on the scene alone, as no time does. An event is a clock
-    /// edge at which the engine looks at the loop, or a step; they are counted by thousands.
+    /// edge at which the engine looks at the loop, or a step; they are counted by hundreds.
     pub most_events: Option<u64>,
 }
 
@@ -48,7 +51,7 @@ impl Control {
         Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
     }
 
-    /// At every 4096th event: takes note of how far the run is, and says whether it may go on after so many of them.
+    /// At every [`TURN`]th event: takes note of how far the run is, and says whether it may go on after so many of them.
     #[inline]
     pub(crate) fn goes_on(&self, edge: u64, events: u64) -> bool {
         self.progress.store(edge, Ordering::Relaxed);
@@ -120,8 +123,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                 Driver::Clock => self.step(observer),
             }
             since += 1;
-            if since == 4096 {
-                (since, events) = (0, events + 4096);
+            if since == TURN {
+                (since, events) = (0, events + u64::from(TURN));
                 if !control.goes_on(self.edge, events) {
                     return false;
                 }

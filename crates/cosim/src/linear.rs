@@ -8,19 +8,21 @@
 //! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of the
 //! mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of swings.
 
-use hpu_plant::{Linear, Mass, Matrix, Motor, State, Trajectory};
+use hpu_plant::{Linear, Mass, Matrix, Motor, State, Stride};
 
 use crate::scene::{Device, Scene};
 
 /// A linear loop, ready to run.
 pub struct LinearLoop {
-    system: Linear,
     /// Change of speed or current's derivative for a unit of effort.
     input: State,
-    period: u64,
-    delay: u64,
+    /// From a sample to where the effort from before ends, if that is later, and on to the next sample.
+    strides: [Option<Stride>; 2],
+    /// Whole samples that an effort comes late.
+    whole: usize,
     spring: f64,
     damper: f64,
+    period_s: f64,
 }
 
 impl LinearLoop {
@@ -64,7 +66,10 @@ impl LinearLoop {
         let period = scene.period_clocks();
         let system = Linear::new(a, scene.clock.period_s(), period);
         let damper = damping / scene.sample_period_s();
-        Self { system, input, period, delay: scene.clock.edges(scene.model.delay_s), spring, damper }
+        let delay = scene.clock.edges(scene.model.delay_s);
+        let (whole, late) = ((delay / period) as usize, delay % period);
+        let strides = [late, period - late].map(|edges| (edges > 0).then(|| system.stride(edges)));
+        Self { input, strides, whole, spring, damper, period_s: period as f64 * scene.clock.period_s() }
     }
 
     /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow: `visit`
@@ -74,30 +79,37 @@ impl LinearLoop {
         let mut scale = 0.0;
         let mut previous = x[2];
         // Efforts on their way: the sample that takes effect `delay` edges later.
-        let whole = (self.delay / self.period) as usize;
-        let late = self.delay % self.period;
-        let mut waiting = std::collections::VecDeque::from(vec![0.0; whole]);
+        let mut waiting = std::collections::VecDeque::from(vec![0.0; self.whole]);
+        let [late, rest] = &self.strides;
+        let after = |x: &State, effort: f64, stride: &Option<Stride>| match stride {
+            Some(stride) => stride.after(x, &self.input.map(|effect| effect * effort)),
+            None => *x,
+        };
         let mut held = 0.0;
-        for _ in 0..count {
+        let mut next_look = 0;
+        for index in 0..count {
             visit(x[2], scale);
             let effort = -(self.spring * x[2] + self.damper * (x[2] - previous));
             previous = x[2];
             waiting.push_back(effort);
-            x = self.flow(x, held, late);
+            x = after(&x, held, late);
             held = waiting.pop_front().expect("just pushed");
-            x = self.flow(x, held, self.period - late);
-            let size = x.iter().fold(previous.abs(), |most, value| most.max(value.abs()));
-            if !(1e-100..1e100).contains(&size) && size > 0.0 {
+            x = after(&x, held, rest);
+            let greater = |most: f64, value: &f64| most.max(value.abs());
+            let size = x.iter().fold(previous.abs(), greater);
+            // An echo that is on its way may be large while the motion is small: that is not looked at every time.
+            if size >= 1e100 || size < 1e-100 && index >= next_look {
+                next_look = index + self.whole;
+                let size = waiting.iter().chain([&held]).fold(size, greater);
+                if (1e-100..1e100).contains(&size) || size == 0.0 {
+                    continue;
+                }
                 for value in x.iter_mut().chain([&mut previous, &mut held]).chain(&mut waiting) {
                     *value /= size;
                 }
                 scale += libm::log(size);
             }
         }
-    }
-
-    fn flow(&self, x: State, effort: f64, edges: u64) -> State {
-        Trajectory::new(&self.system, x, self.input.map(|effect| effect * effort)).at(edges)
     }
 
     /// Growth rate of the motion in 1/s, over `samples` samples: negative settles, positive diverges.
@@ -116,11 +128,14 @@ impl LinearLoop {
                 sum = (sum.0 * libm::exp(2.0 * (sum.1 - scale)), scale);
             }
             let phase = std::f64::consts::TAU * (index % window) as f64 / window as f64;
-            sum.0 += (1.0 - libm::cos(phase)) * position * position * libm::exp(2.0 * (scale - sum.1));
-            logs[index / window] = libm::log(sum.0) + 2.0 * sum.1;
+            let share = if scale == sum.1 { 1.0 } else { libm::exp(2.0 * (scale - sum.1)) };
+            sum.0 += (1.0 - libm::cos(phase)) * position * position * share;
             index += 1;
+            if index % window == 0 {
+                logs[index / window - 1] = libm::log(sum.0) + 2.0 * sum.1;
+            }
         });
-        let window_s = (window as u64 * self.period) as f64 * self.system.edge_s();
+        let window_s = window as f64 * self.period_s;
         0.5 * (logs[1] - logs[0]) / window_s
     }
 }

@@ -5,19 +5,18 @@
 //! integrals. A step that friction may end or begin to act in, and one of any other length, is the device's own.
 
 use crate::axis::Shaft;
-use crate::double::{Double, Native, Product, versions};
+use crate::double::{Double, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::guard::dyadic;
 use crate::leap::{Integrals, Leap, Quadrature};
-use crate::linear::Linear;
-use crate::matrix::{ANGLE, CURRENT, Columns, SPEED, State, dot, plus, sizes};
+use crate::linear::{Linear, Stride};
+use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot, plus, sizes};
 use crate::{Bridge, Circuit, Device, Drive};
 
 /// What a step does in one mode.
 struct Map<'a> {
     system: &'a Linear,
-    a: Columns,
-    p: Columns,
+    stride: Stride,
     quadrature: Quadrature,
     /// The speed changes over a step by no more than this times the sizes of the slope at its start.
     reach: State,
@@ -29,8 +28,7 @@ impl<'a> Map<'a> {
         let bound = system.bound(dyadic(edges));
         Self {
             system,
-            a: Columns::of(system.matrix()),
-            p: system.spread::<Native>(length_s).hi,
+            stride: system.stride(edges),
             quadrature: Quadrature::of(&Leap::of(system.matrix(), length_s.hi)),
             reach: bound[SPEED].map(|size| size * length_s.hi),
         }
@@ -184,7 +182,7 @@ impl<'a> Held<'a> {
     fn stride_with<P: Product>(&mut self) -> bool {
         let Some(map) = &self.map else { return false };
         let x = self.x;
-        let w = plus(&map.a.times(&x), &self.f);
+        let w = map.stride.slope(&x, &self.f);
         if let Shaft::Slip(sign @ (-1 | 1)) = self.device.shaft {
             let left = f64::from(sign) * x[SPEED] - self.device.axis.creep_rad_per_s;
             let surely = left > dot(&map.reach, &sizes(&w));
@@ -192,7 +190,7 @@ impl<'a> Held<'a> {
                 return false;
             }
         }
-        let change = map.p.times(&w);
+        let change = map.stride.change(&w);
         self.x = plus(&x, &change);
         let mut done = Integrals::default();
         map.quadrature.add_with::<P>(&x, &w, &mut done);

@@ -33,7 +33,7 @@ pub use feed::Feed;
 pub use guard::{Band, Guard, Point};
 pub use held::Held;
 pub use leap::Integrals;
-pub use linear::{Linear, Trajectory};
+pub use linear::{Linear, Stride, Trajectory};
 pub use matrix::{Matrix, State};
 pub use shaper::Shaper;
 pub use stepper::{Method, Powers, Stepper};

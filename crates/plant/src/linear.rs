@@ -13,7 +13,7 @@
 
 use std::sync::OnceLock;
 
-use crate::double::{Double, Doubles, Product, Wide, versions};
+use crate::double::{Double, Doubles, Native, Product, Wide, versions};
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::matrix::{Columns, Matrix, State, dot, map2, norm, plus, product, rate, sizes};
 
@@ -128,6 +128,13 @@ impl Linear {
     /// `P` for any time.
     pub(crate) fn spread<P: Product>(&self, time_s: Double) -> Wide {
         spread::<P>(&self.wide, &self.a, time_s)
+    }
+
+    /// Steps of so many edges.
+    #[must_use]
+    pub fn stride(&self, edges: u64) -> Stride {
+        let p = self.spread::<Native>(Double::product(edges as f64, self.edge_s)).hi;
+        Stride { a: Columns::of(&self.a), p }
     }
 
     /// A bound of |e^{At}|, element by element, for every `t` from 0 to 2^`dyadic` edges.
@@ -333,6 +340,34 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
         p = joined::<P>(a, &p, &p);
     }
     p
+}
+
+/// Steps of one length, rounded at each: for motions of which only the ends of steps count.
+#[derive(Clone, Copy)]
+pub struct Stride {
+    a: Columns,
+    p: Columns,
+}
+
+impl Stride {
+    /// The state a step after `x` under the constant input `f`.
+    #[inline(always)]
+    #[must_use]
+    pub fn after(&self, x: &State, f: &State) -> State {
+        plus(x, &self.change(&self.slope(x, f)))
+    }
+
+    /// The slope there.
+    #[inline(always)]
+    pub(crate) fn slope(&self, x: &State, f: &State) -> State {
+        plus(&self.a.times(x), f)
+    }
+
+    /// What a step changes from where the slope is `w`.
+    #[inline(always)]
+    pub(crate) fn change(&self, w: &State) -> State {
+        self.p.times(w)
+    }
 }
 
 /// A motion: a system, an anchor state at edge 0 and a constant input.

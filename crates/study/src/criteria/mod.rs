@@ -123,6 +123,12 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
 
 /// The stiffness at which the exact linear loop leaves the unit circle.
 fn critical(scene: &Scene, damping: f64) -> Result<f64, LimitsError> {
+    // The loop's matrix has a row for each of them.
+    const MOST_WAITING: u64 = 64;
+    let waiting = scene.clock.edges(scene.model.delay_s) / scene.period_clocks();
+    if waiting > MOST_WAITING {
+        return Err(LimitsError::Late { samples: waiting, most: MOST_WAITING });
+    }
     let settles = |stiffness| SampledLoop::new(scene, stiffness, damping).spectral_radius() < 1.0;
     bisect(start(scene), 1e-12, |stiffness| Some(settles(stiffness))).map(|(low, high)| 0.5 * (low + high))
 }

@@ -12,6 +12,7 @@ use super::knobs::{Simplification, go_together, models, on_its_own, overrides, s
 use super::measured::Measured;
 use crate::accuracy::usual;
 use crate::map::SceneText;
+use crate::watch::watched;
 
 type Set = Vec<(String, String)>;
 
@@ -23,6 +24,10 @@ const MOST_TURNS: usize = 5;
 
 /// By how much less a model may be worth and yet be the faster one.
 const NEARLY: u32 = 2;
+
+/// A model that takes so many times as long as the scene as written, and so much longer, is not waited for.
+const LATE: u32 = 3;
+const LATEST: Duration = Duration::from_millis(200);
 
 /// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact falls
 /// is chance.
@@ -44,20 +49,15 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         control,
         all: &all,
         outputs: Vec::new(),
-        around: Vec::new(),
-        thin: false,
+        around: around(&experiment).into_iter().map(|change| Neighbour { change, reference: None }).collect(),
         seen: BTreeMap::new(),
+        seen_around: BTreeMap::new(),
+        patience: Duration::MAX,
         runs: 0,
     };
     let reference = climb.told(&[]).map_err(|why| climb.error(why))?;
+    climb.patience = LATE * Duration::from_secs_f64(reference.wall_s) + LATEST;
     climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
-    for change in around(&experiment) {
-        // A neighbour that cannot be run (a wall that no longer fits its word) says nothing.
-        if let Ok(measured) = climb.run(&[], &change) {
-            climb.around.push((change, measured));
-        }
-    }
-    climb.thin = reference.thin || climb.around.iter().any(|(_, there)| there.thin);
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
     // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at too.
@@ -114,14 +114,25 @@ struct Climb<'a> {
     all: &'a [Simplification],
     /// The outputs that count.
     outputs: Vec<Output>,
-    /// Changes of the scene, and what the reference measured there.
-    around: Vec<(Set, Measured)>,
-    /// Whether the verdict hangs on little, here or around.
-    thin: bool,
+    around: Vec<Neighbour>,
     /// What models told of the scene itself.
     seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
+    /// Their errors in the scenes around.
+    seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, String>>,
+    /// How long a model may take: one that diverges may take for ever.
+    patience: Duration,
     runs: usize,
 }
+
+/// A scene around.
+struct Neighbour {
+    change: Set,
+    /// What the reference measured there, once a model has to be held against it; nothing where it cannot be run (a wall that
+    /// no longer fits its word): that says nothing of a model.
+    reference: Option<Option<Measured>>,
+}
+
+type Errors = Vec<(Output, f64)>;
 
 impl Climb<'_> {
     /// What a model tells of the scene itself.
@@ -129,15 +140,47 @@ impl Climb<'_> {
         if let Some(told) = self.seen.get(model) {
             return told.clone();
         }
-        let told = self.run(model, &Set::new());
+        self.runs += 1;
+        let told = self.experiment(model, &Set::new()).and_then(|experiment| {
+            let (told, late) = watched(self.patience, self.control, |own| Measured::of(&experiment, own));
+            if late { Err("it takes longer than the scene as written".into()) } else { told }
+        });
         self.seen.insert(model.to_vec(), told.clone());
         told
     }
 
-    fn run(&mut self, model: &[usize], change: &Set) -> Result<Measured, String> {
+    /// A run in a scene around, whose time does not count.
+    fn once(&mut self, model: &[usize], index: usize) -> Result<Measured, String> {
         self.runs += 1;
-        let experiment = self.experiment(model, change)?;
-        Measured::of(&experiment, self.control)?.ok_or_else(|| "stopped".to_string())
+        let experiment = self.experiment(model, &self.around[index].change)?;
+        Measured::once(&experiment, self.control)
+    }
+
+    /// What the reference measures in a scene around.
+    fn there(&mut self, index: usize) -> Option<&Measured> {
+        if self.around[index].reference.is_none() {
+            self.around[index].reference = Some(self.once(&[], index).ok());
+        }
+        self.around[index].reference.as_ref().and_then(Option::as_ref)
+    }
+
+    /// The errors of a model in a scene around, none where the scene as written cannot be run.
+    fn errors_there(&mut self, model: &[usize], index: usize) -> Result<Errors, String> {
+        let key = (model.to_vec(), index);
+        if let Some(seen) = self.seen_around.get(&key) {
+            return seen.clone();
+        }
+        let errors = match self.there(index).cloned() {
+            None => Ok(Vec::new()),
+            Some(there) => self.once(model, index).map(|measured| self.errors(&measured, &there)),
+        };
+        self.seen_around.insert(key, errors.clone());
+        errors
+    }
+
+    /// Whether the verdict hangs on little, here or around.
+    fn is_thin(&mut self, reference: &Measured) -> bool {
+        reference.thin || (0..self.around.len()).any(|index| self.there(index).is_some_and(|there| there.thin))
     }
 
     fn experiment(&self, model: &[usize], change: &Set) -> Result<Experiment, String> {
@@ -153,7 +196,7 @@ impl Climb<'_> {
         let (begin, mut best_s) = (Instant::now(), [f64::INFINITY; 2]);
         for _ in 0..MOST_TURNS {
             for (experiment, best_s) in both.iter().zip(&mut best_s) {
-                let measured = Measured::of(experiment, self.control)?.ok_or("stopped")?;
+                let measured = Measured::of(experiment, self.control)?;
                 *best_s = best_s.min(measured.wall_s);
             }
             if begin.elapsed() > Duration::from_secs(1) {
@@ -164,7 +207,7 @@ impl Climb<'_> {
     }
 
     /// Errors of the outputs that count.
-    fn errors(&self, run: &Measured, reference: &Measured) -> Vec<(Output, f64)> {
+    fn errors(&self, run: &Measured, reference: &Measured) -> Errors {
         let all = run.outputs.errors(&reference.outputs);
         all.into_iter().filter(|(output, _)| self.outputs.contains(output)).collect()
     }
@@ -195,7 +238,7 @@ impl Climb<'_> {
         }
         let worst = self.worst_around(model)?;
         // Near a boundary of stability a step is taken only if the one above it would do as well.
-        if self.thin && self.rung(model).is_some() {
+        if self.rung(model).is_some() && self.is_thin(reference) {
             let longer = self.longer(model)?;
             let told = self.told(&longer).ok()?;
             if self.worst(&told, reference) > self.within / 2.0 {
@@ -210,8 +253,8 @@ impl Climb<'_> {
     fn worst_around(&mut self, model: &[usize]) -> Option<f64> {
         let mut worst = 0.0f64;
         for index in 0..self.around.len() {
-            let there = self.run(model, &self.around[index].0.clone()).ok()?;
-            worst = worst.max(self.worst(&there, &self.around[index].1));
+            let errors = self.errors_there(model, index).ok()?;
+            worst = errors.into_iter().map(|(_, error)| error).fold(worst, f64::max);
             if worst > self.within {
                 return None;
             }
@@ -320,7 +363,7 @@ impl Climb<'_> {
 
     /// Why a model will not do: what it told, and the one that leaves out one thing less.
     fn reason(&mut self, model: &[usize], [measured, fuller]: [&Measured; 2], reference: &Measured) -> String {
-        let worst = |errors: Vec<(Output, f64)>| errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = |errors: Errors| errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         let said = |(output, error): (Output, f64)| match output {
             Output::Verdict => "the verdict would be wrong".to_string(),
             _ => format!("{} would be off by {}", output.name(), percent(error)),
@@ -331,22 +374,25 @@ impl Climb<'_> {
         if let Some(found) = found {
             return said(found);
         }
+        let no_gain = "leaving it out saves no time";
+        if fuller.wall_s <= WORTH * measured.wall_s {
+            return no_gain.into();
+        }
         if let Some(luck) = self.lucky(model, reference) {
             return luck;
         }
         for index in 0..self.around.len() {
-            let (change, there) = self.around[index].clone();
-            let Ok(measured) = self.run(model, &change) else { continue };
-            if let Some(found) = worst(self.errors(&measured, &there)).filter(|found| found.1 > self.within) {
-                let (key, value) = &change[0];
+            let Ok(errors) = self.errors_there(model, index) else { continue };
+            if let Some(found) = worst(errors).filter(|found| found.1 > self.within) {
+                let (key, value) = &self.around[index].change[0];
                 return format!("at {key} = {value} {}", said(found));
             }
         }
-        if self.thin && self.rung(model).is_some() && self.holds(model, reference).is_none() {
+        if self.rung(model).is_some() && self.is_thin(reference) && self.holds(model, reference).is_none() {
             return "the verdict is near its limit, and a step as long is taken only if the next longer one would do"
                 .into();
         }
-        "leaving it out saves no time".into()
+        no_gain.into()
     }
 }
 

@@ -19,23 +19,32 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// Runs an experiment; `None` when `control` stopped it.
+    /// Runs an experiment, a few times while that is short.
     ///
     /// # Errors
     ///
-    /// Why it cannot be run.
-    pub fn of(experiment: &Experiment, control: &Control) -> Result<Option<Self>, String> {
+    /// Why it cannot be run, or that `control` stopped it.
+    pub fn of(experiment: &Experiment, control: &Control) -> Result<Self, String> {
+        Self::best_of(5, experiment, control)
+    }
+
+    /// The same, once.
+    pub fn once(experiment: &Experiment, control: &Control) -> Result<Self, String> {
+        Self::best_of(1, experiment, control)
+    }
+
+    fn best_of(turns: usize, experiment: &Experiment, control: &Control) -> Result<Self, String> {
         let begin = Instant::now();
         let mut best: Option<Self> = None;
         // The memory of the rows is not the model's: repeated runs take it over from each other.
         let mut rows = None;
-        for _ in 0..5 {
+        for _ in 0..turns {
             let start = Instant::now();
             let ready = ready(experiment)?;
             let trace = rows.get_or_insert_with(|| ready.brief_trace());
             let summary = ready.run(ready.driver(), trace, &mut (), control);
             if !summary.complete {
-                return Ok(None);
+                return Err("stopped".to_string());
             }
             let wall_s = start.elapsed().as_secs_f64();
             let outputs = Outputs::new(experiment, &summary, trace, 0)?;
@@ -45,7 +54,7 @@ impl Measured {
                 break;
             }
         }
-        Ok(best)
+        Ok(best.expect("it has run"))
     }
 }
 

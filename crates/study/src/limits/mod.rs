@@ -48,6 +48,18 @@ pub enum LimitsError {
         /// The softest that was tried, in SI units.
         down_to: f64,
     },
+    /// Whether it settles stays open.
+    Open {
+        /// At this stiffness, in SI units.
+        at: f64,
+    },
+    /// The delay makes too large a loop.
+    Late {
+        /// Whole samples of delay.
+        samples: u64,
+        /// As many as are worked out.
+        most: u64,
+    },
     /// It settles however stiff the wall.
     AlwaysStable {
         /// The stiffest that was tried, in SI units.
@@ -64,6 +76,10 @@ impl fmt::Display for LimitsError {
                     "no stiffness settles, down to {}: the damping alone is too much for the loop",
                     figure(*down_to)
                 )
+            }
+            Self::Open { at } => write!(f, "at {} the motion neither grows nor decays by more than is known", figure(*at)),
+            Self::Late { samples, most } => {
+                write!(f, "a delay of {samples} samples, of {most} at most for which this is worked out")
             }
             Self::AlwaysStable { up_to } => write!(f, "every stiffness settles, up to {}", figure(*up_to)),
         }
@@ -111,6 +127,8 @@ pub(crate) fn unit(scene: &Scene) -> &'static str {
 pub(crate) fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     const FEWEST: usize = 1 << 11;
     const MOST: usize = 1 << 22;
+    // Rounding, sample by sample, does as much.
+    let least = 16.0 * f64::EPSILON / scene.sample_period_s();
     let law = LinearLoop::new(scene, stiffness, scene.wall.damping_nm_s_per_rad);
     let mut samples = FEWEST;
     let mut before = law.growth_per_s(samples);
@@ -120,7 +138,7 @@ pub(crate) fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
         let growth = law.growth_per_s(samples);
         // End effects shrink at least eightfold from one doubling to the next: the last two changes tell their size.
         let change = (growth - before).abs();
-        if growth.abs() > spread.max(change) {
+        if growth.abs() > spread.max(change).max(least) {
             return Some(growth < 0.0);
         }
         (before, spread) = (growth, change);
@@ -136,23 +154,24 @@ pub(crate) fn bisect(
     mut stable: impl FnMut(f64) -> Option<bool>,
 ) -> Result<(f64, f64), LimitsError> {
     const DOUBLINGS: i32 = 40;
-    let (mut low, mut high) = (start, start);
-    let mut tries = 0;
-    while stable(low) != Some(true) {
-        low *= 0.5;
-        tries += 1;
-        if tries == DOUBLINGS {
-            return Err(LimitsError::NeverStable { down_to: low });
+    // A verdict that stays open takes longest, and one that does so often in turn will not close.
+    const OPEN: i32 = 6;
+    let mut sought = |wanted: bool, factor: f64| {
+        let (mut at, mut open) = (start, 0);
+        for _ in 0..DOUBLINGS {
+            match stable(at) {
+                Some(found) if found == wanted => return Ok(at),
+                Some(_) => open = 0,
+                None => open += 1,
+            }
+            if open == OPEN {
+                return Err(LimitsError::Open { at });
+            }
+            at *= factor;
         }
-    }
-    tries = 0;
-    while stable(high) != Some(false) {
-        high *= 2.0;
-        tries += 1;
-        if tries == DOUBLINGS {
-            return Err(LimitsError::AlwaysStable { up_to: high });
-        }
-    }
+        Err(if wanted { LimitsError::NeverStable { down_to: at } } else { LimitsError::AlwaysStable { up_to: at } })
+    };
+    let (mut low, mut high) = (sought(true, 0.5)?, sought(false, 2.0)?);
     while high - low > relative * (high + low) {
         let middle = 0.5 * (low + high);
         match stable(middle) {

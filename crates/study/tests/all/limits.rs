@@ -231,6 +231,23 @@ fn a_loop_without_a_limit_says_which_way() {
     assert!(matches!(found(MASS, &passive).emulated.unwrap_err(), LimitsError::AlwaysStable { .. }));
 }
 
+#[test]
+fn a_loop_that_neither_grows_nor_decays_by_more_than_rounding_is_left_open() {
+    // Nothing takes energy from a mass on a spring that is not sampled.
+    let lossless = [("method.kind", "hybrid".to_string()), ("device.damping", "0".into())];
+    assert!(matches!(found(MASS, &lossless).emulated.unwrap_err(), LimitsError::Open { .. }));
+}
+
+#[test]
+fn a_delay_of_thousands_of_samples_is_told_and_not_waited_for() {
+    let begin = std::time::Instant::now();
+    let late = [("device.damping", "1".to_string()), ("model.delay", "1.66".into())];
+    let limits = found(MASS, &late);
+    let why: Vec<_> = limits.silent.iter().map(|silent| &silent.why).collect();
+    assert!(why.iter().any(|why| why.contains("1660 samples, of 64 at most")), "{why:?}");
+    assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
+}
+
 /// A shipped scene.
 fn known(name: &str, overrides: &[(&str, String)]) -> Scene {
     let shipped = shipped().iter().find(|scene| scene.name == name).unwrap_or_else(|| panic!("{name}"));

@@ -92,6 +92,16 @@ struct Done {
     stderr: String,
 }
 
+/// Commands of a verb with one exit.
+#[derive(Default)]
+struct Tally {
+    commands: u64,
+    seconds: f64,
+    longest_s: f64,
+    /// The number of that one.
+    longest: u64,
+}
+
 fn finished(child: &mut Child) -> bool {
     child.try_wait().expect("it is a child").is_some()
 }
@@ -193,7 +203,7 @@ fn commands_at_random_end_as_the_contract_says() {
     let keys: Vec<Vec<Key>> = scenes.iter().map(keys::keys).collect();
     assert!(keys.iter().all(|keys| keys.len() > 15), "what scenes take is read from their refusals");
     let folder = scratch(&env::var("HPU_FUZZ_FOLDER").unwrap_or_else(|_| "fuzz".to_string()));
-    let (start, mut tally, mut failures) = (Instant::now(), BTreeMap::<(&str, String), (u64, f64, f64)>::new(), Vec::new());
+    let (start, mut tally, mut failures) = (Instant::now(), BTreeMap::<(&str, String), Tally>::new(), Vec::new());
     let mut told = Instant::now();
     for index in first..first + count {
         let mut bytes = [0; 32];
@@ -205,7 +215,11 @@ fn commands_at_random_end_as_the_contract_says() {
         let case = tree.current();
         let (mut arguments, mut done) = done(&case, scenes, &keys, &dir);
         let entry = tally.entry((VERBS[case.verb], done.exit.clone())).or_default();
-        *entry = (entry.0 + 1, entry.1.max(done.seconds), entry.2 + done.seconds);
+        entry.commands += 1;
+        entry.seconds += done.seconds;
+        if done.seconds > entry.longest_s {
+            (entry.longest_s, entry.longest) = (done.seconds, index);
+        }
         if done.wrong.is_some() {
             let (kind, mut least) = (done.exit.clone(), case.clone());
             for _ in 0..MOST_SHRINKS {
@@ -242,11 +256,11 @@ fn commands_at_random_end_as_the_contract_says() {
             eprintln!("{} of {count} commands, {} failures", index + 1 - first, failures.len());
         }
     }
-    let all: u64 = tally.values().map(|(count, ..)| count).sum();
+    let all: u64 = tally.values().map(|tally| tally.commands).sum();
     let past: u64 =
-        tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, (count, ..))| count).sum();
-    for ((verb, exit), (count, longest, seconds)) in &tally {
-        println!("{verb:<18} exit {exit:<10} {count:>7}, the longest {longest:.2} s, all {seconds:.0} s");
+        tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, tally)| tally.commands).sum();
+    for ((verb, exit), Tally { commands, seconds, longest_s, longest }) in &tally {
+        println!("{verb:<18} exit {exit:<10} {commands:>7}, {seconds:.0} s, the longest {longest_s:.2} s (number {longest})");
     }
     let seconds = start.elapsed().as_secs_f64();
     println!("{all} commands, {past} past reading, {:.1} a second, {} failures", all as f64 / seconds, failures.len());
