@@ -77,7 +77,9 @@ impl fmt::Display for LimitsError {
                     figure(*down_to)
                 )
             }
-            Self::Open { at } => write!(f, "at {} the motion neither grows nor decays by more than is known", figure(*at)),
+            Self::Open { at } => {
+                write!(f, "at {} the motion neither grows nor decays by more than is known", figure(*at))
+            }
             Self::Late { samples, most } => {
                 write!(f, "a delay of {samples} samples, of {most} at most for which this is worked out")
             }

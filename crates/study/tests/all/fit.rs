@@ -75,7 +75,10 @@ fn right_on_scenes(rest: usize) {
         let t0 = std::time::Instant::now();
         let found = fitted(name, &Set::new());
         let t1 = t0.elapsed().as_secs_f64();
-        eprintln!("FIT {name} {t1:.2} runs {} tried {} set {:?} speed {}", found.runs, found.tried, found.set, found.speedup);
+        eprintln!(
+            "FIT {name} {t1:.2} runs {} tried {} set {:?} speed {}",
+            found.runs, found.tried, found.set, found.speedup
+        );
         let within = experiment.accuracy().within;
         let (reference, counted) = run(name, &Set::new());
         let error = worst(&run(name, &found.set).0.errors(&reference), &counted);

@@ -257,10 +257,15 @@ fn commands_at_random_end_as_the_contract_says() {
         }
     }
     let all: u64 = tally.values().map(|tally| tally.commands).sum();
-    let past: u64 =
-        tally.iter().filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str())).map(|(_, tally)| tally.commands).sum();
+    let past: u64 = tally
+        .iter()
+        .filter(|((_, exit), _)| ["0", "1"].contains(&exit.as_str()))
+        .map(|(_, tally)| tally.commands)
+        .sum();
     for ((verb, exit), Tally { commands, seconds, longest_s, longest }) in &tally {
-        println!("{verb:<18} exit {exit:<10} {commands:>7}, {seconds:.0} s, the longest {longest_s:.2} s (number {longest})");
+        println!(
+            "{verb:<18} exit {exit:<10} {commands:>7}, {seconds:.0} s, the longest {longest_s:.2} s (number {longest})"
+        );
     }
     let seconds = start.elapsed().as_secs_f64();
     println!("{all} commands, {past} past reading, {:.1} a second, {} failures", all as f64 / seconds, failures.len());
