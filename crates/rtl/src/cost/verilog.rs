@@ -1,5 +1,7 @@
 //! A block as Verilog, with what GHDL 2.0 gets wrong put right.
 
+use std::collections::BTreeSet;
+
 use hpu_datapath::AnyBlock;
 
 use super::{CostError, run};
@@ -14,7 +16,10 @@ pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostEr
         // A concatenation with a word of no bits, which is no Verilog.
         .replace("{0'b, ", "{")
         .replace(", 0'b}", "}");
-    let text: String = text.lines().map(|line| with_sign(line) + "\n").collect();
+    let text: String = declared_once(&text).map(|line| with_sign(line) + "\n").collect();
+    if !text.lines().any(|line| line.trim().starts_with("case (")) {
+        return Ok(text);
+    }
     with_defaults(&text, &synth(block, library, "vhdl")?).ok_or_else(|| CostError::Failed {
         tool: Tool::Ghdl,
         block: block.name().to_string(),
@@ -28,6 +33,22 @@ fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<Stri
     arguments.extend(block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))));
     arguments.push(block.name().to_string());
     run(library, Tool::Ghdl, block.name(), arguments)
+}
+
+/// Its lines, without the second wire of a name in a module and without what assigns a wire to itself: where a signal and the
+/// net that an instance drives have one name, GHDL 2.0 writes both.
+fn declared_once(verilog: &str) -> impl Iterator<Item = &str> {
+    let is_itself = |assigned: &str| assigned.split_once(" = ").is_some_and(|(to, from)| to == from);
+    let mut wires = BTreeSet::new();
+    verilog.lines().filter(move |line| {
+        if line.starts_with("module ") {
+            wires.clear();
+        }
+        match line.strip_prefix("  assign ").and_then(|rest| rest.split_once(';')) {
+            Some((assigned, _)) => !is_itself(assigned),
+            None => !line.starts_with("  wire ") || wires.insert(*line),
+        }
+    })
 }
 
 /// Words of more than 64 bits are written as VHDL's `"0101"`, which Verilog reads as text.
