@@ -82,7 +82,8 @@ pub trait AnyBlock {
 
 /// The bundle's content in port order.
 pub fn flatten<T: Clone, P: Ports<T>>(bundle: &P) -> Vec<T> {
-    let mut all = Vec::new();
+    // Most bundles fit.
+    let mut all = Vec::with_capacity(16);
     bundle.each(|port| all.push(port.clone()));
     all
 }
