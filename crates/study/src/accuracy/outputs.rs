@@ -38,8 +38,8 @@ pub struct Outputs {
     pub rms_m: Option<f64>,
     /// What became of the motion.
     pub outcome: OutcomeKind,
-    /// A print of every edge of every net.
-    pub print: u64,
+    /// A print of every edge of every net, of a run that was watched for it.
+    pub print: Option<u64>,
 }
 
 /// The outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
@@ -114,16 +114,39 @@ impl Outputs {
     ///
     /// Why it cannot be run.
     pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), String> {
+        Self::watched(experiment, driver, &mut (), control)
+    }
+
+    /// The same with the [`print`](Self::print), which takes most of the time of a run that leaps.
+    ///
+    /// # Errors
+    ///
+    /// As [`of`](Self::of).
+    pub fn printed(
+        experiment: &Experiment,
+        driver: Driver,
+        control: &Control,
+    ) -> Result<(Option<Self>, Summary), String> {
+        let mut print = Print { last: Vec::new(), hash: 0 };
+        let (outputs, summary) = Self::watched(experiment, driver, &mut print, control)?;
+        Ok((outputs.map(|outputs| Self { print: Some(print.hash), ..outputs }), summary))
+    }
+
+    fn watched(
+        experiment: &Experiment,
+        driver: Driver,
+        observer: &mut dyn Observe,
+        control: &Control,
+    ) -> Result<(Option<Self>, Summary), String> {
         let ready = ready(experiment)?;
         let mut trace = ready.brief_trace();
-        let mut print = Print { last: Vec::new(), hash: 0 };
-        let summary = ready.run(driver, &mut trace, &mut print, control);
-        let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace, print.hash)?) } else { None };
+        let summary = ready.run(driver, &mut trace, observer, control);
+        let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace)?) } else { None };
         Ok((outputs, summary))
     }
 
     /// From what a complete run left behind.
-    pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace, print: u64) -> Result<Self, String> {
+    pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace) -> Result<Self, String> {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
         let (motion, of_axis) = match experiment {
@@ -140,14 +163,14 @@ impl Outputs {
             exchanged_j: summary.energy.exchanged_j,
             rms_m: number(Metric::Rms),
             outcome,
-            print,
+            print: None,
         })
     }
 
     /// Whether every edge of every net, and every row of the plant, is the reference's to the bit.
     #[must_use]
     pub fn same_edges(&self, reference: &Self) -> bool {
-        self.print == reference.print
+        self.print.is_some() && self.print == reference.print
     }
 
     /// The error of every output that the reference has; infinite for a number that is none.

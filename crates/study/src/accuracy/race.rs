@@ -151,7 +151,8 @@ impl Race {
     ///
     /// Why the reference cannot be run.
     pub fn run(&self, plan: Plan, control: &Control) -> Result<Option<Chart>, String> {
-        let (reference, _) = watched(Duration::MAX, control, |own| Outputs::of(&self.written, Driver::Events, own)).0?;
+        let (reference, _) =
+            watched(Duration::MAX, control, |own| Outputs::printed(&self.written, Driver::Events, own)).0?;
         let Some(reference) = reference else { return Ok(None) };
         let accuracy = self.written.accuracy();
         let outputs = accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
@@ -213,7 +214,7 @@ impl Race {
         }
         let experiment = self.experiment(contestant, None)?;
         let driver = driver(&contestant.overrides);
-        let run = |own: &Control| Profile::of(own, || Outputs::of(&experiment, driver, own));
+        let run = |own: &Control| Profile::of(own, || Outputs::printed(&experiment, driver, own));
         let ((run, profile), late) = watched(plan.longest, control, run);
         match run? {
             (Some(run), _) => {
@@ -226,7 +227,7 @@ impl Race {
                 let shortened_s = format!("{:.1e}", 0.5 * summary.motion_s).parse().unwrap_or(summary.motion_s);
                 let short = |contestant, driver| {
                     let experiment = self.experiment(contestant, Some(shortened_s))?;
-                    let run = |own: &Control| Profile::of(own, || Outputs::of(&experiment, driver, own));
+                    let run = |own: &Control| Profile::of(own, || Outputs::printed(&experiment, driver, own));
                     let ((run, profile), late) = watched(3 * plan.longest, control, run);
                     match run? {
                         (None, _) if late => Err(format!("too slow even for {shortened_s} s of motion")),

@@ -47,7 +47,7 @@ impl Measured {
                 return Err("stopped".to_string());
             }
             let wall_s = start.elapsed().as_secs_f64();
-            let outputs = Outputs::new(experiment, &summary, trace, 0)?;
+            let outputs = Outputs::new(experiment, &summary, trace)?;
             let thin = thin(experiment, summary.verdict);
             best = Some(Self { outputs, thin, wall_s: best.map_or(wall_s, |best| best.wall_s.min(wall_s)) });
             if begin.elapsed() > Duration::from_millis(20) {

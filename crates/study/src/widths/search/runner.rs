@@ -32,8 +32,7 @@ pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(
     if !summary.complete {
         return if control.stop.load(Ordering::Relaxed) { Ok(None) } else { Err(more_events(most)) };
     }
-    // Nets are told apart by what they are used for here, not by a print of all edges.
-    Ok(Some((Outputs::new(experiment, &summary, &trace, 0)?, summary)))
+    Ok(Some((Outputs::new(experiment, &summary, &trace)?, summary)))
 }
 
 impl Runner<'_> {
