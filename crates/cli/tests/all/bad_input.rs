@@ -193,6 +193,12 @@ fn text_that_is_not_utf_8_is_refused_with_its_line() {
     assert_refused(&run(&["run", text(&scene)]), 4, &["scene.toml:3: not text in UTF-8"]);
     let motion = format!("hand.file={}", text(&write("motion.csv", b"time_s,angle_rad\n0,0\n1,\xe9\n")));
     assert_refused(&run(&["run", "replay-motion", "--set", &motion]), 4, &["motion.csv:3: not text in UTF-8"]);
+    for vcd in [&b"$comment\n \xff\n $end\n"[..], b"$timescale 1 us $end\n#0 \xff!\n"] {
+        let line = 1 + vcd.iter().take_while(|&&byte| byte != 0xff).filter(|&&byte| byte == b'\n').count();
+        let capture = format!("hand.file={}", text(&write("capture.vcd", vcd)));
+        let said = format!("capture.vcd:{line}: not text in UTF-8");
+        assert_refused(&run(&["run", "replay-capture", "--set", &capture]), 4, &[&said]);
+    }
     let vectors = write("vectors.txt", b"# pwm\n\xff\n");
     assert_refused(&run(&["vectors", "--verify", text(&vectors)]), 4, &["vectors.txt:2: not text in UTF-8"]);
     let inputs = write("inputs.csv", b"step\n1\n\n\xc3\n");

@@ -43,7 +43,9 @@ pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneEr
             let file = s.text("file", "the name of a VCD file beside the scene")?;
             let channel_a = s.text("channel_a", "the name of encoder line A in the file")?;
             let channel_b = s.text("channel_b", "the name of encoder line B in the file")?;
-            let edges = replay::read_capture(&read(s, file, load)?, channel_a, channel_b)
+            let bytes = read(s, file, load)?;
+            utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            let edges = replay::read_capture(&bytes, channel_a, channel_b)
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             Ok(Hand::Capture { edges })
         }
