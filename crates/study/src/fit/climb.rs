@@ -89,6 +89,9 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     let speedup = if model.is_empty() { 1.0 } else { climb.speedup(&model).map_err(|why| climb.error(why))? };
     let left_out = climb.left_out(&model);
     let kept = climb.kept(&model, &reference);
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(FitError::Stopped);
+    }
     Ok(Fit {
         set: overrides(&all, &model),
         within,
@@ -141,10 +144,7 @@ impl Climb<'_> {
             return told.clone();
         }
         self.runs += 1;
-        let told = self.experiment(model, &Set::new()).and_then(|experiment| {
-            let (told, late) = watched(self.patience, self.control, |own| Measured::of(&experiment, own));
-            if late { Err("it takes longer than the scene as written".into()) } else { told }
-        });
+        let told = self.experiment(model, &Set::new()).and_then(|experiment| self.waited(Measured::of, &experiment));
         self.seen.insert(model.to_vec(), told.clone());
         told
     }
@@ -153,7 +153,17 @@ impl Climb<'_> {
     fn once(&mut self, model: &[usize], index: usize) -> Result<Measured, String> {
         self.runs += 1;
         let experiment = self.experiment(model, &self.around[index].change)?;
-        Measured::once(&experiment, self.control)
+        self.waited(Measured::once, &experiment)
+    }
+
+    /// What a run tells, unless it takes too long.
+    fn waited(
+        &self,
+        run: impl FnOnce(&Experiment, &Control) -> Result<Measured, String>,
+        experiment: &Experiment,
+    ) -> Result<Measured, String> {
+        let (told, late) = watched(self.patience, self.control, |own| run(experiment, own));
+        if late { Err("it takes longer than the scene as written".into()) } else { told }
     }
 
     /// What the reference measures in a scene around.

@@ -72,13 +72,7 @@ fn right_on_scenes(rest: usize) {
         if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
             continue;
         }
-        let t0 = std::time::Instant::now();
         let found = fitted(name, &Set::new());
-        let t1 = t0.elapsed().as_secs_f64();
-        eprintln!(
-            "FIT {name} {t1:.2} runs {} tried {} set {:?} speed {}",
-            found.runs, found.tried, found.set, found.speedup
-        );
         let within = experiment.accuracy().within;
         let (reference, counted) = run(name, &Set::new());
         let error = worst(&run(name, &found.set).0.errors(&reference), &counted);
@@ -94,7 +88,6 @@ fn right_on_scenes(rest: usize) {
             let error = worst(&run(name, &set).0.errors(&there), &counted);
             assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
         }
-        eprintln!("REST {name} {:.2}", t0.elapsed().as_secs_f64() - t1);
     }
 }
 
