@@ -38,7 +38,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
 
 {
     echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
-    echo "# wall times, beside whatever else the machine did; a command that computes for 20 s is a failure"
+    echo "# seconds of wall time, other work on the machine included; a command that computes for more than 20 s fails"
     # The same verb and exit of all shares in one line.
     awk '
         # A verb of 18 characters, which may have blanks, then its exit.

@@ -17,8 +17,8 @@ use crate::{hdl, interrupt};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
-/// Without blocks and scenes, all of both: a minute or two on two cores, and it says which. The first mismatch of each is shown
-/// with the rows that lead to it.
+/// Without blocks and scenes, all of both: a minute or two on two cores, and it says which. The first mismatch of each
+/// is shown with the rows that lead to it.
 #[derive(clap::Args)]
 pub struct Args {
     /// Blocks to check on directed and random vectors

@@ -16,8 +16,8 @@ use crate::{hdl, interrupt, widths_price};
 ///
 /// Counts are of the block alone. It is timed between registers: a clocked block by its fastest clock, a combinational
 /// one by its longest path, register to register; both are the median of three placements. A block that does not fit is
-/// counted for the ECP5 instead, and not timed. What was measured is remembered: a small block takes seconds the first time, a
-/// large one minutes.
+/// counted for the ECP5 instead, and not timed. What was measured is remembered: a small block takes seconds the first
+/// time, a large one minutes.
 #[derive(clap::Args)]
 pub struct Args {
     /// The block
@@ -143,7 +143,8 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     Ok(if good { Exit::Fine } else { Exit::BadFile })
 }
 
-/// Turns a refusal by a tool into its reason, to be shown in place of the cost. A tool at fault or a missing file ends the command.
+/// Turns a refusal by a tool into its reason, to be shown in place of the cost. A tool at fault or a missing file ends
+/// the command.
 pub fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
     match found {
         Ok(found) => Ok(Ok(found)),

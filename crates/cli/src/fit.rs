@@ -14,10 +14,10 @@ use crate::{interrupt, progress};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
-/// The scene says which outputs it is about (accuracy.outputs). The cheapest model is tried first, and more is modelled until
-/// every output is within half of the tolerance of the scene as it is written, and within the tolerance, with the same verdict,
-/// when the wall is a little softer, stiffer, nearer and farther. A scene with model = "auto" is run so. It takes about as long
-/// as a hundred runs of the scene: seconds; all shipped scenes take two minutes.
+/// The scene says which outputs it is about (accuracy.outputs). The cheapest model is tried first, and more is modelled
+/// until every output is within half of the tolerance of the scene as it is written, and within the tolerance, with the
+/// same verdict, when the wall is a little softer, stiffer, nearer and farther. A scene with model = "auto" is run so.
+/// It takes about as long as a hundred runs of the scene: seconds; all shipped scenes take two minutes.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene; without one, all shipped scenes in a table

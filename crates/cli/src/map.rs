@@ -21,11 +21,11 @@ use crate::{interrupt, pictures};
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
 ///
-/// Runs lie along the boundaries between outcomes; cells within are inferred, and marked so. What is narrower than 4 cells
-/// and touches no boundary can be missed: --full runs every cell. With a folder, each cell is kept as it is done: the same
-/// command goes on after an interruption, and --full goes on from a map without it. A cell that fails, or has too many
-/// events, is a result and no failure. How long it takes is the cells that are run times the scene's own run, over the cores: minutes
-/// for many cells or all methods. Progress tells the time left.
+/// Runs lie along the boundaries between outcomes; cells within are inferred, and marked so. What is narrower than 4
+/// cells and touches no boundary can be missed: --full runs every cell. With a folder, each cell is kept as it is done:
+/// the same command goes on after an interruption, and --full goes on from a map without it. A cell that fails, or has
+/// too many events, is a result and no failure. How long it takes is the cells that are run times the scene's own run,
+/// over the cores: minutes for many cells or all methods. Progress tells the time left.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene

@@ -64,8 +64,8 @@ pub fn print(printed: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Works while `control.progress` counts from 0 to `total` of what `what` names; of no things that anybody counts where it is
-/// empty.
+/// Works while `control.progress` counts from 0 to `total` of what `what` names; of no things that anybody counts where
+/// it is empty.
 pub fn with_progress<T>(total: u64, what: &'static str, control: &'static Control, work: impl FnOnce() -> T) -> T {
     control.progress.store(0, Ordering::Relaxed);
     aside(|state| state.count = Some(Count { done: &control.progress, total, what, begin: Instant::now() }));
@@ -163,7 +163,8 @@ impl State {
         let _ = writeln!(out, "{}", self.line());
     }
 
-    /// The progress line: the part of the command, the share done, the time so far and the time left, as far as they are known.
+    /// The progress line: the part of the command, the share done, the time so far and the time left, as far as they
+    /// are known.
     fn line(&self) -> String {
         let mut line = self.command.clone();
         if !self.part.is_empty() {

@@ -29,7 +29,8 @@ use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json
 /// idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same law in f64. For
 /// every width the least that keeps the scene's outputs within a tolerance, and what one bit less breaks.
 ///
-/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the first time.
+/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
+/// first time.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses

@@ -29,7 +29,8 @@ impl From<Solver> for Driver {
     }
 }
 
-/// Events between two looks at whether a run may go on: where friction just holds, each may take a millisecond.
+/// A run looks at its control once in so many events. An event can take a millisecond: a body at rest on the edge of a
+/// count is decided in double-double at every clock edge.
 pub(crate) const TURN: u32 = 256;
 
 /// What others may do with a run while it lasts.
@@ -51,7 +52,8 @@ impl Control {
         Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
     }
 
-    /// At every [`TURN`]th event: takes note of how far the run is, and says whether it may go on after so many of them.
+    /// At every [`TURN`]th event: takes note of how far the run is, and says whether it may go on after so many of
+    /// them.
     #[inline]
     pub(crate) fn goes_on(&self, edge: u64, events: u64) -> bool {
         self.progress.store(edge, Ordering::Relaxed);

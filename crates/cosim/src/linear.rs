@@ -16,7 +16,8 @@ use crate::scene::{Device, Scene};
 pub struct LinearLoop {
     /// Change of speed or current's derivative for a unit of effort.
     input: State,
-    /// From a sample to where the effort from before ends, if that is later, and on to the next sample.
+    /// The step from a sample to the edge where its effort begins (none without delay), and from there to the next
+    /// sample.
     strides: [Option<Stride>; 2],
     /// Whole samples that an effort comes late.
     whole: usize,
@@ -97,7 +98,8 @@ impl LinearLoop {
             x = after(&x, held, rest);
             let greater = |most: f64, value: &f64| most.max(value.abs());
             let size = x.iter().fold(previous.abs(), greater);
-            // An echo that is on its way may be large while the motion is small: that is not looked at every time.
+            // While efforts on their way are large, a small motion is not scaled. The queue is long: it is looked at
+            // once a delay.
             if size >= 1e100 || size < 1e-100 && index >= next_look {
                 next_look = index + self.whole;
                 let size = waiting.iter().chain([&held]).fold(size, greater);

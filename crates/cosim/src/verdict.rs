@@ -9,8 +9,8 @@
 //!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
 //!    (a hand still on its way) falls here too, at 0 Hz.
 //!
-//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only the ends of
-//! a frequency's count are then told to one of the rows that are held, and not to one of all.
+//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only
+//! the ends of a frequency's count are then told to one of the rows that are held, and not to one of all.
 //!
 //! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it: **passive**
 //! when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm, else **non-passive**.

@@ -104,8 +104,8 @@ impl Streamed {
         [early.half_range(), late.half_range(), early.with(late).half_range()]
     }
 
-    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and between which turns the
-    /// first and the last of them are.
+    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and between which
+    /// turns the first and the last of them are.
     pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, [Swing; 2]) {
         self.turns.passages(mean, amplitude)
     }

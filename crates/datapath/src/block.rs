@@ -82,7 +82,7 @@ pub trait AnyBlock {
 
 /// The bundle's content in port order.
 pub fn flatten<T: Clone, P: Ports<T>>(bundle: &P) -> Vec<T> {
-    // Most bundles fit.
+    // Few bundles have more ports: one allocation, which need not grow.
     let mut all = Vec::with_capacity(16);
     bundle.each(|port| all.push(port.clone()));
     all

@@ -342,7 +342,8 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     p
 }
 
-/// Steps of one length, rounded at each: for motions of which only the ends of steps count.
+/// Steps of one length, in `f64`, each rounded: for a motion of which only the ends of steps count. Error of a step: a
+/// few units in the last place of `|A| |x|` times its length.
 #[derive(Clone, Copy)]
 pub struct Stride {
     a: Columns,
@@ -357,13 +358,13 @@ impl Stride {
         plus(x, &self.change(&self.slope(x, f)))
     }
 
-    /// The slope there.
+    /// The slope `A x + f`.
     #[inline(always)]
     pub(crate) fn slope(&self, x: &State, f: &State) -> State {
         plus(&self.a.times(x), f)
     }
 
-    /// What a step changes from where the slope is `w`.
+    /// The change of the state over a step that starts with the slope `w`.
     #[inline(always)]
     pub(crate) fn change(&self, w: &State) -> State {
         self.p.times(w)

@@ -108,8 +108,8 @@ fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
     };
     let (of_few, of_many) = (of("80 ms"), of("160 ms"));
     assert_eq!((of_few.1, of_many.1), (4_000_001, 8_000_001));
-    // 65536 values are half a megabyte; the loop itself takes as much again. Whole, the rows would be 64 and 128 MB: here a row
-    // more adds less than a hundredth of a byte.
+    // 65536 values are half a megabyte; the loop itself takes as much again. Whole, the rows would be 64 and 128 MB:
+    // here a row more adds less than a hundredth of a byte.
     assert!(of_few.0 < 2_000_000, "{} bytes", of_few.0);
     assert!(100 * of_many.0.saturating_sub(of_few.0) < 4_000_000, "{} bytes, then {}", of_few.0, of_many.0);
 }

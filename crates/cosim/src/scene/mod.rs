@@ -45,11 +45,12 @@
 //!
 //! # Sizes
 //!
-//! A quantity that is finite but absurd is refused with what is accepted. Between its bounds everything that a run computes stays
-//! finite and resolved: `f64` tells the counts of the finest encoder apart at the farthest place, double-double follows the
-//! fastest mode through the longest run, and a word has its place in 64 bits. Published devices are orders of magnitude away from
-//! either end. A quantity of either sign is accepted down to 0, one without a sign from its least size on, or 0 where that has a
-//! meaning. Some keys have narrower bounds of their own; their refusals tell them.
+//! A quantity that is finite but absurd is refused with what is accepted. Between its bounds everything that a run
+//! computes stays finite and resolved: `f64` tells the counts of the finest encoder apart at the farthest place,
+//! double-double follows the fastest mode through the longest run, and a word has its place in 64 bits. Published
+//! devices are orders of magnitude away from either end. A quantity of either sign is accepted down to 0, one without a
+//! sign from its least size on, or 0 where that has a meaning. Some keys have narrower bounds of their own; their
+//! refusals tell them.
 //!
 //! | Quantity | least | greatest | unit |
 //! |---|---|---|---|
@@ -75,8 +76,8 @@
 //! | an energy | 1e-15 | 1e9 | J |
 //! | a plain number | 1e-9 | 1e12 | 1 |
 //!
-//! No speed may pass by more than 1000 encoder counts in one clock edge: neither the one at the start nor one that a hand imposes.
-//! A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
+//! No speed may pass by more than 1000 encoder counts in one clock edge: neither the one at the start nor one that a
+//! hand imposes. A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
 
 mod accuracy;
 mod expect;

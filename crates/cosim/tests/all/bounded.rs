@@ -68,7 +68,8 @@ fn a_run_of_more_rows_than_are_held_has_the_verdict_and_the_metrics_of_all_of_th
             expected[0]
         );
         assert_eq!([found[1], found[3]], [expected[1], expected[3]], "{name}");
-        // Either end of the count is told to one of the rows that are held, and at least three tenths of half of them are counted over.
+        // Either end of the count is told to one of the rows that are held, and at least three tenths of half of them
+        // are counted over.
         let counted = 0.15 * few.rows() as f64;
         assert!(
             (found[2] - expected[2]).abs() <= 2.0 / counted * expected[2],

@@ -35,8 +35,9 @@ fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<Stri
     run(library, Tool::Ghdl, block.name(), arguments)
 }
 
-/// Its lines, without the second wire of a name in a module and without what assigns a wire to itself: where a signal and the
-/// net that an instance drives have one name, GHDL 2.0 writes both.
+/// Its lines without repeated declarations of a wire and without assignments of a wire to itself. GHDL 2.0 writes both
+/// where a signal has the name of the net that an instance drives; Icarus Verilog refuses the first and reads the
+/// second as unknown.
 fn declared_once(verilog: &str) -> impl Iterator<Item = &str> {
     let is_itself = |assigned: &str| assigned.split_once(" = ").is_some_and(|(to, from)| to == from);
     let mut wires = BTreeSet::new();

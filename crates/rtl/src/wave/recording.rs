@@ -202,7 +202,8 @@ impl<S: Sink> Observe for Recording<S> {
     }
 }
 
-/// A file of a run, in whatever format: what watches a run need not be compiled again, for each format, by the crate that runs it.
+/// A file of a run, in whatever format: what watches a run need not be compiled again, for each format, by the crate
+/// that runs it.
 pub trait WaveFile: Observe {
     /// Completes the file; see [`Recording::finish`].
     ///

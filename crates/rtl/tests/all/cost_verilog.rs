@@ -14,7 +14,8 @@ const ROWS: usize = 60;
 /// The same for a law, which takes up to 34 rows from a sample to its torque.
 const LAW_ROWS: usize = 400;
 
-/// A module that feeds the rows of `rows.hex` to the block, one a clock, and tells how many rows there were and how many differ.
+/// A module that feeds the rows of `rows.hex` to the block, one a clock, and tells how many rows there were and how
+/// many differ.
 fn bench(header: &Header, rows: usize) -> String {
     let width = |columns: &[Column]| -> u32 { columns.iter().map(|column| column.format.width()).sum() };
     let (ins, outs) = (width(&header.inputs), width(&header.outputs));

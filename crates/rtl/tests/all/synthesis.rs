@@ -1,4 +1,5 @@
-//! What GHDL does not take for hardware. That everything in `hdl/` is, in every variant, is held where its Verilog is simulated.
+//! GHDL refuses to synthesise a quotient of reals. `cost_verilog` synthesises every variant of every block in `hdl/`
+//! and simulates the result.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

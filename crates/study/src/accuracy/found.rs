@@ -52,7 +52,7 @@ impl Speed {
         self.motion_s / self.wall_s
     }
 
-    /// What was timed, in words: `whole`, or `first 0.031 s`.
+    /// The part of the motion that was timed, in words: `whole`, or `first 0.031 s`.
     #[must_use]
     pub fn timed(self) -> String {
         // Two digits, which are plain where there are fewer.

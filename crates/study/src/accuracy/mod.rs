@@ -5,9 +5,9 @@
 //! the outputs that the scene names, or that the reference's verdict makes worth comparing ([`Outputs`]); what counts as its speed
 //! is motion over wall time, from a parsed scene to a verdict ([`Race`]).
 //!
-//! Errors are of the whole motion. So are wall times, but for long runs that go on by edges or fixed steps: these are timed over
-//! the first part of the motion, and scaled to all of it by how the wall time of the run for the errors was spread
-//! ([`Speed::timed_s`] says which).
+//! Errors are of the whole motion. So are wall times, but for long runs that go on by edges or fixed steps: these are
+//! timed over the first part of the motion, and scaled to all of it by how the wall time of the run for the errors was
+//! spread ([`Speed::timed_s`] says which).
 
 mod contestants;
 mod found;

@@ -10,7 +10,8 @@ use hpu_cosim::Control;
 /// Time from look to look at a run.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How far a run had come at some times of it: a run that costs twice as much in contact as in free motion shows it here.
+/// How far a run had come at some times of it: a run that costs twice as much in contact as in free motion shows it
+/// here.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Profile {
     /// Wall time and clock edges done; both only grow.

@@ -1,5 +1,5 @@
-//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one by one,
-//! over the whole motion or as much of it as tells the time.
+//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one
+//! by one, over the whole motion or as much of it as tells the time.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -64,8 +64,8 @@ pub struct Plan {
     pub jobs: NonZeroUsize,
     /// How long a run may take; what takes longer runs a shorter motion.
     pub longest: Duration,
-    /// Runs are repeated until they took so long all together, for the shortest of them. A run by edges or steps that takes
-    /// longer is timed for so long, and scaled.
+    /// Runs are repeated until they took so long all together, for the shortest of them. A run by edges or steps that
+    /// takes longer is timed for so long, and scaled.
     pub enough: Duration,
     /// The most runs.
     pub repeats: u32,
@@ -89,7 +89,7 @@ struct Judged {
     profile: Option<Profile>,
 }
 
-/// What a run is expected to take, in ms of one core, to say how far a race is.
+/// The time that a run is expected to take, in ms of one core; the progress line counts in it.
 struct Work {
     judge: u64,
     time: u64,
@@ -130,7 +130,8 @@ impl Race {
         self.scene.parse(&overrides).map_err(|error| error.to_string())
     }
 
-    /// What counts as progress until everybody has run: about the time that it takes, so that shares are shares of the time.
+    /// The total of the progress counter when everybody has run. It is about the time in ms, so that a share of it is a
+    /// share of the time.
     #[must_use]
     pub fn work(&self, plan: Plan) -> u64 {
         let all = self.contestants.iter().map(|contestant| self.work_of(contestant, plan));

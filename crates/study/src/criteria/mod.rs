@@ -123,7 +123,7 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
 
 /// The stiffness at which the exact linear loop leaves the unit circle.
 fn critical(scene: &Scene, damping: f64) -> Result<f64, LimitsError> {
-    // The loop's matrix has a row for each of them.
+    // The loop's matrix has a row for each sample of delay, and its powers cost the cube of that.
     const MOST_WAITING: u64 = 64;
     let waiting = scene.clock.edges(scene.model.delay_s) / scene.period_clocks();
     if waiting > MOST_WAITING {

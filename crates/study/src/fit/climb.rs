@@ -25,7 +25,8 @@ const MOST_TURNS: usize = 5;
 /// By how much less a model may be worth and yet be the faster one.
 const NEARLY: u32 = 2;
 
-/// A model that takes so many times as long as the scene as written, and so much longer, is not waited for.
+/// A model is given up when it takes so many times as long as the scene as written and this much more: it cannot be the
+/// pick.
 const LATE: u32 = 3;
 const LATEST: Duration = Duration::from_millis(200);
 
@@ -122,7 +123,7 @@ struct Climb<'a> {
     seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
     /// Their errors in the scenes around.
     seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, String>>,
-    /// How long a model may take: one that diverges may take for ever.
+    /// How long a run of a model may take. One that diverges can take thousands of times as long as the scene.
     patience: Duration,
     runs: usize,
 }
@@ -130,8 +131,8 @@ struct Climb<'a> {
 /// A scene around.
 struct Neighbour {
     change: Set,
-    /// What the reference measured there, once a model has to be held against it; nothing where it cannot be run (a wall that
-    /// no longer fits its word): that says nothing of a model.
+    /// The reference's run there, made when the first model is held against it. `Some(None)`: the scene cannot be run
+    /// there (its wall no longer fits the word), so no model is judged by it.
     reference: Option<Option<Measured>>,
 }
 
@@ -156,7 +157,7 @@ impl Climb<'_> {
         self.waited(Measured::once, &experiment)
     }
 
-    /// What a run tells, unless it takes too long.
+    /// Runs an experiment, and gives up when it takes longer than `patience`.
     fn waited(
         &self,
         run: impl FnOnce(&Experiment, &Control) -> Result<Measured, String>,
@@ -166,7 +167,7 @@ impl Climb<'_> {
         if late { Err("it takes longer than the scene as written".into()) } else { told }
     }
 
-    /// What the reference measures in a scene around.
+    /// The reference's run in a scene around; `None` where it cannot be run.
     fn there(&mut self, index: usize) -> Option<&Measured> {
         if self.around[index].reference.is_none() {
             self.around[index].reference = Some(self.once(&[], index).ok());
@@ -406,8 +407,9 @@ impl Climb<'_> {
     }
 }
 
-/// By how many times [`PHASE`] the wall is moved, either way: words hold the wall at whole counts, so each of them near is met, and
-/// each in another phase where a law holds it between them. Farther away a motion may be much longer or shorter: once.
+/// By how many times [`PHASE`] the wall is moved, either way: words hold the wall at whole counts, so each of them near
+/// is met, and each in another phase where a law holds it between them. Farther away a motion may be much longer or
+/// shorter: once.
 const PHASES: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 /// In counts.
 const PHASE: f64 = 0.94;

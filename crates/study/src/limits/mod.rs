@@ -129,7 +129,7 @@ pub(crate) fn unit(scene: &Scene) -> &'static str {
 pub(crate) fn settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     const FEWEST: usize = 1 << 11;
     const MOST: usize = 1 << 22;
-    // Rounding, sample by sample, does as much.
+    // A growth as small as this comes from rounding at every sample.
     let least = 16.0 * f64::EPSILON / scene.sample_period_s();
     let law = LinearLoop::new(scene, stiffness, scene.wall.damping_nm_s_per_rad);
     let mut samples = FEWEST;
@@ -156,7 +156,7 @@ pub(crate) fn bisect(
     mut stable: impl FnMut(f64) -> Option<bool>,
 ) -> Result<(f64, f64), LimitsError> {
     const DOUBLINGS: i32 = 40;
-    // A verdict that stays open takes longest, and one that does so often in turn will not close.
+    // An open verdict takes the longest run, and after a few in turn the next ones stay open too.
     const OPEN: i32 = 6;
     let mut sought = |wanted: bool, factor: f64| {
         let (mut at, mut open) = (start, 0);

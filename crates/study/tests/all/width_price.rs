@@ -65,9 +65,9 @@ fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
     assert!(text.contains("exhausted") && text.contains("computed") && text.contains("(counted)"));
 }
 
-/// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, `t` the time by which the spring is late. Four clocks
-/// of that are the encoder's way through the FPGA. A swing of 100 counts dies by `2 m / (b - k t)`, a third of a second at the least
-/// damping here, five of which pass before a verdict looks.
+/// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, `t` the time by which the spring is late. Four
+/// clocks of that are the encoder's way through the FPGA. A swing of 100 counts dies by `2 m / (b - k t)`, a third of a
+/// second at the least damping here, five of which pass before a verdict looks.
 fn pressed(damping_n_s_per_m: f64) -> Scene {
     let text = format!(
         r#"

@@ -1,9 +1,10 @@
 //! Commands at random, within sense and at its edges: no panic, no hang, every exit in the contract, nothing left behind.
 //!
-//! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt as text.
-//! Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60], `HPU_FUZZ_SEED` which
-//! ones [1], `HPU_FUZZ_FIRST` where to begin [0], `HPU_FUZZ_FOLDER` where its files are [fuzz]: each command depends on seed and number alone. A failure is told with its
-//! number, made smaller, with the command and its files in a folder that stays.
+//! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt
+//! as text. Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60],
+//! `HPU_FUZZ_SEED` which ones [1], `HPU_FUZZ_FIRST` where to begin [0], `HPU_FUZZ_FOLDER` where its files are [fuzz]:
+//! each command depends on seed and number alone. A failure is told with its number, made smaller, with the command and
+//! its files in a folder that stays.
 
 mod command;
 mod keys;
