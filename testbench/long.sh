@@ -1,7 +1,8 @@
 #!/bin/bash
-# What is too long for the test command: commands at random, on all cores. Its record is record/long.txt.
+# What is too long for the test command: the tests marked `ignore`, then commands at random, on all cores. Its record is
+# record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
-# Exit codes: 0 every command ended as the contract says, 1 one did not.
+# Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,6 +22,10 @@ binary=$(cargo test --locked -p hpu --test all --no-run --message-format=json-re
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
+failed=0
+cargo test --locked --workspace --tests -- --ignored >"$scratch/ignored" 2>&1 || failed=1
+[ $failed = 0 ] || cat "$scratch/ignored"
+
 pids=()
 for ((core = 0; core < cores; core++)); do
     (
@@ -30,7 +35,6 @@ for ((core = 0; core < cores; core++)); do
     ) &
     pids+=($!)
 done
-failed=0
 for pid in "${pids[@]}"; do
     wait "$pid" || failed=1
 done
@@ -39,6 +43,8 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
 {
     echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
     echo "# seconds of wall time, other work on the machine included; a command that computes for more than 20 s fails"
+    awk '/^test result:/ { passed += $4; failed += $6 }
+        END { printf "tests that the test command leaves out: %d passed, %d failed\n", passed, failed }' "$scratch/ignored"
     # The same verb and exit of all shares in one line.
     awk '
         # A verb of 18 characters, which may have blanks, then its exit.

@@ -37,12 +37,18 @@ def built():
             yield package, message["target"]["name"], message["executable"]
 
 
+def listed(package, binary, *only):
+    """Names of the tests of a binary."""
+    command = [binary, "--list", "--format", "terse", *only]
+    lines = subprocess.run(command, cwd=package, stdout=subprocess.PIPE, check=True).stdout.decode().splitlines()
+    return [line.removesuffix(": test") for line in lines if line.endswith(": test")]
+
+
 def tests_of(package, name, binary):
-    """Every test of a binary: its name for people, its folder, its command."""
-    listed = subprocess.run([binary, "--list", "--format", "terse"], cwd=package, stdout=subprocess.PIPE, check=True)
-    for line in listed.stdout.decode().splitlines():
-        test = line.removesuffix(": test")
-        if test != line:
+    """Every test of a binary: its name for people, its folder, its command. Those marked `ignore` are left to long.sh."""
+    ignored = set(listed(package, binary, "--ignored"))
+    for test in listed(package, binary):
+        if test not in ignored:
             yield f"{package.name} {name} {test}", package, [binary, "--exact", test, "--nocapture"]
 
 

@@ -75,7 +75,7 @@ impl Plan {
     /// As usual: 60 s at most, which no run of a scene of 2 s takes; repeated until 0.2 s are spent, 5 times at most.
     #[must_use]
     pub fn usual(jobs: NonZeroUsize) -> Self {
-        Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(200), repeats: 5 }
+        Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(150), repeats: 5 }
     }
 }
 

@@ -64,31 +64,43 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
     [0.98, 1.03].map(|share| one(stiffness, share * k)).into_iter().chain(places).collect()
 }
 
+/// Scenes that take a third of the time of all of them: `testbench/long.sh` runs those.
+const LONG: [&str; 6] = [
+    "power-scaling",
+    "impulse-engine-shaped",
+    "phantom-drop-rtos",
+    "phantom-flexible",
+    "stiff-conventional-1khz",
+    "conventional-wall-1khz",
+];
+
+fn right_on(name: &str) {
+    let (_, experiment) = read(name, &Set::new());
+    if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
+        return;
+    }
+    let found = fitted(name, &Set::new());
+    let within = experiment.accuracy().within;
+    let (reference, counted) = run(name, &Set::new());
+    let error = worst(&run(name, &found.set).0.errors(&reference), &counted);
+    assert!(error <= within / 2.0, "{name}: {:?} is off by {error}", found.set);
+    if found.set.is_empty() {
+        return;
+    }
+    for change in elsewhere(&experiment) {
+        let (there, _) = run(name, &change);
+        // A scene near a boundary of stability may end otherwise itself: then the pick has to, too.
+        let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
+        let set = change.iter().chain(&found.set).cloned().collect();
+        let error = worst(&run(name, &set).0.errors(&there), &counted);
+        assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
+    }
+}
+
 /// The scenes whose number in the list leaves this rest by four: tests of a file run side by side.
 fn right_on_scenes(rest: usize) {
-    for shipped in shipped().iter().skip(rest).step_by(4) {
-        let name = shipped.name;
-        let (_, experiment) = read(name, &Set::new());
-        if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
-            continue;
-        }
-        let found = fitted(name, &Set::new());
-        let within = experiment.accuracy().within;
-        let (reference, counted) = run(name, &Set::new());
-        let error = worst(&run(name, &found.set).0.errors(&reference), &counted);
-        assert!(error <= within / 2.0, "{name}: {:?} is off by {error}", found.set);
-        if found.set.is_empty() {
-            continue;
-        }
-        for change in elsewhere(&experiment) {
-            let (there, _) = run(name, &change);
-            // A scene near a boundary of stability may end otherwise itself: then the pick has to, too.
-            let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
-            let set = change.iter().chain(&found.set).cloned().collect();
-            let error = worst(&run(name, &set).0.errors(&there), &counted);
-            assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
-        }
-    }
+    let names = shipped().iter().map(|shipped| shipped.name);
+    names.skip(rest).step_by(4).filter(|name| !LONG.contains(name)).for_each(right_on);
 }
 
 #[test]
@@ -109,6 +121,12 @@ fn what_is_chosen_is_right_on_the_third_quarter_of_the_scenes_and_around_them() 
 #[test]
 fn what_is_chosen_is_right_on_the_last_quarter_of_the_scenes_and_around_them() {
     right_on_scenes(3);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn what_is_chosen_is_right_on_the_scenes_that_take_long_and_around_them() {
+    LONG.into_iter().for_each(right_on);
 }
 
 #[test]
