@@ -21,6 +21,10 @@ use crate::units::si;
 const CSV: &str = "trace.csv";
 const PARQUET: &str = "trace.parquet";
 
+/// The convention of the trace's signs, kept in the metadata of `trace.parquet`, in `summary.json` and in the glossary.
+pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
+                         a wall at a positive position pushes back with a negative one; a net is the value of its word";
+
 /// Bytes of CSV that an output of the plant takes in a row: what shipped scenes take, and one more.
 const REAL_BYTES: u64 = 21;
 /// Bytes that a time, or a word, takes.
@@ -37,7 +41,8 @@ impl Estimate {
     /// Of a run with so many nets in its table.
     pub fn of(session: &Ready, nets: usize, parquet: bool) -> Self {
         let rows = session.edges() / session.stride() + 1;
-        let (reals, words) = (session.reals().len() as u64, nets as u64 + 1);
+        let reals = (session.columns().len() + session.commands().len()) as u64;
+        let words = nets as u64 + 1;
         Self {
             rows,
             csv_bytes: rows.saturating_mul(reals * REAL_BYTES + words * WORD_BYTES),
@@ -86,11 +91,21 @@ fn free_bytes(dir: &Path) -> Option<u64> {
 const BATCH: usize = 1024;
 const WAITING: usize = 64;
 
+/// A column of a word: its name with the unit, and what an ulp of the word is.
+struct Column {
+    name: String,
+    /// Where the net is among those that are picked.
+    pick: usize,
+    scale: f64,
+}
+
 /// Watches a run, whose rows are written by a thread of its own. A row that cannot be written ends the run.
 pub struct Rows {
     clock: Clock,
-    nets: Vec<Signal>,
-    /// Where these are among all nets.
+    /// Where the columns of the plant are in a row.
+    reals: Vec<usize>,
+    words: Vec<Column>,
+    /// Where the nets are among all nets.
     picks: Vec<usize>,
     /// Their words now.
     now: Vec<i64>,
@@ -136,8 +151,26 @@ impl Files {
     }
 }
 
+/// The columns of words: what actuators are asked for, in the plant's units, then the nets in their own.
+fn words(session: &Ready, nets: &[Signal]) -> Vec<Column> {
+    let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
+        let pick = nets.iter().position(|other| other.name == net)?;
+        Some(Column { name: name.to_string(), pick, scale })
+    });
+    let own = nets.iter().enumerate().map(|(pick, net)| {
+        let name = format!("{}_{}", net.name, suffix(net.unit));
+        Column { name, pick, scale: net.format.lsb() }
+    });
+    commands.chain(own).collect()
+}
+
+/// A net's unit as the end of a column's name: `count/sample` is `count_per_sample`.
+fn suffix(unit: &str) -> String {
+    unit.replace('/', "_per_").replace([' ', '.', '-'], "_").to_lowercase()
+}
+
 impl Rows {
-    /// Begins the files: times and plant outputs with the unit in the name, then these nets with theirs.
+    /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its unit.
     pub fn begin(
         session: &Ready,
         nets: &[Signal],
@@ -149,20 +182,21 @@ impl Rows {
         let all = session.wiring().nets();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
-        let reals: Vec<&str> = session.reals().iter().map(|real| real.name).collect();
-        let words = nets.iter().map(|net| format!("{} [{}]", net.name, net.unit));
-        let header = ["time_s".to_string()].into_iter().chain(reals.iter().map(|real| real.to_string())).chain(words);
-        writeln!(csv, "{}", header.collect::<Vec<_>>().join(","))
-            .map_err(|error| Failure::at(&folder.place(CSV), error))?;
+        let reals = session.columns();
+        let words = words(session, nets);
+        let row = session.row();
+        let names = reals.iter().map(|&column| row[column].name).chain(words.iter().map(|column| &*column.name));
+        let names: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
+        writeln!(csv, "{}", names.join(",")).map_err(|error| Failure::at(&folder.place(CSV), error))?;
         let parquet = match parquet {
             true => {
                 let file = folder.create(PARQUET)?;
-                let table = TraceTable::new(file, &reals, nets, command);
+                let table = TraceTable::new(file, &names, SIGNS, command);
                 Some(table.map_err(|error| Failure::at(&folder.place(PARQUET), error))?)
             }
             false => None,
         };
-        let columns = 1 + reals.len() + nets.len();
+        let columns = names.len();
         let files = Files { columns, csv, parquet };
         let (send, batches) = sync_channel(WAITING);
         let writer = thread::spawn(move || {
@@ -174,7 +208,8 @@ impl Rows {
         });
         Ok(Self {
             clock: session.clock(),
-            nets: nets.to_vec(),
+            reals,
+            words,
             picks,
             now: vec![0; nets.len()],
             columns,
@@ -204,6 +239,10 @@ impl Observe for Rows {
         self.picks.iter().any(|pick| nets.contains(pick))
     }
 
+    fn measures(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn nets(&mut self, _: Cycle, words: &[i64]) {
         for (now, &pick) in self.now.iter_mut().zip(&self.picks) {
@@ -213,8 +252,8 @@ impl Observe for Rows {
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.batch.push(self.clock.seconds(cycle));
-        self.batch.extend_from_slice(values);
-        self.batch.extend(self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word)));
+        self.batch.extend(self.reals.iter().map(|&column| values[column]));
+        self.batch.extend(self.words.iter().map(|column| column.scale * self.now[column.pick] as f64));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

@@ -201,6 +201,10 @@ fn nets(session: &Ready) -> Vec<Signal> {
 struct Recorded(Waves, Rows);
 
 impl Observe for Recorded {
+    fn measures(&self) -> bool {
+        self.1.measures()
+    }
+
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);
@@ -235,7 +239,7 @@ fn simulate<'s>(
     let control = interrupt::heed();
     // Without pictures nobody looks at more than the verdict does. The length of a run is no matter for memory.
     let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
-    let trace = if args.out.is_some() && !args.no_plot { session.trace(&drawn) } else { session.brief_trace() };
+    let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
     let summary = match folder {
         None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),

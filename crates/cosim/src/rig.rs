@@ -17,6 +17,7 @@ use crate::scene::Record;
 use crate::summary::{Abort, NetUse, Summary};
 use crate::trace::Trace;
 use crate::verdict::Verdict;
+use crate::window::window;
 use crate::world::World;
 
 /// The scene's wiring.
@@ -153,6 +154,15 @@ pub trait Rig {
     fn wiring(&self) -> &TheLoop;
     /// The continuous outputs of the world.
     fn reals(&self) -> &'static [Real];
+    /// What a row of the trace tells: [`reals`](Self::reals), then what goes on between rows.
+    fn row(&self) -> &'static [Real];
+    /// Those of [`row`](Self::row) that mean something in this scene; none without a device.
+    fn columns(&self) -> Vec<usize> {
+        if self.has_device() { (0..self.row().len()).collect() } else { Vec::new() }
+    }
+    /// Nets that command an actuator, each with the column that tells what they ask for, and how much of it an ulp of the word
+    /// is, positive along the positive direction.
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
     /// Whether there is a device, and not a recording in its place.
     fn has_device(&self) -> bool;
     /// Does something with the wiring and the world.
@@ -185,6 +195,16 @@ pub trait Rig {
         Trace::new(self.clock(), self.stride(), (0..self.reals().len()).collect(), picks)
     }
 
+    /// The same with what pictures draw between rows.
+    fn drawn_trace(&self, nets: &[&str]) -> Trace {
+        self.trace(nets).keeping(&self.drawn())
+    }
+
+    /// Mean, least and greatest values that pictures draw, as columns of a [`row`](Self::row).
+    fn drawn(&self) -> Vec<[usize; 3]> {
+        Vec::new()
+    }
+
     /// An empty trace of only what [`judge`](Self::judge) and [`metric`](crate::metric) look at.
     fn brief_trace(&self) -> Trace {
         Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
@@ -214,7 +234,8 @@ pub(crate) fn run<R: Rig>(
         Some(direct) => direct.run(end, stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, observer }, control })
+            let observer = Watch { trace, observer, reals: rig.reals().len() };
+            rig.visit(Run { driver, end, stride, modulated, observer, control })
         }
     };
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
@@ -229,12 +250,17 @@ pub(crate) fn run<R: Rig>(
 struct Watch<'a> {
     trace: &'a mut Trace,
     observer: Option<&'a mut dyn Observe>,
+    /// How many outputs the plant has.
+    reals: usize,
 }
 
 impl Observe for Watch<'_> {
     #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
         self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
+    }
+    fn measures(&self) -> bool {
+        self.trace.keeps_beyond(self.reals) || self.observer.as_ref().is_some_and(|observer| observer.measures())
     }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
@@ -287,7 +313,9 @@ impl<'s> Visit<'s> for Run<'_> {
         if !self.modulated {
             wiring.rest_modulator();
         }
-        let mut run = ClosedLoop::new(wiring, world, input, self.stride);
+        let first = window(self.end / self.stride + 1).start * self.stride;
+        let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(first);
+        let mut run = if self.observer.measures() { run.measured() } else { run };
         let complete = run.run(self.driver, self.end, &mut self.observer, self.control);
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {
@@ -304,6 +332,7 @@ impl<'s> Visit<'s> for Run<'_> {
             steps: run.world.steps(),
             redecided: run.world.redecided(),
             energy: run.world.audit(),
+            averages: run.averages(),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         };
         (summary, run.world.over())

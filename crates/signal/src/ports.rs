@@ -93,6 +93,10 @@ pub trait Observe {
     fn watches(&self) -> bool {
         true
     }
+    /// Whether the rows of [`reals`](Self::reals) have to tell means and extremes too, after the plant's outputs.
+    fn measures(&self) -> bool {
+        false
+    }
     /// Whether it looks at any of these nets. If not, a run may pass over edges at which no others change.
     fn follows(&self, _nets: Range<usize>) -> bool {
         true

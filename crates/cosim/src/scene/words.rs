@@ -4,7 +4,8 @@ use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use super::source::SceneError;
-use super::{Device, LawMethod, Loop, Scene};
+use super::{Datapath, Device, LawMethod, Loop, Scene};
+use crate::law_loop::COMMAND_BITS;
 use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
 
@@ -49,6 +50,19 @@ pub struct Realised {
     pub damping_error: f64,
     /// Sample rate.
     pub sample_rate_hz: f64,
+}
+
+impl LoopWords {
+    /// Torque or force that one count of the command asks for: the quantum of PWM counts, or that of a law in floats, whose
+    /// command is finer.
+    #[must_use]
+    pub fn command_quantum_nm(&self, scene: &Scene) -> f64 {
+        let counts = match scene.model.datapath {
+            Datapath::Law => 2f64.powi(self.config.pwm.width.cast_signed() - COMMAND_BITS.cast_signed()),
+            Datapath::Words | Datapath::Linear => 1.0,
+        };
+        counts * self.realised.torque_quantum_nm
+    }
 }
 
 impl Scene {

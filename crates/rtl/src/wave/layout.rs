@@ -57,7 +57,7 @@ pub struct Layout {
 
 /// Makes the layout of a session.
 struct Laying {
-    has_device: bool,
+    reals: &'static [Real],
 }
 
 impl<'s> Visit<'s> for Laying {
@@ -67,7 +67,7 @@ impl<'s> Visit<'s> for Laying {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        Layout::new(wiring, if self.has_device { E::REALS } else { &[] })
+        Layout::new(wiring, self.reals)
     }
 }
 
@@ -152,7 +152,8 @@ impl Layout {
     /// The hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
     pub fn of(session: &impl Rig) -> Self {
-        session.visit(Laying { has_device: session.has_device() })
+        let reals = if session.has_device() { session.reals() } else { &[] };
+        session.visit(Laying { reals })
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two

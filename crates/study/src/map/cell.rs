@@ -148,7 +148,7 @@ impl Cell {
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
         let displayed = match (experiment, verdict) {
-            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace),
+            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace, summary.averages),
             _ => None,
         };
         Ok(Some(Self {
@@ -181,19 +181,16 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     }
 }
 
-/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, in the last three tenths of the run,
-/// and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
-fn displayed_stiffness(scene: &Scene, trace: &Trace) -> Option<(f64, Option<f64>)> {
-    let tail = |values: &[f64]| {
-        let rows = (values.len() * 3 / 10).max(2).min(values.len());
-        values[values.len() - rows..].to_vec()
-    };
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let depths: Vec<f64> = tail(trace.angles_rad()).iter().map(|angle| angle - scene.wall.position_rad).collect();
-    if depths.iter().any(|depth| *depth <= 0.0) {
+/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the last three
+/// tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
+fn displayed_stiffness(scene: &Scene, trace: &Trace, averages: Option<[f64; 2]>) -> Option<(f64, Option<f64>)> {
+    let angles_rad = trace.angles_rad();
+    let rows = (angles_rad.len() * 3 / 10).max(2).min(angles_rad.len());
+    if angles_rad[angles_rad.len() - rows..].iter().any(|angle_rad| *angle_rad <= scene.wall.position_rad) {
         return None;
     }
-    let displayed = -mean(&tail(trace.real(3))) / mean(&depths);
+    let [torque_nm, angle_rad] = averages?;
+    let displayed = -torque_nm / (angle_rad - scene.wall.position_rad);
     let asked = scene.wall.stiffness_nm_per_rad;
     displayed.is_finite().then_some((displayed, (asked > 0.0).then_some(displayed / asked)))
 }
