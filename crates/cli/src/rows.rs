@@ -94,6 +94,7 @@ const WAITING: usize = 64;
 /// A column of a word: its name with the unit, and what an ulp of the word is.
 struct Column {
     name: String,
+    doc: String,
     /// Where the net is among those that are picked.
     pick: usize,
     scale: f64,
@@ -155,18 +156,29 @@ impl Files {
 fn words(session: &Ready, nets: &[Signal]) -> Vec<Column> {
     let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
         let pick = nets.iter().position(|other| other.name == net)?;
-        Some(Column { name: name.to_string(), pick, scale })
+        let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
+        Some(Column { name: name.to_string(), doc, pick, scale })
     });
     let own = nets.iter().enumerate().map(|(pick, net)| {
-        let name = format!("{}_{}", net.name, suffix(net.unit));
-        Column { name, pick, scale: net.format.lsb() }
+        let doc = format!("{}: a word of format {}", net.doc, net.format);
+        Column { name: named(net), doc, pick, scale: net.format.lsb() }
     });
     commands.chain(own).collect()
 }
 
-/// A net's unit as the end of a column's name: `count/sample` is `count_per_sample`.
-fn suffix(unit: &str) -> String {
-    unit.replace('/', "_per_").replace([' ', '.', '-'], "_").to_lowercase()
+/// A net's name with its unit: `velocity` in `count/sample` is `velocity_count_per_sample`.
+fn named(net: &Signal) -> String {
+    let unit = net.unit.replace('/', "_per_").replace([' ', '.', '*'], "_").to_lowercase();
+    if unit == "1" { net.name.into() } else { format!("{}_{unit}", net.name) }
+}
+
+/// The columns of the trace, each with a line about it, by their order in the files.
+pub fn columns(session: &Ready, nets: &[Signal]) -> Vec<(String, String)> {
+    let row = session.row();
+    let time = ("time_s".to_string(), "Time since the reset".to_string());
+    let reals = session.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
+    let words = words(session, nets).into_iter().map(|column| (column.name, column.doc));
+    [time].into_iter().chain(reals).chain(words).collect()
 }
 
 impl Rows {
@@ -182,16 +194,13 @@ impl Rows {
         let all = session.wiring().nets();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
-        let reals = session.columns();
-        let words = words(session, nets);
-        let row = session.row();
-        let names = reals.iter().map(|&column| row[column].name).chain(words.iter().map(|column| &*column.name));
-        let names: Vec<&str> = ["time_s"].into_iter().chain(names).collect();
+        let (reals, words, told) = (session.columns(), words(session, nets), columns(session, nets));
+        let names: Vec<&str> = told.iter().map(|(name, _)| &**name).collect();
         writeln!(csv, "{}", names.join(",")).map_err(|error| Failure::at(&folder.place(CSV), error))?;
         let parquet = match parquet {
             true => {
                 let file = folder.create(PARQUET)?;
-                let table = TraceTable::new(file, &names, SIGNS, command);
+                let table = TraceTable::new(file, &told, SIGNS, command);
                 Some(table.map_err(|error| Failure::at(&folder.place(PARQUET), error))?)
             }
             false => None,
@@ -253,7 +262,8 @@ impl Observe for Rows {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.batch.push(self.clock.seconds(cycle));
         self.batch.extend(self.reals.iter().map(|&column| values[column]));
-        self.batch.extend(self.words.iter().map(|column| column.scale * self.now[column.pick] as f64));
+        // No negative zero.
+        self.batch.extend(self.words.iter().map(|column| 0.0 + column.scale * self.now[column.pick] as f64));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

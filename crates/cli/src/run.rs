@@ -188,7 +188,7 @@ fn write(
 }
 
 /// The nets that are drawn and tabled.
-fn nets(session: &Ready) -> Vec<Signal> {
+pub fn nets(session: &Ready) -> Vec<Signal> {
     let names = match session {
         Ready::Axis(session) => chart::nets(session.scene()),
         Ready::Phantom(_) => &PHANTOM_NETS,

@@ -4,8 +4,8 @@ use hpu_cosim::{NetUse, Ready, Rig, Verdict};
 use hpu_signal::Format;
 use serde_json::{Value, json};
 
-use crate::fit;
 use crate::run::Ran;
+use crate::{fit, rows, run};
 
 /// The object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
@@ -55,8 +55,16 @@ pub fn summary(ran: &Ran) -> Value {
         "rtl": ran.rtl.as_ref().map(|(row, hdl)| {
             json!({ "edges": row.edges, "mismatches": row.mismatches, "hdl": hdl.to_string() })
         }),
+        "trace": trace(ran.session),
         "files": ran.files,
     })
+}
+
+/// What the columns of trace.csv and trace.parquet are.
+fn trace(session: &Ready) -> Value {
+    let columns = rows::columns(session, &run::nets(session));
+    let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
+    json!({ "signs": rows::SIGNS, "columns": columns })
 }
 
 /// What the scene's words make of its values.

@@ -56,3 +56,5 @@ pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
 pub use verdict::{PASSIVE_RMS_M, Verdict, judge, judge_drop};
 pub use world::{Pins, World};
+
+pub use hpu_plant::Pace;

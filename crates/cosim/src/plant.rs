@@ -58,7 +58,7 @@ impl Plant {
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
         let actuator = actuator(scene)?;
-        let modulator = (actuator == Actuator::Switching).then(|| 1 << scene.method.pwm.bits);
+        let modulator = scene.modulator_clocks();
         // A step may be longer than what is run of it.
         let (edge_s, horizon) = (scene.clock.period_s(), scene.edges().max(scene.step_clocks()));
         if let scene::Hand::Capture { edges } = &scene.hand {

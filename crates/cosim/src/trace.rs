@@ -208,6 +208,12 @@ impl Trace {
         self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
     }
 
+    /// Clock edges between rows that are held.
+    #[must_use]
+    pub fn edges_apart(&self) -> u64 {
+        self.every() * self.stride
+    }
+
     /// Seconds between rows that are held.
     #[must_use]
     pub fn interval_s(&self) -> f64 {

@@ -15,33 +15,34 @@ use parquet::schema::types::Type;
 const GROUP_ROWS: usize = 1 << 16;
 
 /// A Parquet file that rows are added to, each value a column of doubles whose name ends in its unit. Its metadata hold the
-/// command, and the convention of signs.
+/// command, the convention of signs, and a line about each column.
 pub struct TraceTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
     columns: Vec<Vec<f64>>,
 }
 
 impl<W: Write + Send> TraceTable<W> {
-    /// Begins the file.
+    /// Begins the file: columns are a name with its unit, and a line about it.
     ///
     /// # Errors
     ///
     /// What the writer says.
-    pub fn new(out: W, names: &[&str], signs: &str, command: &str) -> Result<Self, ParquetError> {
-        let column = |name: &&str| {
+    pub fn new(out: W, columns: &[(String, String)], signs: &str, command: &str) -> Result<Self, ParquetError> {
+        let column = |(name, _): &(String, String)| {
             let column = Type::primitive_type_builder(name, Physical::DOUBLE);
             column.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
         };
-        let fields = names.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let fields = columns.iter().map(column).collect::<Result<Vec<_>, _>>()?;
         let schema = Type::group_type_builder("trace").with_fields(fields).build()?;
-        let metadata = [("command", command), ("signs", signs)];
-        let metadata = metadata.map(|(key, value)| KeyValue::new(key.to_string(), value.to_string())).to_vec();
+        let told = columns.iter().map(|(name, doc)| (&**name, &**doc));
+        let metadata = [("command", command), ("signs", signs)].into_iter().chain(told);
+        let metadata = metadata.map(|(key, value)| KeyValue::new(key.to_string(), value.to_string())).collect();
         let properties = WriterProperties::builder()
             .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
             .set_key_value_metadata(Some(metadata))
             .build();
         let file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
-        Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); names.len()] })
+        Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); columns.len()] })
     }
 
     /// Adds a row: a value for each column, in their order.

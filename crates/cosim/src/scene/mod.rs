@@ -313,6 +313,13 @@ impl Scene {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
     }
 
+    /// Clocks of a period of the modulator whose gates drive the device, if they do; periods begin at the edges after its multiples.
+    #[must_use]
+    pub fn modulator_clocks(&self) -> Option<u64> {
+        let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;
+        switches.then(|| 1 << self.method.pwm.bits)
+    }
+
     /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.
     #[must_use]
     pub fn step_clocks(&self) -> u64 {

@@ -1,5 +1,6 @@
 //! One panel of a page: axes, ticks, and data mapped into it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use plotters::style::RGBColor;
@@ -146,6 +147,37 @@ impl Panel {
         }
         close(&mut column);
         kept
+    }
+
+    /// The band between two curves, each span of which has one least and one greatest value.
+    pub fn band(&self, canvas: &mut Canvas, spans: impl Iterator<Item = (Range<f64>, [f64; 2])>, color: RGBColor) {
+        let mut columns: BTreeMap<i32, (i32, i32)> = BTreeMap::new();
+        let is_shown = |span: &Range<f64>| span.end > self.x.start && span.start < self.x.end;
+        for (span, values) in spans.filter(|(span, _)| is_shown(span)) {
+            let (from, low) = self.at(span.start.max(self.x.start), values[0]);
+            let (to, high) = self.at(span.end.min(self.x.end), values[1]);
+            for x in from..=to {
+                let column = columns.entry(x).or_insert((low, high));
+                *column = (column.0.max(low), column.1.min(high));
+            }
+        }
+        let mut open: Option<(i32, i32, (i32, i32))> = None;
+        for (x, column) in columns {
+            match &mut open {
+                Some((_, to, same)) if *to == x && *same == column => *to = x + 1,
+                _ => {
+                    let done = open.replace((x, x + 1, column));
+                    self.fill_columns(canvas, done, color);
+                }
+            }
+        }
+        self.fill_columns(canvas, open, color);
+    }
+
+    fn fill_columns(&self, canvas: &mut Canvas, columns: Option<(i32, i32, (i32, i32))>, color: RGBColor) {
+        if let Some((from, to, (low, high))) = columns {
+            canvas.fill([(from, high), (to, low.max(high + 1))], color, 1.0);
+        }
     }
 
     /// Shades the times at which a flag is up, over the panel's height; what a few pixels part is shaded as one.

@@ -17,7 +17,7 @@ fn with_runs<T>(names: &[&str], then: impl FnOnce(&[Run]) -> T) -> T {
     let finished: Vec<_> = sessions
         .iter()
         .map(|session| {
-            let mut trace = session.trace(nets(session.scene()));
+            let mut trace = session.drawn_trace(nets(session.scene()));
             let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
             (session, trace, summary)
         })
@@ -138,7 +138,7 @@ fn a_recording_has_no_motion_to_show_but_its_bits() {
 fn an_interrupted_run_is_drawn_as_far_as_it_went() {
     let scene = parsed("hybrid-wall");
     let session = Session::new(&scene).unwrap();
-    let mut trace = session.trace(nets(session.scene()));
+    let mut trace = session.drawn_trace(nets(session.scene()));
     let control = Control::default();
     control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
     let summary = session.run(Driver::Events, &mut trace, &mut (), &control);

@@ -39,7 +39,7 @@ fn gain(gain: f64) -> Result<String, String> {
     Ok(format!("{:.3} uN.m.s/rad, {:.4} of the motor's own", damping * 1e6, damping / own))
 }
 
-/// The mean of the motor's torque in the later half of a run that holds the shaft in the wall.
+/// The mean of the motor's torque in the last three tenths of a run that holds the shaft in the wall.
 fn torque(product: &str, control: &Control) -> Result<String, String> {
     let scene = axis(
         "hybrid-wall",
@@ -52,8 +52,8 @@ fn torque(product: &str, control: &Control) -> Result<String, String> {
     let experiment = Experiment::Axis(scene);
     let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
     let mut trace = ready.brief_trace();
-    ready.run(Driver::Events, &mut trace, &mut (), control);
-    let torques = &trace.real(3)[trace.real(3).len() / 2..];
-    let mean = -torques.iter().sum::<f64>() / torques.len() as f64;
+    let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
+    let [torque_nm, _] = summary.averages.ok_or("stopped before its end")?;
+    let mean = -torque_nm;
     Ok(format!("{:.3} mN.m", mean * 1e3))
 }
