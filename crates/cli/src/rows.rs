@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use hpu_cosim::{Control, Ready, Rig};
+use hpu_cosim::{Control, Ready, Rig, SIGNS};
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
 
@@ -20,10 +20,6 @@ use crate::units::si;
 
 const CSV: &str = "trace.csv";
 const PARQUET: &str = "trace.parquet";
-
-/// The convention of the trace's signs, kept in the metadata of `trace.parquet`, in `summary.json` and in the glossary.
-pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
-                         a wall at a positive position pushes back with a negative one; a net is the value of its word";
 
 /// Bytes of CSV that an output of the plant takes in a row: what shipped scenes take, and one more.
 const REAL_BYTES: u64 = 21;
@@ -91,13 +87,31 @@ fn free_bytes(dir: &Path) -> Option<u64> {
 const BATCH: usize = 1024;
 const WAITING: usize = 64;
 
-/// A column of a word: its name with the unit, and what an ulp of the word is.
+/// A column of a word: its name with the unit, a line about it, and how it is shown.
 struct Column {
     name: String,
     doc: String,
     /// Where the net is among those that are picked.
     pick: usize,
-    scale: f64,
+    shown: Shown,
+}
+
+/// How a word is shown.
+enum Shown {
+    /// As the net's value.
+    Net(Signal),
+    /// By this factor.
+    Scaled(f64),
+}
+
+impl Shown {
+    fn value(&self, word: i64) -> f64 {
+        match self {
+            Self::Net(net) => net.shown(word),
+            // No negative zero.
+            Self::Scaled(scale) => 0.0 + scale * word as f64,
+        }
+    }
 }
 
 /// Watches a run, whose rows are written by a thread of its own. A row that cannot be written ends the run.
@@ -157,11 +171,12 @@ fn words(session: &Ready, nets: &[Signal]) -> Vec<Column> {
     let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
         let pick = nets.iter().position(|other| other.name == net)?;
         let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
-        Some(Column { name: name.to_string(), doc, pick, scale })
+        Some(Column { name: name.to_string(), doc, pick, shown: Shown::Scaled(scale) })
     });
     let own = nets.iter().enumerate().map(|(pick, net)| {
-        let doc = format!("{}: a word of format {}", net.doc, net.format);
-        Column { name: named(net), doc, pick, scale: net.format.lsb() }
+        let read = if net.is_counter() { ", read as signed" } else { "" };
+        let doc = format!("{}: a word of format {}{read}", net.doc, net.format);
+        Column { name: named(net), doc, pick, shown: Shown::Net(net.clone()) }
     });
     commands.chain(own).collect()
 }
@@ -262,8 +277,7 @@ impl Observe for Rows {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.batch.push(self.clock.seconds(cycle));
         self.batch.extend(self.reals.iter().map(|&column| values[column]));
-        // No negative zero.
-        self.batch.extend(self.words.iter().map(|column| 0.0 + column.scale * self.now[column.pick] as f64));
+        self.batch.extend(self.words.iter().map(|column| column.shown.value(self.now[column.pick])));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

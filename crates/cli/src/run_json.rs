@@ -1,6 +1,6 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
-use hpu_cosim::{NetUse, Ready, Rig, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, SIGNS, Verdict};
 use hpu_signal::Format;
 use serde_json::{Value, json};
 
@@ -64,7 +64,7 @@ pub fn summary(ran: &Ran) -> Value {
 fn trace(session: &Ready) -> Value {
     let columns = rows::columns(session, &run::nets(session));
     let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
-    json!({ "signs": rows::SIGNS, "columns": columns })
+    json!({ "signs": SIGNS, "columns": columns })
 }
 
 /// What the scene's words make of its values.

@@ -111,13 +111,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self
     }
 
-    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge.
+    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge, by the clock
+    /// period in seconds.
     #[must_use]
-    pub fn averages(&self) -> Option<[f64; 2]> {
+    pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
         let before = self.rows.before?;
         let edges = self.edge.checked_sub(self.rows.window).filter(|edges| *edges > 0)?;
         let after = self.world.torque_and_angle(self.edge);
-        Some([0, 1].map(|k| (after[k] - before[k]) / edges as f64))
+        Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
     }
 
     /// Edges done.

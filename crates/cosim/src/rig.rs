@@ -235,7 +235,8 @@ pub(crate) fn run<R: Rig>(
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             let observer = Watch { trace, observer, reals: rig.reals().len() };
-            rig.visit(Run { driver, end, stride, modulated, observer, control })
+            let edge_s = rig.clock().period_s();
+            rig.visit(Run { driver, end, stride, modulated, edge_s, observer, control })
         }
     };
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
@@ -297,6 +298,7 @@ struct Run<'a> {
     end: u64,
     stride: u64,
     modulated: bool,
+    edge_s: f64,
     observer: Watch<'a>,
     control: &'a Control,
 }
@@ -332,7 +334,7 @@ impl<'s> Visit<'s> for Run<'_> {
             steps: run.world.steps(),
             redecided: run.world.redecided(),
             energy: run.world.audit(),
-            averages: run.averages(),
+            averages: run.averages(self.edge_s),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         };
         (summary, run.world.over())

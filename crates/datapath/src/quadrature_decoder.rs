@@ -85,7 +85,12 @@ impl Block for QuadratureDecoder {
 
     fn outputs(&self) -> Out<Signal> {
         Out {
-            step: Signal::new("step", Format::signed(2), "count", "Motion since the previous edge: -1, 0 or +1"),
+            step: Signal::new(
+                "step",
+                Format::signed(2),
+                "count",
+                "Motion since the previous edge: +1 where b leads a (a b = 00, 01, 11, 10), -1 where a leads b, or 0",
+            ),
             error: Signal::bit("error", "Both lines have changed at one edge since reset: counts were lost"),
         }
     }

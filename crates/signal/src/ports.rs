@@ -24,6 +24,22 @@ impl Signal {
         Self { name, format, unit, doc }
     }
 
+    /// Whether it counts modulo its width from the place where it began. Its word is unsigned; traces and waveforms read it as
+    /// signed, so that one that passes below zero goes on smoothly.
+    #[must_use]
+    pub fn is_counter(&self) -> bool {
+        !self.format.is_signed() && ["position", "held"].contains(&self.name.trim_end_matches(['1', '2', '3']))
+    }
+
+    /// The value of a word as traces show it.
+    #[must_use]
+    pub fn shown(&self, word: i64) -> f64 {
+        if self.is_counter() {
+            return Format::signed(self.format.width()).wrap(word.into()) as f64;
+        }
+        self.format.to_f64(word)
+    }
+
     /// A one-bit signal.
     #[must_use]
     pub fn bit(name: &'static str, doc: &'static str) -> Self {

@@ -108,8 +108,8 @@ fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
     let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
     let mut lines = trace.lines();
     let header = lines.next().expect("a header");
-    assert!(header.starts_with("time_s,current_a,speed_rad_per_s,angle_rad,torque_nm,position [count],"), "{header}");
-    assert!(header.ends_with(",command [PWM count]"), "{header}");
+    assert!(header.starts_with("time_s,current_a,speed_rad_per_s,angle_rad,torque_nm,current_mean_a,"), "{header}");
+    assert!(header.ends_with(",command_pwm_count"), "{header}");
     let columns = header.split(',').count();
     let times: Vec<_> = lines
         .map(|line| {

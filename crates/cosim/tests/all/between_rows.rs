@@ -271,3 +271,22 @@ fn the_mean_torque_does_not_beat_with_the_modulator() {
     // A hundredth of the beat and less: what is left is the wheel, which wanders between two counts.
     assert!(averaged < 1e-2 * sampled, "{averaged} of {sampled}");
 }
+
+#[test]
+fn a_run_knows_the_exact_means_of_its_end() {
+    // Whole, in rows of 0.1 ms, by what rows tell; both windows end with the run, and begin at a row.
+    let still = [("model.bridge", "averaged"), ("run.duration", "40 ms")];
+    let direct = [("model.solver", "rk4"), ("model.step", "7 us"), ("model.datapath", "law")];
+    for more in [&[][..], &direct] {
+        let scene = parsed("hybrid-wall", &[&LEANING[..2], &still, more].concat());
+        let (table, summary) = table(&scene, Driver::Events, true);
+        // The last three tenths of 401 rows are 120, and 119 times between them.
+        let rows = &table.rows[table.rows.len() - 119..];
+        let mean = |of: usize| rows.iter().map(|row| row[of]).sum::<f64>() / rows.len() as f64;
+        let [torque_nm, angle_rad] = summary.averages.expect("an axis");
+        assert!((torque_nm - mean(10)).abs() < 1e-9 * torque_nm.abs(), "{torque_nm}, rows {}", mean(10));
+        // Of the angle rows tell samples: their trapezoid errs by h^2 / 12 of the greatest acceleration.
+        let ends = 0.5 * (table.rows[table.rows.len() - 120][2] - rows[118][2]) / 119.0;
+        assert!((angle_rad - mean(2) - ends).abs() < 1e-8 * 1e4 / 12.0, "{angle_rad}, rows {}", mean(2) + ends);
+    }
+}

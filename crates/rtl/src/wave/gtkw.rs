@@ -43,8 +43,6 @@ const CURVES: [&str; 19] = [
     "host",
     "command",
 ];
-/// Unsigned counters read as signed: one that passes below zero goes on smoothly.
-const COUNTERS: [&str; 2] = ["position", "held"];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h); the save file has them in hexadecimal.
 const DECIMAL: u32 = 1 << 2;
@@ -88,7 +86,7 @@ pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> St
     write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
-    write_group(&mut file, "Plant", reals);
+    write_group(&mut file, "Plant: torques and forces positive along the positive position", reals);
     file
 }
 
@@ -123,14 +121,15 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 }
 
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
-    let Signal { name, format, unit, .. } = &layout.nets[index];
+    let net @ Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = match *format {
         Format::BIT => BINARY | RIGHT,
-        _ if format.is_signed() || COUNTERS.contains(&base(name)) => SIGNED | RIGHT,
+        _ if format.is_signed() || net.is_counter() => SIGNED | RIGHT,
         _ => DECIMAL | RIGHT,
     };
     let flags = if CURVES.contains(&base(name)) { flags | STEP | FULL_SCALE } else { flags };
-    let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
+    let read = if net.is_counter() { ", read as signed" } else { "" };
+    let alias = (*unit != "1").then(|| format!("{name} ({unit}{read})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
 

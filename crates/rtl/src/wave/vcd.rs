@@ -2,6 +2,7 @@
 
 use std::io::{self, BufWriter, IntoInnerError, Write};
 
+use hpu_cosim::SIGNS;
 use hpu_signal::Clock;
 use vcd::{IdCode, TimescaleUnit, VarType, Writer};
 
@@ -52,6 +53,9 @@ impl<W: Write> Vcd<W> {
         if let Some(channels) = layout.channels {
             let frequency_mhz = clock.frequency_hz() as f64 / 1e6;
             header.comment(&format!("Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"))?;
+        }
+        if !layout.reals.is_empty() {
+            header.comment(SIGNS)?;
         }
         let power = Timescale::of(clock).power();
         header.timescale(10u32.pow(power % 3), UNITS[power as usize / 3])?;
