@@ -290,3 +290,28 @@ fn a_run_knows_the_exact_means_of_its_end() {
         assert!((angle_rad - mean(2) - ends).abs() < 1e-8 * 1e4 / 12.0, "{angle_rad}, rows {}", mean(2) + ends);
     }
 }
+
+#[test]
+fn the_hands_torque_does_the_hands_work() {
+    // By the trapezoid over every edge: within a millionth of what is exchanged.
+    let leaning = |more: &[(&'static str, &'static str)]| [&LEANING[..], more].concat();
+    let cases = [
+        ("hybrid-wall", leaning(&[])),
+        ("hybrid-wall", leaning(&[("model.solver", "rk4"), ("model.step", "1 us")])),
+        ("rail-drop", vec![("device.initial_position", "2.01 cm"), ("run.duration", "4 ms")]),
+        ("prescribed-sweep", vec![("run.duration", "4 ms")]),
+    ];
+    for (name, changes) in cases {
+        let clock = Ready::new(&parsed(name, &[])).unwrap().clock();
+        let scene =
+            parsed(name, &[&changes[..], &[("record.plant_rate", &format!("{} Hz", clock.frequency_hz()))]].concat());
+        let (table, summary) = table(&scene, Driver::Events, true);
+        let power = |row: &Vec<f64>| row[HAND] * row[SPEED];
+        let pairs = table.rows.windows(2);
+        let work_j: f64 = pairs.map(|pair| 0.5 * clock.period_s() * (power(&pair[0]) + power(&pair[1]))).sum();
+        let energy = summary.energy;
+        let most = 1e-6 * energy.exchanged_j;
+        assert!((work_j - energy.hand_j).abs() <= most, "{name}: {work_j} J, {} J, allowed {most}", energy.hand_j);
+        assert!(work_j != 0.0, "{name}");
+    }
+}
