@@ -109,7 +109,7 @@ fn a_folder_gets_waves_trace_pictures_and_summary() {
     let header = trace.lines().next().expect("a header");
     let start = "time_s,tip_x_m,tip_y_m,tip_z_m,logged_x_m,logged_y_m,logged_z_m,torque1_nm,torque2_nm,torque3_nm,";
     assert!(header.starts_with(start), "{header}");
-    assert!(header.ends_with("command1 [DAC count],command2 [DAC count],command3 [DAC count]"), "{header}");
+    assert!(header.ends_with("command1_dac_count,command2_dac_count,command3_dac_count"), "{header}");
     // 40 ms at 20 kHz, both ends, and the header.
     assert_eq!(trace.lines().count(), 802);
     let vcd = fs::read_to_string(out.join("wave.vcd")).expect("a waveform");

@@ -123,6 +123,32 @@ fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).expect("a summary")).expect("JSON");
     assert_eq!(summary["files"].as_array().expect("files").len(), names(&out).len());
+    let told: Vec<_> = summary["trace"]["columns"].as_array().expect("columns").iter().map(|c| &c["name"]).collect();
+    assert_eq!(told, header.split(',').collect::<Vec<_>>());
+    assert!(header.split(',').all(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')), "{header}");
+}
+
+#[test]
+fn a_wall_pushes_back_with_a_negative_torque_in_every_column() {
+    let dir = scratch("signs");
+    let out = dir.join("out");
+    let leaning = ["--set", "device.initial_angle=1.55 rad", "--set", "hand.path=[[0, 1.8]]"];
+    let arguments = ["run", "hybrid-wall", "--set", "run.duration=20 ms", "--no-plot", "--vcd", "-o", text(&out)];
+    assert!(code(&run(&[&arguments[..], &leaning].concat())) <= 1, "the expectations are those of the whole scene");
+    let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+    let (names, last) = (trace.lines().next().expect("a header"), trace.lines().last().expect("rows"));
+    let of = |name: &str| -> f64 {
+        let at = names.split(',').position(|other| other == name).unwrap_or_else(|| panic!("{name} in {names}"));
+        last.split(',').nth(at).expect("a value").parse().expect("a number")
+    };
+    for name in ["torque_mean_nm", "torque_least_nm", "torque_greatest_nm", "wall_torque_nm"] {
+        assert!(of(name) < 0.0, "{name}: {last}");
+    }
+    for name in ["hand_torque_nm", "command_pwm_count", "penetration_count", "hand_angle_rad"] {
+        assert!(of(name) > 0.0, "{name}: {last}");
+    }
+    let waves = fs::read_to_string(out.join("wave.vcd")).expect("a waveform");
+    assert!(waves.contains("torques and forces are positive along the positive direction"), "{}", &waves[..400]);
 }
 
 #[test]

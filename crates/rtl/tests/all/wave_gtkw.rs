@@ -58,7 +58,8 @@ fn groups_open_and_close_in_the_order_of_the_signal_flow() {
     let lines: Vec<&str> = save.lines().collect();
     let with =
         |flags: &str| -> Vec<&str> { lines.windows(2).filter(|pair| pair[0] == flags).map(|pair| pair[1]).collect() };
-    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", "-Plant"];
+    let plant = "-Plant: torques and forces positive along the positive position";
+    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", plant];
     assert_eq!(with("@800200"), groups);
     assert_eq!(with("@1000200"), groups);
 }
