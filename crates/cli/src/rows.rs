@@ -197,7 +197,8 @@ pub fn columns(session: &Ready, nets: &[Signal]) -> Vec<(String, String)> {
 }
 
 impl Rows {
-    /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its unit.
+    /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its
+    /// unit.
     pub fn begin(
         session: &Ready,
         nets: &[Signal],

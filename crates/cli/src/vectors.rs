@@ -20,9 +20,9 @@ const MOST_ROWS: u64 = 10_000_000;
 
 /// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
 ///
-/// A set is text. Line 1 names the block, its ports with their formats, and its generics. Every further line is one clock edge: the
-/// inputs before it and the outputs after it, in hex words. The last line, "# end N rows", counts these rows and is none itself: a
-/// file without it has been cut.
+/// A set is text. Line 1 names the block, its ports with their formats, and its generics. Every further line is one
+/// clock edge: the inputs before it and the outputs after it, in hex words. The last line, "# end N rows", counts these
+/// rows and is none itself: a file without it has been cut.
 #[derive(clap::Args)]
 pub struct Args {
     /// The blocks; all when none is named

@@ -1,9 +1,9 @@
 //! What the rows of a trace tell, column by column.
 //!
-//! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a positive
-//! position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least and greatest
-//! current, speed and torque (see [`hpu_plant::Gauge`]), then what is felt. A row of a PHANToM has its outputs, then mean, least and
-//! greatest torque of each motor.
+//! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a
+//! positive position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least
+//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then what is felt. A row of a PHANToM has its
+//! outputs, then mean, least and greatest torque of each motor.
 
 use hpu_plant::{Axis, Measured, REALS};
 use hpu_signal::Real;
@@ -13,7 +13,8 @@ use crate::arm_world::ARM_REALS;
 /// The convention of signs: what traces, waveforms and summaries say of it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
                          a wall at a positive position pushes back with a negative one; a net is the value of its word, \
-                         and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a positive one";
+                         and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a \
+                         positive one";
 
 const fn real(name: &'static str, doc: &'static str) -> Real {
     Real { name, doc }

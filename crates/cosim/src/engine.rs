@@ -111,8 +111,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self
     }
 
-    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge, by the clock
-    /// period in seconds.
+    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge, by
+    /// the clock period in seconds.
     #[must_use]
     pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
         let before = self.rows.before?;

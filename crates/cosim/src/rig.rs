@@ -160,8 +160,8 @@ pub trait Rig {
     fn columns(&self) -> Vec<usize> {
         if self.has_device() { (0..self.row().len()).collect() } else { Vec::new() }
     }
-    /// Nets that command an actuator, each with the column that tells what they ask for, and how much of it an ulp of the word
-    /// is, positive along the positive direction.
+    /// Nets that command an actuator, each with the column that tells what they ask for, and how much of it an ulp of
+    /// the word is, positive along the positive direction.
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
     /// Whether there is a device, and not a recording in its place.
     fn has_device(&self) -> bool;

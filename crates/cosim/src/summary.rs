@@ -104,8 +104,8 @@ pub struct Summary {
     pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
-    /// Exact means over the part of the run that a verdict is made of: of the actuator's torque or force, and of the position; of
-    /// an axis that came that far.
+    /// Exact means over the part of the run that a verdict is made of: of the actuator's torque or force, and of the
+    /// position; of an axis that came that far.
     pub averages: Option<[f64; 2]>,
     /// The use of every net.
     pub nets: Vec<NetUse>,

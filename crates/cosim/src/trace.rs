@@ -44,7 +44,8 @@ struct Beyond {
     /// Of each output that is kept: least, greatest, last.
     extremes: Vec<[f64; 3]>,
     judged: Vec<Streamed>,
-    /// Of each output that rows tell means and extremes of: sum of the means, least, greatest of rows that came after the last held one.
+    /// Of each output that rows tell means and extremes of: sum of the means, least, greatest of rows that came after
+    /// the last held one.
     waiting: Vec<[f64; 3]>,
 }
 
@@ -72,8 +73,8 @@ impl Trace {
         }
     }
 
-    /// The same with mean, least and greatest value of an output, which are these columns of a row. Where not all rows are held, those
-    /// that are tell of the others too: the mean of their means, the least, the greatest.
+    /// The same with mean, least and greatest value of an output, which are these columns of a row. Where not all rows
+    /// are held, those that are tell of the others too: the mean of their means, the least, the greatest.
     #[must_use]
     pub fn keeping(mut self, between: &[[usize; 3]]) -> Self {
         for columns in between {
@@ -333,7 +334,8 @@ impl Trace {
     }
 }
 
-/// Lets every second row of mean, least and greatest value tell of the row before it too; the last one, of `every` rows, waits.
+/// Lets every second row of mean, least and greatest value tell of the row before it too; the last one, of `every`
+/// rows, waits.
 fn join(columns: &mut [Vec<f64>], every: u64, [sum, low, high]: &mut [f64; 3]) {
     let [mean, least, greatest] = columns else { unreachable!("three columns") };
     for row in (2..mean.len()).step_by(2) {

@@ -172,8 +172,8 @@ impl<'a> Device<'a> {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge tells of current and speed, exactly: means and extremes since the row before; nothing unless
-    /// [`measure`](Self::measure) asked for it.
+    /// What the row at an edge tells of current and speed, exactly: means and extremes since the row before; nothing
+    /// unless [`measure`](Self::measure) asked for it.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;

@@ -113,9 +113,9 @@ impl Axis {
         [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
-    /// What is felt in a state: the hand's angle, and its torque on the shaft, positive along the positive angle. A hand with an
-    /// intention is where it means to be, any other where the shaft is. One that imposes the motion bears what friction and
-    /// motor do to it.
+    /// What is felt in a state: the hand's angle, and its torque on the shaft, positive along the positive angle. A
+    /// hand with an intention is where it means to be, any other where the shaft is. One that imposes the motion bears
+    /// what friction and motor do to it.
     #[must_use]
     pub fn felt(&self, x: &State, intent_rad_per_s: f64) -> [f64; 2] {
         let motor = &self.motor;

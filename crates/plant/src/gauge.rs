@@ -2,14 +2,14 @@
 //!
 //! A row at edge `r`, after one at `r'`, tells
 //!
-//! - the mean from the last period of the modulator that began at or before `r'` to the last one at or before `r`, so that a
-//!   ripple is in it by whole periods and does not beat with the rows; without a modulator, or where no period began between
-//!   the two rows, the mean from `r'` to `r`;
+//! - the mean from the last period of the modulator that began at or before `r'` to the last one at or before `r`, so
+//!   that a ripple is in it by whole periods and does not beat with the rows; without a modulator, or where no period
+//!   began between the two rows, the mean from `r'` to `r`;
 //! - least and greatest value from `r'` to `r`, both included: at every anchor and at stationary points in between.
 //!
-//! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. What a row tells is a function
-//! of the gauge at the anchor and of the stretch, so it does not depend on how often anybody looked. Integrals are those of
-//! the flow; no sum is taken over samples.
+//! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. What a row tells is a
+//! function of the gauge at the anchor and of the stretch, so it does not depend on how often anybody looked. Integrals
+//! are those of the flow; no sum is taken over samples.
 
 use crate::cruise::Cruise;
 use crate::guard::{Guard, Point, dyadic};
@@ -78,7 +78,8 @@ impl Extent {
         self
     }
 
-    /// What a course within one clock edge comes to, by its values and slopes at both ends; in between it is a parabola.
+    /// What a course within one clock edge comes to, by its values and slopes at both ends; in between it is a
+    /// parabola.
     fn course(&mut self, length_s: f64, values: [f64; 2], slopes: [f64; 2]) {
         values.into_iter().for_each(|x| self.take(x));
         if slopes[0] * slopes[1] < 0.0 {
@@ -96,8 +97,8 @@ pub struct Measured {
     pub extent: Extent,
 }
 
-/// A motion from one anchor to the next, as a [`Gauge`] sees it. An end that is `None` is the stretch's own, which may lie
-/// between two edges.
+/// A motion from one anchor to the next, as a [`Gauge`] sees it. An end that is `None` is the stretch's own, which may
+/// lie between two edges.
 pub trait Stretch<const N: usize> {
     /// The integrals of the outputs over the time between.
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N];
@@ -131,8 +132,8 @@ impl<const N: usize> Gauge<N> {
         Self { pace, since_row: none, since_boundary: none, periods: none, extent }
     }
 
-    /// The gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the stretch's start, `now` the
-    /// first at or after the end `to`.
+    /// The gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the stretch's
+    /// start, `now` the first at or after the end `to`.
     #[must_use]
     pub fn after(&self, first: u64, now: u64, to: Option<u64>, stretch: &impl Stretch<N>) -> Self {
         let pace = self.pace;

@@ -291,8 +291,8 @@ impl Guard {
         dot(&self.bend, w)
     }
 
-    /// Coefficients in the sizes of the slope that bound the second and the fourth derivative over 2^`dyadic` edges, where they are
-    /// tabulated.
+    /// Coefficients in the sizes of the slope that bound the second and the fourth derivative over 2^`dyadic` edges,
+    /// where they are tabulated.
     #[inline(always)]
     pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[&State; 2]> {
         self.bounds.get(dyadic).map(|bounds| [&bounds.second, &bounds.fourth])

@@ -24,8 +24,8 @@ impl Signal {
         Self { name, format, unit, doc }
     }
 
-    /// Whether it counts modulo its width from the place where it began. Its word is unsigned; traces and waveforms read it as
-    /// signed, so that one that passes below zero goes on smoothly.
+    /// Whether it counts modulo its width from the place where it began. Its word is unsigned; traces and waveforms
+    /// read it as signed, so that one that passes below zero goes on smoothly.
     #[must_use]
     pub fn is_counter(&self) -> bool {
         !self.format.is_signed() && ["position", "held"].contains(&self.name.trim_end_matches(['1', '2', '3']))

@@ -14,8 +14,8 @@ use parquet::schema::types::Type;
 /// Rows of a group; so many are in memory at a time.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// A Parquet file that rows are added to, each value a column of doubles whose name ends in its unit. Its metadata hold the
-/// command, the convention of signs, and a line about each column.
+/// A Parquet file that rows are added to, each value a column of doubles whose name ends in its unit. Its metadata hold
+/// the command, the convention of signs, and a line about each column.
 pub struct TraceTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
     columns: Vec<Vec<f64>>,

@@ -313,7 +313,8 @@ impl Scene {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
     }
 
-    /// Clocks of a period of the modulator whose gates drive the device, if they do; periods begin at the edges after its multiples.
+    /// Clocks of a period of the modulator whose gates drive the device, if they do; periods begin at the edges after
+    /// its multiples.
     #[must_use]
     pub fn modulator_clocks(&self) -> Option<u64> {
         let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;

@@ -53,8 +53,8 @@ pub struct Realised {
 }
 
 impl LoopWords {
-    /// Torque or force that one count of the command asks for: the quantum of PWM counts, or that of a law in floats, whose
-    /// command is finer.
+    /// Torque or force that one count of the command asks for: the quantum of PWM counts, or that of a law in floats,
+    /// whose command is finer.
     #[must_use]
     pub fn command_quantum_nm(&self, scene: &Scene) -> f64 {
         let counts = match scene.model.datapath {

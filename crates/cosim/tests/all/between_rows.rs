@@ -1,9 +1,9 @@
 //! What rows tell of the time between them, against the same run with a row at every clock edge.
 //!
-//! The trapezoid over edges `h` apart errs from the mean of an output by at most `h² M / 12`, `M` being the greatest second derivative; a
-//! stationary point lies at most `h² M / 8` beyond the samples beside it. Where a mode ends within an edge the slope jumps there, by at
-//! most twice its greatest size `S`: that costs the trapezoid `h² S / 4` more, and an extreme `h S`. `M` and `S` follow from the
-//! equations of motion and from how great the states get.
+//! The trapezoid over edges `h` apart errs from the mean of an output by at most `h² M / 12`, `M` being the greatest
+//! second derivative; a stationary point lies at most `h² M / 8` beyond the samples beside it. Where a mode ends within
+//! an edge the slope jumps there, by at most twice its greatest size `S`: that costs the trapezoid `h² S / 4` more, and
+//! an extreme `h S`. `M` and `S` follow from the equations of motion and from how great the states get.
 
 use hpu_cosim::scene::{Device, Experiment, Hand, Scene, shipped};
 use hpu_cosim::{AXIS_ROW, Control, Driver, Ready, Rig, Summary};
@@ -84,8 +84,8 @@ impl Both {
         if first < last { (first, last) } else { (before, now) }
     }
 
-    /// Holds mean, least and greatest value, three columns from `at` on, of output `of` against the samples. `held`: it goes in steps,
-    /// from edge to edge.
+    /// Holds mean, least and greatest value, three columns from `at` on, of output `of` against the samples. `held`: it
+    /// goes in steps, from edge to edge.
     #[track_caller]
     fn hold(&self, of: usize, at: usize, [bend, slope]: [f64; 2], held: bool) {
         let h = self.edge_s;
@@ -204,7 +204,8 @@ fn means_and_extremes_of_steps_are_those_of_their_straight_lines() {
 
 #[test]
 fn a_phantoms_rows_tell_means_and_extremes_of_its_motors() {
-    // The motor follows its command through a lag `T` of the first order: τ'' = (u - τ) / T² at most, and u is at most full scale.
+    // The motor follows its command through a lag `T` of the first order: τ'' = (u - τ) / T² at most, and u is at most
+    // full scale.
     let lag_s = 0.4e-3;
     let full_nm = [115.0 / 15.0, 7.0, 7.0].map(|ratio| 0.17 * ratio);
     let short = ("run.duration", "6 ms");

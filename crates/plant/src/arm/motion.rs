@@ -70,7 +70,8 @@ pub struct ArmMotion<'a> {
     gauge: Option<Box<Gauge<3>>>,
 }
 
-/// The motors' torques along a segment. They follow their commands through a lag of the first order, which turns nowhere:
+/// The motors' torques along a segment. They follow their commands through a lag of the first order, which turns
+/// nowhere:
 /// `lag' = -lag / T`, so `∫ lag = T (lag(0) - lag(t))`.
 struct Torques<'m, 'a>(&'m ArmMotion<'a>);
 
@@ -271,13 +272,14 @@ impl<'a> ArmMotion<'a> {
         }
     }
 
-    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see [`measured`](Self::measured).
+    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
+    /// [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge tells of the motors' torques, exactly: means and extremes since the row before; nothing unless
-    /// [`measure`](Self::measure) asked for it.
+    /// What the row at an edge tells of the motors' torques, exactly: means and extremes since the row before; nothing
+    /// unless [`measure`](Self::measure) asked for it.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;

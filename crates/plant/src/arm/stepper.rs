@@ -151,13 +151,14 @@ impl<'a> SteppedArm<'a> {
         self.now(edge)[P]
     }
 
-    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see [`measured`](Self::measured).
+    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
+    /// [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge of the present step tells of the motors' torques, which go in straight lines over a step;
-    /// nothing unless [`measure`](Self::measure) asked for it.
+    /// What the row at an edge of the present step tells of the motors' torques, which go in straight lines over a
+    /// step; nothing unless [`measure`](Self::measure) asked for it.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;

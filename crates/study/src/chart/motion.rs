@@ -89,8 +89,8 @@ pub(super) fn position(run: &Run) -> Picture {
     canvas.render("position")
 }
 
-/// When the time begins that a row's mean is taken over, and the mean: over whole periods of the modulator where there is one, so
-/// that rows closer than a period, in which none begins, leave it as it is.
+/// When the time begins that a row's mean is taken over, and the mean: over whole periods of the modulator where there
+/// is one, so that rows closer than a period, in which none begins, leave it as it is.
 fn whole_means(run: &Run, means: &[f64]) -> Vec<(f64, f64)> {
     let pace = Pace { stride: run.trace.edges_apart(), period: run.scene.modulator_clocks() };
     let edge_s = run.scene.clock.period_s();

@@ -181,8 +181,9 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     }
 }
 
-/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the last three
-/// tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
+/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the
+/// last three tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched
+/// all that while.
 fn displayed_stiffness(scene: &Scene, trace: &Trace, averages: Option<[f64; 2]>) -> Option<(f64, Option<f64>)> {
     let angles_rad = trace.angles_rad();
     let rows = (angles_rad.len() * 3 / 10).max(2).min(angles_rad.len());
