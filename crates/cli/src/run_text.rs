@@ -228,9 +228,11 @@ fn nets(ran: &Ran) -> String {
         let (format, usage) = (net.signal.format, net.usage);
         let lost = percent(usage.overflowed, edges);
         let padded = format!("{lost:>11}");
+        // Its range is that of the unsigned word, which wraps where the device passes the place where it began.
+        let modulo = if net.signal.is_counter() { format!(", modulo 2^{}", format.width()) } else { String::new() };
         writeln!(
             text,
-            "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}",
+            "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}{modulo}",
             "net",
             net.signal.name,
             format.to_string(),
