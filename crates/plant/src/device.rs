@@ -219,8 +219,14 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Takes note of the course of an edge in which a mode ended.
+    /// Whether rows tell means and extremes.
     #[inline(always)]
+    pub(crate) fn is_measured(&self) -> bool {
+        self.gauge.is_some()
+    }
+
+    /// Takes note of the course of an edge in which a mode ended.
+    #[cold]
     pub(crate) fn pass_course(&mut self, edge: u64, course: &Whole<2>) {
         if let Some(gauge) = &mut self.gauge {
             **gauge = gauge.after(edge - 1, edge, Some(edge), course);

@@ -77,8 +77,10 @@ impl<'a> Device<'a> {
         let (tau_s, mut there, cause, side) = first.expect("a mode ended");
         let done = course.integrals(tau_s.hi, &there.hi);
         self.tally(tau_s.hi, &x, &there, &done);
-        let mut passed = Whole::NOTHING;
-        passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
+        let mut passed = self.is_measured().then_some(Whole::NOTHING);
+        if let Some(passed) = &mut passed {
+            passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
+        }
         self.turn(cause, side, &mut there);
         self.enter_with::<P>(edge - 1, there);
         // The rest of the edge in the new mode, then whatever else is due by then.
@@ -87,8 +89,10 @@ impl<'a> Device<'a> {
         let mut x = course.at::<P>(rest_s);
         let done = course.integrals(rest_s.hi, &x.hi);
         self.tally(rest_s.hi, &there, &x, &done);
-        passed.add(&self.motion, rest_s.hi, [&there.hi, &x.hi], &done.states);
-        self.pass_course(edge, &passed);
+        if let Some(mut passed) = passed {
+            passed.add(&self.motion, rest_s.hi, [&there.hi, &x.hi], &done.states);
+            self.pass_course(edge, &passed);
+        }
         if self.axis.is_resistive() {
             self.redrive::<P>(edge, x);
         } else {
