@@ -16,6 +16,7 @@ mod phantom;
 mod price;
 mod reproduce;
 mod reproduce_words;
+mod rtl_motion;
 mod run;
 mod signals;
 mod tools;
