@@ -47,7 +47,7 @@ pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};
 pub use random::SplitMix64;
 pub use ready::Ready;
-pub use rig::{Rig, TheLoop, Visit};
+pub use rig::{Rig, TheLoop, Visit, follow};
 pub use schedule::{Schedule, WordRamp};
 pub use session::{Session, SessionError};
 pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};

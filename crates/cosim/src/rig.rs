@@ -8,7 +8,7 @@ use hpu_datapath::{
     AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Instance, Law, MethodLoop, PassiveSpring,
     PassivityController, SampledWall, VirtualCoupling, Wiring,
 };
-use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
+use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
@@ -210,13 +210,57 @@ pub(crate) fn run<R: Rig>(
 ) -> Summary {
     let (end, stride, modulated) = (rig.edges(), rig.stride(), rig.gates_drive());
     trace.begin(end / stride + 1);
-    let (mut summary, over) = match rig.direct() {
+    let (summary, over) = match rig.direct() {
         Some(direct) => direct.run(end, stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, observer }, control })
         }
     };
+    judged(rig, trace, summary, over)
+}
+
+/// A run of a rig's world that another program makes, such as a simulator of VHDL: `play` shows it to the observer as
+/// [`Rig::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as 0, and
+/// judges it.
+///
+/// # Errors
+///
+/// What `play` answers.
+pub fn follow<R: Rig, E>(
+    rig: &R,
+    trace: &mut Trace,
+    observer: &mut dyn Observe,
+    play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
+) -> Result<Summary, E> {
+    trace.begin(rig.edges() / rig.stride() + 1);
+    let (summary, over) = play(&mut Follow { trace, observer, known: Vec::new() })?;
+    Ok(judged(rig, trace, summary, over))
+}
+
+/// Fills the trace and shows everything to an observer, which is shown unknown words too.
+struct Follow<'a> {
+    trace: &'a mut Trace,
+    observer: &'a mut dyn Observe,
+    known: Vec<i64>,
+}
+
+impl Observe for Follow<'_> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.known.clear();
+        self.known.extend(words.iter().map(|&word| if word == UNKNOWN { 0 } else { word }));
+        self.trace.nets(cycle, &self.known);
+        self.observer.nets(cycle, words);
+    }
+
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.trace.reals(cycle, values);
+        self.observer.reals(cycle, values);
+    }
+}
+
+/// The summary with what the trace of its run says.
+fn judged<R: Rig>(rig: &R, trace: &Trace, mut summary: Summary, over: Option<&'static str>) -> Summary {
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && rig.has_device() {
@@ -304,7 +348,7 @@ impl<'s> Visit<'s> for Run<'_> {
             steps: run.world.steps(),
             redecided: run.world.redecided(),
             energy: run.world.audit(),
-            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
+            nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
         };
         (summary, run.world.over())
     }

@@ -63,6 +63,8 @@ pub struct NetUse {
     pub signal: Signal,
     /// Its range, and for how many edges it had lost bits.
     pub usage: SignalUse,
+    /// Whether lost bits were seen: of VHDL that differs from the emulator only the words are known.
+    pub losses_seen: bool,
 }
 
 /// A run that ended before its time.
@@ -162,7 +164,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         },
         Metric::PeakTorque => trace.greatest_size(TORQUE),
         Metric::SpringOverflowShare => {
-            let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
+            let spring = summary.nets.iter().find(|net| net.signal.name == "spring" && net.losses_seen)?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,

@@ -31,7 +31,7 @@ pub struct CheckOptions {
     pub blocks: Vec<String>,
     /// Labels of the variants; all when empty.
     pub variants: Vec<String>,
-    /// Scenes whose loops are closed around the VHDL.
+    /// Scenes whose loops are closed around the VHDL, from shortly before they reach their wall.
     pub scenes: Vec<LoopScene>,
     /// Random rows a variant, beside the directed ones (ten times as many for blocks with a PWM).
     pub rows: usize,
@@ -108,7 +108,8 @@ impl<'o> Check<'o> {
     ///
     /// [`GhdlError`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
     pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
-        let scenes = options.scenes.iter().map(LoopJob::new).collect::<Result<Vec<_>, _>>()?;
+        let scenes = options.scenes.iter().map(|scene| LoopJob::new(scene).map(LoopJob::late));
+        let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
         Tool::Ghdl.version().map_err(GhdlError::Tool)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
         for (label, block) in options.wanted() {

@@ -11,13 +11,16 @@ mod generated;
 mod ghdl;
 mod hdl;
 mod junit;
+mod late;
 mod lockstep;
 mod loop_bench;
+mod motion;
 mod package;
 mod postures;
 mod reader;
 mod report;
 mod scene;
+mod side;
 pub mod stimuli;
 pub mod temporary;
 mod testbench;
@@ -26,7 +29,7 @@ mod vector;
 pub mod wave;
 
 pub use check::{Check, CheckOptions, check};
-pub use closed_loop::{LoopScene, closed_loop};
+pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{
     Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog, vhdl,
 };
@@ -34,10 +37,11 @@ pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use hdl::{Hdl, Setup};
 pub use junit::junit;
+pub use late::{Late, comparison_edges};
 pub use loop_bench::{LOOP_BRIDGE, loop_bench, probe};
 pub use package::package;
 pub use reader::{Problem, VectorError, stimuli_from_csv};
-pub use report::{CheckReport, CheckRow, Mismatch};
+pub use report::{CheckReport, CheckRow, Contact, Mismatch};
 pub use scene::scene_vectors;
 pub use testbench::{VECTOR_READER, testbench};
 pub use tool::{Fault, TIMEOUT, Tool, ToolError, stop_tools};

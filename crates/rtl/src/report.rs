@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::late::Late;
+
 /// The first row in which VHDL and emulator disagree, or the first edge of a closed loop.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mismatch {
@@ -15,6 +17,22 @@ pub struct Mismatch {
     pub got: String,
     /// Up to 16 rows that end with this one: the words that went in and were expected, then what came out.
     pub history: Vec<String>,
+}
+
+/// Contact in a comparison of a closed loop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Contact {
+    /// Where the comparison began, and whether the scene reaches the wall at all.
+    pub late: Late,
+    /// Edges compared at which the datapath saw the wall.
+    pub edges: u64,
+}
+
+impl Contact {
+    /// Whether there had to be contact, and was none.
+    fn is_missing(&self) -> bool {
+        self.late.reached.is_some() && self.late.is_long && self.edges == 0
+    }
 }
 
 /// One configuration of one block, checked.
@@ -32,7 +50,9 @@ pub struct CheckRow {
     pub mismatches: u64,
     /// The first of them.
     pub first: Option<Mismatch>,
-    /// What GHDL said when it did not come to a result.
+    /// Of a loop that is compared from shortly before the wall: what was seen of that.
+    pub contact: Option<Contact>,
+    /// What GHDL said when it did not come to a result, or why the result says too little.
     pub failure: Option<String>,
     /// Seconds taken.
     pub seconds: f64,
@@ -48,6 +68,7 @@ impl CheckRow {
             edges: 0,
             mismatches: 0,
             first: None,
+            contact: None,
             failure: None,
             seconds: 0.0,
         }
@@ -62,6 +83,11 @@ impl CheckRow {
                 self.edges += if clocked { tally.rows } else { 0 };
                 self.mismatches += tally.mismatches;
                 self.first = self.first.take().or(tally.first);
+                self.contact = tally.contact;
+                if tally.contact.is_some_and(|contact| contact.is_missing()) {
+                    let why = "the scene reaches the wall, and at no edge compared was it touched";
+                    self.failure = Some(format!("{why}; compare more of them (--edges)"));
+                }
             }
             Err(said) => self.failure = self.failure.take().or(Some(said)),
         }
@@ -131,6 +157,9 @@ pub(crate) struct Tally {
     pub(crate) rows: u64,
     pub(crate) mismatches: u64,
     pub(crate) first: Option<Mismatch>,
+    pub(crate) contact: Option<Contact>,
+    /// Whether the world ended the run.
+    pub(crate) is_over: bool,
 }
 
 /// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one.
@@ -143,7 +172,20 @@ pub(crate) fn tally(said: &str) -> Option<Tally> {
         rows: number(result, "rows=")?,
         mismatches: number(result, "mismatches=")?,
         first: first.map(|first| Mismatch { history: history(), ..first }),
+        contact: contact(result),
+        is_over: result.ends_with(" over"),
     })
+}
+
+/// `from=<edge> reached=<edge, or never> long=<true or false> touched=<edges>`
+fn contact(result: &str) -> Option<Contact> {
+    let value = |key: &str| result.split(' ').find_map(|word| word.strip_prefix(key));
+    let late = Late {
+        from_edge: value("from=")?.parse().ok()?,
+        reached: value("reached=")?.parse().ok(),
+        is_long: value("long=")?.parse().ok()?,
+    };
+    Some(Contact { late, edges: value("touched=")?.parse().ok()? })
 }
 
 /// `<row> signal=<name> expected=<bits and value> got=<bits and value>`

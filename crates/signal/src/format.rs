@@ -27,6 +27,9 @@ pub struct Format {
     frac: i8,
 }
 
+/// In place of a word that has an unknown bit, as only VHDL has them: no word of fewer than 64 bits is carried like this.
+pub const UNKNOWN: i64 = i64::MIN;
+
 /// Why a format was refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum FormatError {
@@ -145,6 +148,12 @@ impl Format {
         let free = 64 - self.width();
         let bits = (value as u64) << free;
         if self.signed { (bits as i64) >> free } else { (bits >> free) as i64 }
+    }
+
+    /// Whether a word has the place of one with an unknown bit ([`UNKNOWN`]), which none of 64 bits has.
+    #[must_use]
+    pub const fn is_unknown(self, word: i64) -> bool {
+        word == UNKNOWN && self.width() < 64
     }
 
     /// The integer that a word stands for, in units of the least significant bit.
