@@ -10,7 +10,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{Control, Ready, Rig};
-use hpu_signal::{Clock, Cycle, Observe, Signal};
+use hpu_rtl::wave::differs;
+use hpu_signal::{Clock, Cycle, Format, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
 
 use crate::exit::Failure;
@@ -146,7 +147,8 @@ impl Rows {
         folder: &mut Folder,
         control: &'static Control,
     ) -> Result<Self, Failure> {
-        let all = session.wiring().nets();
+        // A run of VHDL shows this one too.
+        let all = [session.wiring().nets(), vec![differs()]].concat();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
         let reals: Vec<&str> = session.reals().iter().map(|real| real.name).collect();
@@ -214,7 +216,8 @@ impl Observe for Rows {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.batch.push(self.clock.seconds(cycle));
         self.batch.extend_from_slice(values);
-        self.batch.extend(self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word)));
+        let value = |format: Format, word| if format.is_unknown(word) { f64::NAN } else { format.to_f64(word) };
+        self.batch.extend(self.now.iter().zip(&self.nets).map(|(word, net)| value(net.format, *word)));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

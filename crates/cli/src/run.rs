@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
-use hpu_rtl::{CheckRow, Hdl, closed_loop};
+use hpu_rtl::wave::differs;
+use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Observe, Signal};
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
@@ -14,7 +15,7 @@ use serde_json::json;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::rows::{Estimate, Rows};
-use crate::scene::{self, Loaded};
+use crate::scene::{self, Loaded, quoted};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
 use crate::{fit, hdl, interrupt, pictures, run_json, run_text};
@@ -64,7 +65,8 @@ enum DriverArg {
     Events,
     /// Edge by edge
     Clock,
-    /// The VHDL in GHDL, beside the emulator, every net compared at every edge
+    /// The VHDL in GHDL, closed around a world of its own, whose motion is written and judged; the emulator runs beside it,
+    /// every net compared at every edge
     Rtl,
 }
 
@@ -129,29 +131,24 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.compare {
         return compare(&session, args.json);
     }
+    let vhdl = (args.driver == Some(DriverArg::Rtl)).then(|| args.hdl.setup());
+    let vhdl = vhdl.map(|setup| (loaded.in_vhdl(loaded.scene.edges()), setup));
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     if let Some(out) = &args.out {
-        Estimate::of(&session, nets(&session).len(), args.parquet).tell(out)?;
+        Estimate::of(&session, table(&session, vhdl.is_some()).len(), args.parquet).tell(out)?;
     }
-    let mut rtl = None;
-    if args.driver == Some(DriverArg::Rtl) {
-        interrupt::heed();
-        let setup = args.hdl.setup();
-        let row = closed_loop(&loaded.in_vhdl(loaded.scene.edges()), &setup);
-        if interrupt::pressed() {
-            return Ok(Exit::Interrupted);
-        }
-        rtl = Some((row?, setup.hdl));
-    }
-    let command = loaded.command();
-    let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut().map(|folder| (folder, &*command)))?;
-    ran.rtl = rtl;
+    let command = command(&loaded, vhdl.as_ref());
+    let recorded = folder.as_mut().map(|folder| (folder, &*command));
+    let mut ran = match simulate(&loaded.scene, &session, args, vhdl.as_ref(), recorded) {
+        Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
+        ran => ran?,
+    };
     ran.fitted = fitted;
     if interrupt::pressed() {
         return interrupted(&ran, args.json);
     }
     if let Some(mut folder) = folder {
-        write(args, &loaded, other.as_ref(), &mut ran, &mut folder)?;
+        write(args, &command, other.as_ref(), &mut ran, &mut folder)?;
         if interrupt::pressed() {
             return interrupted(&Ran { files: Vec::new(), ..ran }, args.json);
         }
@@ -168,19 +165,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// Writes all but the waveforms and the trace; `other` is the scene to draw beside.
 fn write(
     args: &Args,
-    loaded: &Loaded,
+    command: &str,
     other: Option<&Loaded>,
     ran: &mut Ran,
     folder: &mut Folder,
 ) -> Result<(), Failure> {
     if !args.no_plot {
         let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
-        let command = format!("{} -o {out}", loaded.command());
+        let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let Some(other) = other {
             let session = Ready::new(&other.scene).map_err(Failure::file)?;
             let command = format!("{command} --beside {}", other.scene.name());
-            pictures::write_beside([ran, &simulate(&other.scene, &session, args, None)?], &command, folder)?;
+            let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
+            let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None)?;
+            pictures::write_beside([ran, &beside], &command, folder)?;
         }
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
@@ -195,6 +194,23 @@ fn nets(session: &Ready) -> Vec<Signal> {
     };
     let all = session.wiring().nets();
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
+}
+
+/// The nets in the table: those that are drawn, and of VHDL whether it has differed.
+fn table(session: &Ready, of_vhdl: bool) -> Vec<Signal> {
+    let mut nets = nets(session);
+    nets.extend(of_vhdl.then(differs));
+    nets
+}
+
+/// The command that runs a scene, by the emulator or in this VHDL.
+fn command(loaded: &Loaded, vhdl: Option<&(LoopScene, Setup)>) -> String {
+    let hdl = match vhdl {
+        None => String::new(),
+        Some((_, Setup { hdl: Hdl::Carried, .. })) => " --driver rtl".to_string(),
+        Some((_, setup)) => format!(" --driver rtl --hdl {}", quoted(&setup.hdl.to_string())),
+    };
+    loaded.command() + &hdl
 }
 
 /// Waveforms and rows of a run, on their way to disk.
@@ -214,18 +230,20 @@ impl Observe for Recorded {
     }
 }
 
-/// Runs the scene. Waveforms and rows are recorded when there is a folder for them; the command is for their heads.
+/// Runs the scene, in VHDL if there is some. Waveforms and rows are recorded when there is a folder for them; the command is for
+/// their heads.
 fn simulate<'s>(
     scene: &Experiment,
     session: &'s Ready<'s>,
     args: &Args,
+    vhdl: Option<&(LoopScene, Setup)>,
     folder: Option<(&mut Folder, &str)>,
 ) -> Result<Ran<'s>, Failure> {
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
-        // The VHDL's nets and plant are the emulator's, edge by edge, or the comparison has told; so this is its run.
-        Some(DriverArg::Rtl) => (Driver::Events, "rtl"),
+        // The VHDL's own world is what advances.
+        Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
         None if session.direct().is_some() => (session.driver(), solver(scene)),
         None => match session.driver() {
             Driver::Events => (Driver::Events, "events"),
@@ -237,18 +255,29 @@ fn simulate<'s>(
     let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
     let trace = if args.out.is_some() && !args.no_plot { session.trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
-    let summary = match folder {
-        None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
+    let advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
+        with_progress(session.edges(), "edges", control, || match vhdl {
+            None => Ok((session.run(driver, trace, observer, control), None)),
+            Some((scene, setup)) => {
+                let (summary, row) = run_vhdl(scene, setup, session, trace, observer, control)?;
+                Ok((summary, Some((row, setup.hdl.clone()))))
+            }
+        })
+    };
+    let (summary, rtl) = match folder {
+        None => advance(&mut trace, &mut ())?,
         Some((folder, command)) => {
-            let waves = Waves::begin(session, folder, args.vcd)?;
-            let rows = Rows::begin(session, &nets(session), command, args.parquet, folder, control)?;
+            let waves = Waves::begin(session, folder, args.vcd, vhdl.is_some())?;
+            let rows = Rows::begin(session, &table(session, vhdl.is_some()), command, args.parquet, folder, control)?;
             let mut recorded = Recorded(waves, rows);
-            let run = || session.run(driver, &mut trace, &mut recorded, control);
-            let summary = with_progress(session.edges(), "edges", control, run);
+            let advanced = advance(&mut trace, &mut recorded);
             let Recorded(waves, rows) = recorded;
+            // A row that could not be written has ended the run.
             rows.finish(folder)?;
-            waves.finish(folder, Cycle(summary.edges))?;
-            summary
+            let (summary, rtl) = advanced?;
+            let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
+            waves.finish(folder, Cycle(summary.edges), first.map(|first| Cycle(first.row)))?;
+            (summary, rtl)
         }
     };
     let judged = summary.complete && args.edges.is_none();
@@ -267,7 +296,7 @@ fn simulate<'s>(
         numbers: numbers.collect(),
         summary,
         trace,
-        rtl: None,
+        rtl,
         fitted: None,
         files: Vec::new(),
     })

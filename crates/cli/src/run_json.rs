@@ -1,7 +1,8 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
 use hpu_cosim::{NetUse, Ready, Rig, Verdict};
-use hpu_signal::Format;
+use hpu_rtl::Mismatch;
+use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
 
 use crate::fit;
@@ -11,8 +12,7 @@ use crate::run::Ran;
 pub fn summary(ran: &Ran) -> Value {
     let summary = &ran.summary;
     let energy = &summary.energy;
-    // The VHDL's time, when it ran.
-    let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |(row, _)| row.seconds);
+    let wall_s = summary.wall_s;
     json!({
         "scene": ran.session.name(),
         "driver": ran.driver,
@@ -53,9 +53,26 @@ pub fn summary(ran: &Ran) -> Value {
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
         "rtl": ran.rtl.as_ref().map(|(row, hdl)| {
-            json!({ "edges": row.edges, "mismatches": row.mismatches, "hdl": hdl.to_string() })
+            json!({
+                "edges": row.edges,
+                "mismatches": row.mismatches,
+                "hdl": hdl.to_string(),
+                "first_difference": row.first.as_ref().map(|first| first_difference(first, ran.session.clock())),
+            })
         }),
         "files": ran.files,
+    })
+}
+
+/// Where VHDL first differed from the emulator: `expected` is the emulator's word, `got` the VHDL's.
+fn first_difference(first: &Mismatch, clock: Clock) -> Value {
+    json!({
+        "edge": first.row,
+        "time_s": clock.seconds(Cycle(first.row)),
+        "signal": first.signal,
+        "expected": first.expected,
+        "got": first.got,
+        "history": first.history,
     })
 }
 
@@ -103,7 +120,7 @@ fn outcome(verdict: Verdict) -> Value {
     }
 }
 
-fn signal(NetUse { signal, usage }: &NetUse) -> Value {
+fn signal(NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     let format = signal.format;
     // A run that was stopped before its first edge has seen no word.
     let seen = |word| (usage.min <= usage.max).then(|| format.to_f64(word));
@@ -113,8 +130,8 @@ fn signal(NetUse { signal, usage }: &NetUse) -> Value {
         "unit": signal.unit,
         "min": seen(usage.min),
         "max": seen(usage.max),
-        "rounded": usage.rounded,
-        "overflowed": usage.overflowed,
+        "rounded": losses_seen.then_some(usage.rounded),
+        "overflowed": losses_seen.then_some(usage.overflowed),
     })
 }
 

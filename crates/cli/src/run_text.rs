@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
 use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
+use hpu_signal::Cycle;
 
 use crate::fit;
 use crate::run::Ran;
@@ -71,6 +72,9 @@ pub fn summary(ran: &Ran) -> String {
         let said = terminal::verdict(&format!("{} mismatches", rtl.mismatches), rtl.ok());
         writeln!(text, "{:<10} {} edges in GHDL, {said}; VHDL {hdl}", "rtl", rtl.edges).expect("a string grows");
         if let Some(first) = &rtl.first {
+            let at = si(ran.session.clock().seconds(Cycle(first.row)), "s");
+            writeln!(text, "{:<10} first difference at {at}; from there on `differs` is 1 in trace and waveform", "")
+                .expect("a string grows");
             text += &first.to_string();
         }
     }
@@ -198,7 +202,7 @@ fn energy(ran: &Ran) -> [String; 3] {
 }
 
 fn edges(ran: &Ran) -> String {
-    let (edges, wall_s) = (ran.summary.edges, ran.rtl.as_ref().map_or(ran.summary.wall_s, |(row, _)| row.seconds));
+    let (edges, wall_s) = (ran.summary.edges, ran.summary.wall_s);
     let motion = si(ran.summary.motion_s, "s");
     let rate = edges as f64 / wall_s;
     format!("{edges} ({motion}) in {} by {}: {rate:.2e} edges/s", si(wall_s, "s"), ran.driver)
@@ -226,17 +230,21 @@ fn nets(ran: &Ran) -> String {
     );
     for net in ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1) {
         let (format, usage) = (net.signal.format, net.usage);
-        let lost = percent(usage.overflowed, edges);
-        let padded = format!("{lost:>11}");
+        let seen = |word| match usage.min <= usage.max {
+            true => format.to_f64(word).to_string(),
+            false => "unknown".to_string(),
+        };
+        let share = |lost| if net.losses_seen { percent(lost, edges) } else { "unknown".to_string() };
+        let padded = format!("{:>11}", share(usage.overflowed));
         writeln!(
             text,
             "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}",
             "net",
             net.signal.name,
             format.to_string(),
-            format.to_f64(usage.min),
-            format.to_f64(usage.max),
-            percent(usage.rounded, edges),
+            seen(usage.min),
+            seen(usage.max),
+            share(usage.rounded),
             if usage.overflowed > 0 { terminal::verdict(&padded, false) } else { padded },
             net.signal.unit
         )

@@ -5,11 +5,13 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Format, Signal};
 
+use super::layout::DIFFERS;
 use super::timescale::Timescale;
 use super::{Layout, Scope, Source, Var};
 
 /// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last group.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 8] = [
+    ("VHDL and emulator", &[DIFFERS]),
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
     ("Position", &["position", "count", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
     ("Sines", &["sine", "cosine", "valid"]),
@@ -70,12 +72,12 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
 /// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
 /// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
-/// `span` filling the window.
+/// `span` filling the window, and the primary marker at an edge, if there is one to mark.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
-pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
-    let mut file = header(layout, dump, clock, span);
+pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
+    let mut file = header(layout, dump, clock, span, marker);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
         let all = || layout.nets.iter().enumerate();
@@ -97,16 +99,17 @@ fn base(name: &str) -> &str {
     name.trim_end_matches(['1', '2', '3'])
 }
 
-fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
     // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let marker = marker.map_or("-1".to_string(), |cycle| timescale.in_thousands(cycle).to_string());
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
-    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
+    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} {marker}", SIZE.0, SIZE.1);
     for scope in layout.scopes() {
         let _ = writeln!(text, "[treeopen] {}.", scope.name);
     }

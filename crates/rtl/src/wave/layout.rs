@@ -71,6 +71,16 @@ impl<'s> Visit<'s> for Laying {
     }
 }
 
+/// The name of the net that says whether VHDL has differed.
+pub(super) const DIFFERS: &str = "differs";
+
+/// The net that a [run of VHDL](crate::run_vhdl) shows after the wiring's: 1 from the first edge on at which a net differed from
+/// the emulator's.
+#[must_use]
+pub fn differs() -> Signal {
+    Signal::bit(DIFFERS, "A net has differed from the emulator's")
+}
+
 /// A net was asked for that the wiring does not have.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct UnknownNet {
@@ -160,6 +170,16 @@ impl Layout {
     #[must_use]
     pub fn with_clock(mut self) -> Self {
         self.scopes.iter_mut().for_each(Scope::add_clock);
+        self
+    }
+
+    /// The same with the net that a [run of VHDL](crate::run_vhdl) has beyond the wiring's, in a scope `comparison`: 1 from the
+    /// first edge on at which a net differed from the emulator's.
+    #[must_use]
+    pub fn with_comparison(mut self) -> Self {
+        let var = Var::new(DIFFERS, Format::BIT, Source::Net(self.nets.len()));
+        self.nets.push(differs());
+        self.scopes.push(Scope::new("comparison", false, [var].into_iter()));
         self
     }
 

@@ -20,7 +20,7 @@ pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
 
-pub use self::layout::{Layout, Scope, Source, UnknownNet, Var};
+pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
 pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
 pub use self::vcd::{Vcd, VcdFile};
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufWriter, IntoInnerError, Write};
 
-use hpu_signal::Clock;
+use hpu_signal::{Clock, UNKNOWN};
 use vcd::{IdCode, TimescaleUnit, VarType, Writer};
 
 use super::timescale::Timescale;
@@ -110,8 +110,9 @@ impl<W: Write> Sink for VcdFile<W> {
 
     fn word(&mut self, slot: usize, word: i64) -> io::Result<()> {
         let Column { width, end } = &self.vars[slot];
-        let mut text = [0; 64];
-        let digits = digits(*width, word, &mut text);
+        let mut text = [b'x'; 64];
+        let is_unknown = word == UNKNOWN && *width < 64;
+        let digits = if is_unknown { &text[..*width as usize] } else { digits(*width, word, &mut text) };
         let (start, end): (&[u8], _) = if *width == 1 { (b"", &end.as_bytes()[1..]) } else { (b"b", end.as_bytes()) };
         [start, digits, end].iter().try_for_each(|part| self.out.write_all(part))
     }

@@ -10,6 +10,7 @@ fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRo
         edges: 100,
         mismatches: u64::from(first.is_some()),
         first,
+        contact: None,
         failure: failure.map(str::to_string),
         seconds: 0.25,
     }

@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Cycle, Format, Real};
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 
 fn save(layout: &Layout) -> String {
-    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000))
+    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000), None)
 }
 
 fn config() -> LoopConfig {
