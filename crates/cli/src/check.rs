@@ -5,9 +5,7 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
-use hpu_rtl::{
-    Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Hdl, Late, comparison_edges, junit,
-};
+use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Hdl, Late, comparison_edges, junit};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
@@ -216,8 +214,7 @@ impl Shown {
             Some(Contact { late: Late { from_edge: 0, .. }, edges }) => (edges, String::new()),
             Some(Contact { late: Late { from_edge, .. }, edges }) => (edges, format!("  from edge {from_edge}")),
         };
-        let line =
-            format!("{block:<22} {variant:<30} {first:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}{remark}");
+        let line = format!("{block:<22} {variant:<30} {first:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}{remark}");
         self.text += &(line.clone() + "\n");
         let mut detail = row.first.as_ref().map(ToString::to_string).unwrap_or_default();
         if let Some(failure) = &row.failure {

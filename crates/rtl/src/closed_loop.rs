@@ -112,12 +112,7 @@ pub fn run_vhdl(
 }
 
 /// The summary of a motion that was played, and why it ended early, if it did.
-fn sum_up(
-    rig: &impl Rig,
-    totals: Totals,
-    ranges: &[(i64, i64)],
-    row: &CheckRow,
-) -> (Summary, Option<&'static str>) {
+fn sum_up(rig: &impl Rig, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
     let losses_seen = row.mismatches == 0;
     let nets = rig.wiring().nets().into_iter().zip(&totals.uses).zip(ranges);
     let nets = nets.map(|((signal, &usage), &(min, max))| {

@@ -55,13 +55,7 @@ pub(crate) struct Begin<E: World> {
 
 impl<E: World> Begin<E> {
     /// Looks for it, for a comparison of so many edges of a scene of so many.
-    pub(crate) fn find<W>(
-        wiring: &W,
-        world: &E,
-        input: E::In,
-        (edges, end): (u64, u64),
-        modulated: bool,
-    ) -> Self
+    pub(crate) fn find<W>(wiring: &W, world: &E, input: E::In, (edges, end): (u64, u64), modulated: bool) -> Self
     where
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
     {
@@ -111,9 +105,8 @@ impl<E: World> Begin<E> {
 /// The nets of which one is not 0 where a datapath sees the wall: the depth of an axis, the room's contact, or the commands of
 /// a host, which pushes nowhere else.
 pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
-    let of = |names: &[&str]| -> Vec<usize> {
-        (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect()
-    };
+    let of =
+        |names: &[&str]| -> Vec<usize> { (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect() };
     let all = [&["penetration"][..], &["contact"], &["host1", "host2", "host3"]];
     all.into_iter().map(of).find(|found| !found.is_empty()).unwrap_or_default()
 }

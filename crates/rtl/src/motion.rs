@@ -75,7 +75,8 @@ impl Recorder {
     /// What it has come to.
     pub(crate) fn complete(mut self, totals: &Totals) {
         self.put([END]);
-        let Totals { edges, output_changes, encoder_edges, mode_changes, steps, redecided, energy, uses, over } = totals;
+        let Totals { edges, output_changes, encoder_edges, mode_changes, steps, redecided, energy, uses, over } =
+            totals;
         self.put([*edges, *output_changes, *encoder_edges, *mode_changes, *steps, *redecided]);
         self.put(flows(&mut energy.clone()).map(|flow| flow.to_bits()));
         self.put([uses.len() as u64]);

@@ -201,3 +201,25 @@ fn first(line: &str) -> Option<Mismatch> {
         history: Vec::new(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(result: &str) -> CheckRow {
+        let mut row = CheckRow::new("hybrid_loop", "hybrid-wall");
+        row.add(Ok(tally(result).expect("a result")), true, 1.0);
+        row
+    }
+
+    #[test]
+    fn a_scene_that_reaches_its_wall_and_is_compared_without_contact_fails() {
+        assert!(row("RESULT rows=9 mismatches=0 from=5 reached=8 long=true touched=6").ok());
+        let empty = row("RESULT rows=9 mismatches=0 from=5 reached=8 long=true touched=0");
+        assert!(!empty.ok() && empty.failure.expect("why").contains("--edges"));
+        // Neither does one that never reaches it, nor so few edges that they may hold no sample.
+        assert!(row("RESULT rows=9 mismatches=0 from=0 reached=never long=true touched=0").ok());
+        assert!(row("RESULT rows=9 mismatches=0 from=5 reached=8 long=false touched=0").ok());
+        assert!(row("RESULT rows=9 mismatches=0").contact.is_none());
+    }
+}

@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hpu_rtl::{Check, CheckOptions, Fault, check, junit};
+use hpu_cosim::scene::{Experiment, shipped};
+use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
+use hpu_signal::{Cycle, Observe};
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -78,6 +81,83 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
     assert!(first.history.len() <= 16);
     let xml = junit(&report);
     assert!(xml.contains("<failure message=\"first at "), "{xml}");
+}
+
+/// The whole of a shipped scene, from which a comparison of so many edges takes its stretch.
+fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+    let (name, text) = (format!("{name}.toml"), shipped.text.to_string());
+    let data = project().join("testbench/scenes");
+    (LoopScene { name, text, overrides: Vec::new(), data, edges }, shipped.parse(&[]).expect("a scene"))
+}
+
+/// The first edge at which one of these nets is not 0, by the driver that ticks every edge.
+struct First<'n>(&'n [&'static str], Vec<usize>, Option<u64>);
+
+impl Observe for First<'_> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.2.is_none() && self.1.iter().any(|&net| words[net] != 0) {
+            self.2 = Some(cycle.0);
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+impl<'n> First<'n> {
+    fn of(names: &'n [&'static str], experiment: &Experiment) -> Option<u64> {
+        let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
+        let nets = rig.wiring().nets();
+        let picks = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
+        let mut first = First(names, picks, None);
+        rig.run(Driver::Clock, &mut rig.brief_trace(), &mut first, &Control::default());
+        first.2
+    }
+}
+
+#[test]
+fn a_loop_is_compared_where_its_scene_touches_the_wall() {
+    let cases: [(&str, &[&str], u64); 4] = [
+        // The spring sees the position at once, the conventional wall only at its samples, 50 000 edges apart.
+        ("thrown-hybrid", &["penetration"], 9000),
+        ("leak-bounce", &["penetration"], 80_000),
+        ("phantom-thrown", &["contact"], 9000),
+        ("phantom-thrown-rtos", &["host1", "host2", "host3"], 9000),
+    ];
+    let all: Vec<_> = cases.iter().map(|(name, _, edges)| loop_scene(name, *edges)).collect();
+    let never = loop_scene("free-motion", 3000).0;
+    let scenes = all.iter().map(|(scene, _)| scene.clone()).chain([never]).collect();
+    let options = CheckOptions { blocks: Vec::new(), scenes, ..CheckOptions::new(project().join("hdl")) };
+    let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
+    assert!(report.ok(), "{report}");
+    for (((_, experiment), (name, nets, edges)), row) in all.iter().zip(cases).zip(&report.loops) {
+        let reached = First::of(nets, experiment).expect("the wall is reached");
+        let Contact { late, edges: touched } = row.contact.expect("a loop tells of contact");
+        assert_eq!(late.reached, Some(reached), "{name}");
+        let before = reached - late.from_edge;
+        assert!(before >= edges / 3 && before < edges, "{name}: {before} edges before the wall");
+        // What is left to move is moved as in the scene: the wall comes when it came, within a hundredth of the way (and a
+        // period of the host, whose commands are late by one).
+        let expected = edges - before;
+        assert!(touched.abs_diff(expected) <= before / 100 + 2500, "{name}: {touched} of {expected} edges in contact");
+    }
+    let free = report.loops.last().expect("a row").contact.expect("a loop tells of contact");
+    assert_eq!((free.late.from_edge, free.late.reached, free.edges), (0, None, 0));
+}
+
+#[test]
+fn vhdl_that_is_wrong_in_contact_alone_is_caught_in_a_scene_whose_hand_arrives_late() {
+    let hdl =
+        broken("late", "unilateral.vhd", "penetration <= delta;", "penetration <= '0' & delta(delta'high downto 1);");
+    let (scene, experiment) = loop_scene("hybrid-wall", 3000);
+    let options = CheckOptions { blocks: Vec::new(), scenes: vec![scene], ..CheckOptions::new(&hdl) };
+    let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
+    fs::remove_dir_all(hdl).expect("removed");
+    let row = &report.loops[0];
+    let first = row.first.as_ref().expect("a mismatch");
+    assert_eq!((first.signal.as_str(), first.expected.as_str()), ("penetration", "000000000001 (1)"));
+    // The hand arrives after millions of edges; a thousand of them are compared before.
+    assert!(row.contact.expect("contact").late.from_edge > 7_000_000 && experiment.edges() > 50_000_000);
+    assert!(first.row.abs_diff(1000) <= 10, "{}", first.row);
 }
 
 #[test]

@@ -95,3 +95,13 @@ fn an_analyser_has_a_trace_a_channel() {
     let layout = Layout::analyser(&hybrid, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
     assert_eq!(traces(&save(&layout)), ["libsigrok.A", "libsigrok.B"]);
 }
+
+#[test]
+fn a_comparison_with_vhdl_comes_first_and_its_first_difference_is_marked() {
+    let layout = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS).with_comparison();
+    let clock = Clock::new(50_000_000).expect("valid");
+    let save = gtkw(&layout, "run.fst", clock, Cycle(0)..Cycle(100), Some(Cycle(7)));
+    // Edge 7 at 50 MHz is at 140 ns, and GTKWave counts nanoseconds.
+    assert!(save.lines().any(|line| line.starts_with('*') && line.ends_with(" 140")), "{save}");
+    assert_eq!(traces(&save)[0], "comparison.differs");
+}
