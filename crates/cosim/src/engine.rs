@@ -114,9 +114,15 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     }
 
     /// Runs to `end`, or until the world gives up, or until `control` ends it; says whether it did not.
-    pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool {
+    pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool
+    where
+        W: Clone,
+    {
         if self.edge == 0 {
-            observer.nets(Cycle(0), self.wiring.words());
+            // A copy: what settles between reset and the first edge counts as no use of a word.
+            let mut settled = self.wiring.clone();
+            settled.settle(&self.input);
+            observer.nets(Cycle(0), settled.words());
         }
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {

@@ -171,6 +171,26 @@ fn a_scene_gives_vectors_of_its_loop_and_of_each_block_in_it() {
 }
 
 #[test]
+fn a_check_tells_how_many_edges_of_each_scene_were_in_contact() {
+    let arguments = ["check", "--scene", "thrown-hybrid", "--scene", "free-motion", "--edges", "3000"];
+    let output = run(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    let line = |scene: &str| said.lines().find(|line| line.contains(scene)).expect("a line").to_string();
+    assert!(said.lines().next().expect("a header").contains(" in contact "), "{said}");
+    assert!(line("free-motion").ends_with("wall not reached"), "{said}");
+    let loops = json(&run(&[&arguments[..], &["--json"]].concat()))["loops"].clone();
+    let (thrown, free) = (&loops[0], &loops[1]);
+    // A third of the edges comes before the wall.
+    let (from, reached) = (thrown["from_edge"].as_u64(), thrown["wall_reached_at_edge"].as_u64());
+    assert_eq!(from.map(|edge| edge + 1000), reached, "{thrown}");
+    let touched = thrown["contact_edges"].as_u64().expect("edges");
+    assert!((1900..=2100).contains(&touched) && line("thrown-hybrid").contains(&format!(" {touched} ")), "{said}");
+    assert_eq!((&free["contact_edges"], &free["from_edge"]), (&0.into(), &0.into()));
+    assert!(free["wall_reached_at_edge"].is_null());
+}
+
+#[test]
 fn a_check_of_one_block_prints_its_table_and_json() {
     let output = run(&["check", "displacement", "--rows", "50"]);
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));

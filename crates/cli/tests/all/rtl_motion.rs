@@ -26,6 +26,24 @@ fn patched(dir: &Path, file: &str, phrases: &[(&str, &str)]) -> PathBuf {
     copy
 }
 
+#[test]
+fn a_scene_that_begins_in_contact_has_the_first_row_of_its_vhdl() {
+    let dir = scratch("rtl-in-contact");
+    // 0.7 mm inside the wall, a micrometre a count; between reset and the first edge the FPGA sees that already.
+    let rows = |name: &str, driver: &[&str]| {
+        let out = dir.join(name);
+        let arguments = ["run", "scaled-wall", "--edges", "5000", "--no-plot", "-o", text(&out)];
+        assert_eq!(code(&run(&[&arguments[..], driver].concat())), 0);
+        let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+        let cells = |line: &str| line.split(',').map(str::to_string).collect::<Vec<_>>();
+        trace.lines().map(cells).collect::<Vec<_>>()
+    };
+    let (emulated, vhdl) = (rows("emulated", &[]), rows("vhdl", &["--driver", "rtl"]));
+    let depth = emulated[0].iter().position(|head| head.starts_with("penetration")).expect("a depth");
+    assert_eq!(emulated[1][depth], "700");
+    assert_eq!(emulated, vhdl.iter().map(|row| row[..row.len() - 1].to_vec()).collect::<Vec<_>>());
+}
+
 /// What a run left in its folder.
 struct Left {
     out: PathBuf,
