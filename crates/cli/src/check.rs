@@ -20,11 +20,11 @@ use crate::{hdl, interrupt};
 /// Without blocks and scenes, all of both: a minute or two on two cores, and it says which. The first mismatch of each
 /// is shown with the rows that lead to it.
 ///
-/// A scene is compared where it touches its wall: it begins shortly before, with the device, its encoders and the hand as the
-/// emulator has them at that edge, and the FPGA out of reset there. Its counters count from there, and the wall's position
-/// moves with them; a PHANToM's encoders are first turned to the arm's counts. `in contact` is the number of edges at
-/// which the datapath saw the wall. A scene that never reaches it is compared from its start, and says so. To compare
-/// a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
+/// A scene is compared where it touches its wall: it begins shortly before, with the device, its encoders and the hand
+/// as the emulator has them at that edge, and the FPGA out of reset there. Its counters count from there, and the
+/// wall's position moves with them; a PHANToM's encoders are first turned to the arm's counts. `in contact` is the
+/// number of edges at which the datapath saw the wall. A scene that never reaches it is compared from its start, and
+/// says so. To compare a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
 #[derive(clap::Args)]
 pub struct Args {
     /// Blocks to check on directed and random vectors
@@ -37,7 +37,8 @@ pub struct Args {
     scenes: Vec<String>,
     #[command(flatten)]
     set: scene::Set,
-    /// Clock edges of each scene [default: 150000, or one and a half samples where a held position shows the wall only then]
+    /// Clock edges of each scene [default: 150000, or one and a half samples where a held position shows the wall only
+    /// then]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
     /// Random rows of each configuration of a block

@@ -65,8 +65,8 @@ enum DriverArg {
     Events,
     /// Edge by edge
     Clock,
-    /// The VHDL in GHDL, closed around a world of its own, whose motion is written and judged; the emulator runs beside it,
-    /// every net compared at every edge
+    /// The VHDL in GHDL, closed around a world of its own, whose motion is written and judged; the emulator runs beside
+    /// it, every net compared at every edge
     Rtl,
 }
 
@@ -230,8 +230,8 @@ impl Observe for Recorded {
     }
 }
 
-/// Runs the scene, in VHDL if there is some. Waveforms and rows are recorded when there is a folder for them; the command is for
-/// their heads.
+/// Runs the scene, in VHDL if there is some. Waveforms and rows are recorded when there is a folder for them; the
+/// command is for their heads.
 fn simulate<'s>(
     scene: &Experiment,
     session: &'s Ready<'s>,

@@ -221,8 +221,8 @@ pub(crate) fn run<R: Rig>(
 }
 
 /// A run of a rig's world that another program makes, such as a simulator of VHDL: `play` shows it to the observer as
-/// [`Rig::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as 0, and
-/// judges it.
+/// [`Rig::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as
+/// 0, and judges it.
 ///
 /// # Errors
 ///

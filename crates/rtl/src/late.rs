@@ -1,10 +1,11 @@
 //! Where a comparison of a closed loop begins: shortly before the wall is reached, so that it contains contact.
 //!
-//! The emulator runs to the edge at which its datapath first sees the wall, and once more to an edge before that. There the
-//! world stands as it is: the device in its motion, its encoders, the hand on its path, the ramps of words. The FPGA, in VHDL
-//! and in the emulator alike, comes out of reset at that moment. It counts from where it is reset, as in every scene; so an
-//! axis's `reference` is the wall's position less the counts passed until then. A PHANToM's FPGA needs angles: its encoders
-//! are turned, a count a clock, from the counts of the scene's start to those of the arm, which stands still until they are.
+//! The emulator runs to the edge at which its datapath first sees the wall, and once more to an edge before that. There
+//! the world stands as it is: the device in its motion, its encoders, the hand on its path, the ramps of words. The
+//! FPGA, in VHDL and in the emulator alike, comes out of reset at that moment. It counts from where it is reset, as in
+//! every scene; so an axis's `reference` is the wall's position less the counts passed until then. A PHANToM's FPGA
+//! needs angles: its encoders are turned, a count a clock, from the counts of the scene's start to those of the arm,
+//! which stands still until they are.
 
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_cosim::{ClosedLoop, Pins, World};
@@ -23,8 +24,8 @@ fn least(waits: u64) -> u64 {
     waits + waits / 2 + SETTLED
 }
 
-/// The edges that a comparison of a scene takes for contact to be among them: 150 000, or more where the position is sampled
-/// so seldom that they might hold no sample.
+/// The edges that a comparison of a scene takes for contact to be among them: 150 000, or more where the position is
+/// sampled so seldom that they might hold no sample.
 #[must_use]
 pub fn comparison_edges(experiment: &Experiment) -> u64 {
     let waits = match experiment {
@@ -102,8 +103,8 @@ impl<E: World> Begin<E> {
     }
 }
 
-/// The nets of which one is not 0 where a datapath sees the wall: the depth of an axis, the room's contact, or the commands of
-/// a host, which pushes nowhere else.
+/// The nets of which one is not 0 where a datapath sees the wall: the depth of an axis, the room's contact, or the
+/// commands of a host, which pushes nowhere else.
 pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
     let of =
         |names: &[&str]| -> Vec<usize> { (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect() };

@@ -71,7 +71,8 @@ struct Record {
 }
 
 impl<'s> Lockstep<'s> {
-    /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is reached.
+    /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is
+    /// reached.
     #[must_use]
     pub fn new(session: &'s impl Rig, edges: u64, late: bool) -> Self {
         let late = late.then(|| (edges, session.edges()));

@@ -1,7 +1,8 @@
-//! What the world that the VHDL drives does, on its way from GHDL's process to ours: words of 8 bytes through a named pipe.
+//! What the world that the VHDL drives does, on its way from GHDL's process to ours: words of 8 bytes through a named
+//! pipe.
 //!
-//! Each piece begins with its kind: changed nets (edge, how many, index and word of each), a row of the plant's outputs (edge,
-//! values), or the end ([`Totals`]).
+//! Each piece begins with its kind: changed nets (edge, how many, index and word of each), a row of the plant's outputs
+//! (edge, values), or the end ([`Totals`]).
 
 use std::ffi::CString;
 use std::fs::{File, OpenOptions};
@@ -140,8 +141,8 @@ impl Pipe {
         Ok(Self { file: open.map_err(failed)? })
     }
 
-    /// Shows a motion of so many nets and outputs of the plant to an observer as it comes, until who writes has `ended`, or the
-    /// control stops it; then who still writes fails. `None` when the motion has no end.
+    /// Shows a motion of so many nets and outputs of the plant to an observer as it comes, until who writes has
+    /// `ended`, or the control stops it; then who still writes fails. `None` when the motion has no end.
     pub(crate) fn play(
         self,
         ended: &AtomicBool,

@@ -30,8 +30,8 @@ pub(crate) trait Pair {
     fn step(&mut self) -> &[i64];
     /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
     fn sense(&mut self, input: &mut Vec<i64>);
-    /// The words that the VHDL's nets have, outputs from this index on, drive its world. `agrees`: they have been the emulator's
-    /// at every edge.
+    /// The words that the VHDL's nets have, outputs from this index on, drive its world. `agrees`: they have been the
+    /// emulator's at every edge.
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool);
     /// Whether the encoders are still being turned to where they are at the start, and the worlds wait for that.
     fn is_homing(&self) -> bool;
@@ -69,8 +69,8 @@ impl<E: World> Driven<E> {
         self.world.place(&mut self.input);
     }
 
-    /// Takes the outputs of the present edge. A world that is told how they repeat goes on by itself, as it does for the engine;
-    /// one whose outputs then do something else is driven by those.
+    /// Takes the outputs of the present edge. A world that is told how they repeat goes on by itself, as it does for
+    /// the engine; one whose outputs then do something else is driven by those.
     #[inline]
     fn drive(&mut self, out: E::Out, words: &[i64], repeats: impl FnOnce(&E::In) -> Option<Repeat<E::Out>>) {
         let changed = std::mem::replace(&mut self.out, out) != out;
@@ -154,7 +154,8 @@ pub(crate) struct Sides<'s> {
     pub(crate) homing: u64,
 }
 
-/// Makes both sides of a session, from its start or, with a number of edges to compare, shortly before the wall is reached.
+/// Makes both sides of a session, from its start or, with a number of edges to compare, shortly before the wall is
+/// reached.
 pub(crate) struct Pairing {
     /// Edges to compare, and edges of the whole scene.
     pub(crate) late: Option<(u64, u64)>,

@@ -27,7 +27,8 @@ pub struct Format {
     frac: i8,
 }
 
-/// In place of a word that has an unknown bit, as only VHDL has them: no word of fewer than 64 bits is carried like this.
+/// In place of a word that has an unknown bit, as only VHDL has them: no word of fewer than 64 bits is carried like
+/// this.
 pub const UNKNOWN: i64 = i64::MIN;
 
 /// Why a format was refused.

@@ -74,8 +74,8 @@ impl<'s> Visit<'s> for Laying {
 /// The name of the net that says whether VHDL has differed.
 pub(super) const DIFFERS: &str = "differs";
 
-/// The net that a [run of VHDL](crate::run_vhdl) shows after the wiring's: 1 from the first edge on at which a net differed from
-/// the emulator's.
+/// The net that a [run of VHDL](crate::run_vhdl) shows after the wiring's: 1 from the first edge on at which a net
+/// differed from the emulator's.
 #[must_use]
 pub fn differs() -> Signal {
     Signal::bit(DIFFERS, "A net has differed from the emulator's")
@@ -173,8 +173,8 @@ impl Layout {
         self
     }
 
-    /// The same with the net that a [run of VHDL](crate::run_vhdl) has beyond the wiring's, in a scope `comparison`: 1 from the
-    /// first edge on at which a net differed from the emulator's.
+    /// The same with the net that a [run of VHDL](crate::run_vhdl) has beyond the wiring's, in a scope `comparison`: 1
+    /// from the first edge on at which a net differed from the emulator's.
     #[must_use]
     pub fn with_comparison(mut self) -> Self {
         let var = Var::new(DIFFERS, Format::BIT, Source::Net(self.nets.len()));

@@ -135,8 +135,8 @@ fn a_loop_is_compared_where_its_scene_touches_the_wall() {
         assert_eq!(late.reached, Some(reached), "{name}");
         let before = reached - late.from_edge;
         assert!(before >= edges / 3 && before < edges, "{name}: {before} edges before the wall");
-        // What is left to move is moved as in the scene: the wall comes when it came, within a hundredth of the way (and a
-        // period of the host, whose commands are late by one).
+        // What is left to move is moved as in the scene: the wall comes when it came, within a hundredth of the way
+        // (and a period of the host, whose commands are late by one).
         let expected = edges - before;
         assert!(touched.abs_diff(expected) <= before / 100 + 2500, "{name}: {touched} of {expected} edges in contact");
     }

@@ -31,7 +31,8 @@ fn wiring() -> HybridLoop {
     HybridLoop::new(LoopConfig::default()).expect("the default is valid")
 }
 
-/// Each net through all zeros, all ones, each single bit and then pseudo-random and unknown words; each for several edges.
+/// Each net through all zeros, all ones, each single bit and then pseudo-random and unknown words; each for several
+/// edges.
 fn events(nets: &[Signal]) -> Vec<Event> {
     let mut state = 1u64;
     let mut random = || {

@@ -232,7 +232,8 @@ impl Stream {
         Some(later)
     }
 
-    /// Puts a word of unknown bits: one bit is told by its number among the values beyond 0 and 1, several as characters.
+    /// Puts a word of unknown bits: one bit is told by its number among the values beyond 0 and 1, several as
+    /// characters.
     #[cold]
     fn put_unknown(&mut self, later: u64) {
         if self.width == 1 {
