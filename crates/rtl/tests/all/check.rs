@@ -91,26 +91,30 @@ fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
     (LoopScene { name, text, overrides: Vec::new(), data, edges }, shipped.parse(&[]).expect("a scene"))
 }
 
-/// The first edge at which one of these nets is not 0, by the driver that ticks every edge.
-struct First<'n>(&'n [&'static str], Vec<usize>, Option<u64>);
+/// The first edge at which one of some nets is not 0. What nets settle to before the first edge is no contact.
+struct First {
+    nets: Vec<usize>,
+    at: Option<u64>,
+}
 
-impl Observe for First<'_> {
+impl Observe for First {
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        if self.2.is_none() && self.1.iter().any(|&net| words[net] != 0) {
-            self.2 = Some(cycle.0);
+        if self.at.is_none() && cycle.0 > 0 && self.nets.iter().any(|&net| words[net] != 0) {
+            self.at = Some(cycle.0);
         }
     }
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-impl<'n> First<'n> {
-    fn of(names: &'n [&'static str], experiment: &Experiment) -> Option<u64> {
+impl First {
+    /// By the driver that ticks every edge.
+    fn of(names: &[&str], experiment: &Experiment) -> Option<u64> {
         let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
         let nets = rig.wiring().nets();
-        let picks = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
-        let mut first = First(names, picks, None);
+        let nets = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
+        let mut first = Self { nets, at: None };
         rig.run(Driver::Clock, &mut rig.brief_trace(), &mut first, &Control::default());
-        first.2
+        first.at
     }
 }
 
