@@ -48,20 +48,25 @@ struct Course<'d, 'p> {
 }
 
 impl ArmDirect<'_> {
-    /// Runs to edge `end`, or until stopped, or until the arm cannot go on, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until the arm cannot go on. Returns the edges of contact in
+    /// the window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
-        end: u64,
+        (from, end): (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         let clock = Instant::now();
         let mut course = Course::new(self);
-        let (mut steps, mut next_row, mut complete) = (0u64, 0, true);
+        let (mut steps, mut next_row, mut complete, mut contact) = (0u64, 0, true, 0);
         while course.state.edge < end && course.state.over().is_none() {
+            let edge = course.state.edge;
             let next = course.begin(end);
+            if course.state.command != [0; 3] {
+                contact += next.max(from) - edge.max(from);
+            }
             while next_row < next {
                 course.show(next_row, trace, observer);
                 next_row += stride;
@@ -80,6 +85,7 @@ impl ArmDirect<'_> {
         control.progress.store(state.edge, Ordering::Relaxed);
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: state.edge,
@@ -94,7 +100,7 @@ impl ArmDirect<'_> {
             energy: state.audit(),
             nets: Vec::new(),
         };
-        (summary, state.over())
+        (summary, contact as f64, state.over())
     }
 }
 

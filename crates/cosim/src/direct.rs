@@ -18,6 +18,7 @@ use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::arm_direct::ArmDirect;
+use crate::contact::share_beyond;
 use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
 use crate::engine::{Control, TURN};
@@ -40,18 +41,19 @@ pub enum Direct<'p> {
 }
 
 impl Direct<'_> {
-    /// Runs to edge `end`, or until stopped, or until it cannot go on, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until it cannot go on. Returns the edges of contact in the
+    /// window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
-        end: u64,
+        window: (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         match self {
-            Self::Axis(direct) => direct.run(end, stride, trace, observer, control),
-            Self::Arm(direct) => direct.run(end, stride, trace, observer, control),
+            Self::Axis(direct) => direct.run(window, stride, trace, observer, control),
+            Self::Arm(direct) => direct.run(window, stride, trace, observer, control),
         }
     }
 }
@@ -69,6 +71,8 @@ pub struct AxisDirect<'p> {
     pub(crate) plant: &'p Plant,
     pub(crate) computed: Computed<'p>,
     pub(crate) schedule: Schedule,
+    /// The least angle at which the wall sees penetration.
+    pub(crate) touched_rad: f64,
     /// The method; none flows exactly.
     pub(crate) method: Option<Method>,
     /// Clock edges of a step.
@@ -99,29 +103,37 @@ struct Course<'d, 'p, C> {
 }
 
 impl AxisDirect<'_> {
-    /// Runs to edge `end`, or until stopped, or until the steps diverge, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until the steps diverge.
     fn run(
         &self,
-        end: u64,
+        window: (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         macro_rules! close {
             ($($words:ident),*) => {
                 match self.computed {
                     Computed::Law(config, ideal) => {
-                        self.close(FloatsLaw::new(config, self.schedule, ideal), end, stride, trace, observer, control)
+                        self.close(FloatsLaw::new(config, self.schedule, ideal), window, stride, trace, observer, control)
                     }
                     $(Computed::Words(TheLoop::$words(wiring), input, live) => {
-                        self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+                        self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)
                     })*
                     Computed::Words(..) => unreachable!("not an axis's in words"),
                 }
             };
         }
         close!(Hybrid, Conventional, SampledWall, VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring)
+    }
+
+    /// Edges of contact in a step that ends in the window, of a straight line between two angles.
+    #[inline(always)]
+    fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> f64 {
+        let per_edge = (after_rad - before_rad) / (next - edge) as f64;
+        let start_rad = before_rad + per_edge * from.saturating_sub(edge) as f64;
+        share_beyond(self.touched_rad, start_rad, after_rad) * (next - edge.max(from)) as f64
     }
 
     /// A loop in words, ready to be loaded.
@@ -139,17 +151,17 @@ impl AxisDirect<'_> {
     fn close<C: Controller>(
         &self,
         controller: C,
-        end: u64,
+        (from, end): (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         let clock = Instant::now();
         let mut course = Course::new(self, controller);
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
-        let (mut complete, mut over) = (true, None);
+        let (mut complete, mut over, mut contact) = (true, None, 0.0);
         while edge < end {
             let next = course.act(edge, end);
             let before = course.x;
@@ -170,6 +182,9 @@ impl AxisDirect<'_> {
                     course.show(&Lines { first, stride, rows, start, change }, trace, observer);
                 }
                 next_row += rows * stride;
+            }
+            if next > from {
+                contact += self.contact((edge, next), from, (before[2], course.x[2]));
             }
             edge = next;
             steps += 1;
@@ -195,6 +210,7 @@ impl AxisDirect<'_> {
         let (energy, mode_changes, redecided) = course.mover.audit(edge);
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: edge,
@@ -209,7 +225,7 @@ impl AxisDirect<'_> {
             energy: EnergyAudit::of(&energy, stored_j),
             nets: Vec::new(),
         };
-        (summary, over)
+        (summary, contact, over)
     }
 }
 

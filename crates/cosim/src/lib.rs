@@ -10,6 +10,7 @@ mod arm_direct;
 mod arm_world;
 mod axis_world;
 mod body;
+mod contact;
 mod controller;
 mod direct;
 mod encoder;

@@ -10,6 +10,7 @@ use hpu_datapath::{
 };
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
+use crate::contact::{Contact, window_start};
 use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
@@ -210,24 +211,28 @@ pub(crate) fn run<R: Rig>(
 ) -> Summary {
     let (end, stride, modulated) = (rig.edges(), rig.stride(), rig.gates_drive());
     trace.begin(end / stride + 1);
-    let (mut summary, over) = match rig.direct() {
-        Some(direct) => direct.run(end, stride, trace, observer, control),
+    let from = window_start(end, stride);
+    let (mut summary, contact, over) = match rig.direct() {
+        Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, observer }, control })
+            let contact = Contact::new(&rig.wiring().nets(), from);
+            rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, contact, observer }, control })
         }
     };
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && rig.has_device() {
         summary.verdict = Some(rig.judge(trace, summary.aborted));
+        summary.contact_share = over.is_none().then_some(contact / (end - from) as f64);
     }
     summary
 }
 
-/// Fills the trace and shows everything to an observer as well, if there is one.
+/// Fills the trace, counts contact and shows everything to an observer as well, if there is one.
 struct Watch<'a> {
     trace: &'a mut Trace,
+    contact: Contact,
     observer: Option<&'a mut dyn Observe>,
 }
 
@@ -239,6 +244,7 @@ impl Observe for Watch<'_> {
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.trace.nets(cycle, words);
+        self.contact.see(cycle.0, words);
         if let Some(observer) = &mut self.observer {
             observer.nets(cycle, words);
         }
@@ -276,7 +282,8 @@ struct Run<'a> {
 }
 
 impl<'s> Visit<'s> for Run<'_> {
-    type Out = (Summary, Option<&'static str>);
+    /// With the edges of contact in the window, and why the world ended it.
+    type Out = (Summary, f64, Option<&'static str>);
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
@@ -292,6 +299,7 @@ impl<'s> Visit<'s> for Run<'_> {
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: run.edge(),
@@ -306,6 +314,6 @@ impl<'s> Visit<'s> for Run<'_> {
             energy: run.world.audit(),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
         };
-        (summary, run.world.over())
+        (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
     }
 }

@@ -176,7 +176,14 @@ impl Rig for Session<'_> {
             }
             _ => return None,
         };
+        let ideal = model.encoder == EncoderModel::Ideal;
+        let realised = &self.words.realised;
         Some(Direct::Axis(AxisDirect {
+            touched_rad: if ideal {
+                self.scene.wall.position_rad
+            } else {
+                realised.wall_position_rad + realised.count_rad
+            },
             plant: &self.plant,
             computed,
             schedule: self.words.schedule,

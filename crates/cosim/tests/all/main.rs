@@ -2,6 +2,7 @@
 
 mod bounded;
 mod common;
+mod contact;
 mod cruise;
 mod drivers;
 mod energy;
