@@ -11,13 +11,31 @@
 
 use std::ops::Range;
 
-use hpu_signal::Signal;
+use hpu_signal::{Clock, Cycle, Signal};
 
+use crate::scene::Experiment;
 use crate::window::window;
+
+/// Clock edges from one row of a trace at this rate to the next.
+pub(crate) fn stride(clock: Clock, rate_hz: f64) -> u64 {
+    clock.edges(1.0 / rate_hz).max(1)
+}
 
 /// The first clock edge of the window of a run of so many edges, with a row every `stride` edges.
 pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
     window(edges / stride + 1).start * stride
+}
+
+/// When the judged window of a scene's complete run begins and ends, in seconds.
+#[must_use]
+pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
+    let clock = experiment.clock();
+    let rate_hz = match experiment {
+        Experiment::Axis(scene) => scene.record.plant_rate_hz,
+        Experiment::Phantom(scene) => scene.record.plant_rate_hz,
+    };
+    let (edges, stride) = (experiment.edges(), stride(clock, rate_hz));
+    [window_start(edges, stride), edges].map(|edge| clock.seconds(Cycle(edge)))
 }
 
 /// Counts the clock edges of the window in which the wall is touched.

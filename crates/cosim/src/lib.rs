@@ -38,6 +38,7 @@ mod world;
 pub use arm_direct::ArmDirect;
 pub use arm_world::{ARM_REALS, FpgaWorld, HostWorld};
 pub use axis_world::AxisWorld;
+pub use contact::judged_window_s;
 pub use direct::{AxisDirect, Direct};
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};

@@ -69,7 +69,7 @@ impl<'s> PhantomSession<'s> {
     /// The constant inputs of the datapath, pins at 0.
     #[must_use]
     pub fn input(&self) -> PhantomIn<i64> {
-        let PhantomWords { low, high, room, stiffness, period } = self.words;
+        let PhantomWords { low, high, room, stiffness, period, .. } = self.words;
         PhantomIn {
             x_low: low,
             x_high: high,

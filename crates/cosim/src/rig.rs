@@ -10,7 +10,7 @@ use hpu_datapath::{
 };
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
-use crate::contact::{Contact, window_start};
+use crate::contact::{Contact, stride, window_start};
 use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
@@ -176,7 +176,7 @@ pub trait Rig {
 
     /// Edges between rows of the trace.
     fn stride(&self) -> u64 {
-        self.clock().edges(1.0 / self.record().plant_rate_hz).max(1)
+        stride(self.clock(), self.record().plant_rate_hz)
     }
 
     /// An empty trace of the plant and of the nets with these names.

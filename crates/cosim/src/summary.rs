@@ -169,6 +169,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,
+        Metric::ContactShare => summary.contact_share?,
         Metric::Rms => match summary.verdict? {
             Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => rms_m,
             _ => return None,

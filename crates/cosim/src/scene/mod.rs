@@ -8,7 +8,7 @@
 //! | Section | Keys, `[default]` |
 //! |---|---|
 //! | (top) | `about` |
-//! | `[device]` `kind = "motor"` | `resistance` \[2.3457 Ohm\], `inductance` \[0.226 mH\], `torque_constant` \[25.9 mN.m/A\], `rotor_inertia` \[13.7 g.cm2\], `viscous_friction` \[1.3e-6 N.m.s/rad\], `coulomb_friction` \[0\], `wheel_ratio` \[7\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
+//! | `[device]` `kind = "motor"` | `motor`, the name of one whose data are known (`vasudevan_2007`); without it, or beside it for another value, `resistance`, `inductance`, `torque_constant`, `rotor_inertia`, `viscous_friction` \[0, or the motor's\]; `coulomb_friction` \[0\], `wheel_ratio` \[1\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
 //! | `[device]` `kind = "mass"` | `mass`, `damping`, `coulomb` \[0\], `initial_position` \[0\], `initial_speed` \[0\] |
 //! | `[encoder]` | of a motor `lines` \[1024\], decoded x4; of a mass `resolution`, the length of a count |
 //! | `[amplifier]` of a mass | `full_scale`, the force of `2^bits` PWM counts |
@@ -83,6 +83,7 @@ mod accuracy;
 mod expect;
 mod law;
 mod model;
+mod parameter;
 mod parts;
 pub mod phantom;
 mod quantity;
@@ -101,6 +102,7 @@ pub use accuracy::{Accuracy, Output};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
+pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{
     Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Loop, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record,
     Run, Units, Wall,
@@ -111,7 +113,7 @@ pub use phantom::{
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
-pub use words::{LoopWords, Realised};
+pub use words::{LoopWords, Miss, Realised};
 
 use hpu_datapath::Estimator;
 use hpu_signal::Clock;
@@ -223,6 +225,15 @@ impl Experiment {
         }
     }
 
+    /// Every parameter of the run, as the scene was read, and who said it.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        match self {
+            Self::Axis(scene) => &scene.parameters,
+            Self::Phantom(scene) => &scene.parameters,
+        }
+    }
+
     /// By what models of it are compared.
     #[must_use]
     pub fn accuracy(&self) -> &Accuracy {
@@ -268,6 +279,8 @@ pub struct Scene {
     pub accuracy: Accuracy,
     /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
     pub auto: bool,
+    /// Every parameter of the run, as the scene was read, and who said it.
+    pub parameters: Vec<Parameter>,
     places: Places,
 }
 

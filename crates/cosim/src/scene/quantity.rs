@@ -105,6 +105,11 @@ impl Dimension {
         })
     }
 
+    /// The SI unit; empty for a plain number.
+    pub fn si_unit(&self) -> &'static str {
+        if self.si == "1" { "" } else { self.si }
+    }
+
     /// What may be written instead: "N.m/rad, mN.m/rad or a number in N.m/rad".
     pub fn accepted(&self) -> String {
         let mut symbols = Vec::new();

@@ -53,12 +53,8 @@ fn a_held_position_is_in_contact_until_the_next_sample() {
 #[test]
 fn without_a_clock_contact_is_time_beyond_the_wall() {
     // With the true angle as the law's input the wall is left at 1.5 rad, 0.9 s.
-    let steps = [
-        ("model.datapath", "law"),
-        ("model.bridge", "averaged"),
-        ("model.solver", "rk4"),
-        ("model.step", "130 us"),
-    ];
+    let steps =
+        [("model.datapath", "law"), ("model.bridge", "averaged"), ("model.solver", "rk4"), ("model.step", "130 us")];
     let ideal = [&steps[..], &[("model.encoder", "ideal")]].concat();
     assert!((share("prescribed-sweep", &ideal) - until(0.9).0).abs() < 1e-9);
     // In counts, at the first count inside.

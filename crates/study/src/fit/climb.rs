@@ -98,6 +98,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         within,
         errors: climb.errors(&measured, &reference),
         around: worst,
+        contact_share: reference.contact_share,
         speedup,
         wall_s: measured.wall_s,
         left_out,

@@ -148,11 +148,13 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         dissipated_j: 0.0,
         displayed_stiffness: None,
         displayed_ratio: None,
+        contact_share: Some(1.0 / 3.0),
+        stiffness_error: None,
         overflow_share: 0.125,
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));
-    for bad in ["", "settled", "flying,,,,0,0,0,,,1", "settled,x,,,0,0,0,,,1", "settled,,,,,0,0,,,1"] {
+    for bad in ["", "settled", "flying,,,,0,0,0,,,,0,1", "settled,x,,,0,0,0,,,,0,1", "settled,,,,0,0,0,,,0,1"] {
         assert_eq!(Cell::read(bad), None, "{bad}");
     }
 }
