@@ -129,6 +129,10 @@ pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
         set => set.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", "),
     };
     lines.push(("model", model));
+    if found.contact_share == Some(0.0) {
+        let said = "wall not reached in the judged window: the scene as written settles nothing about the wall";
+        lines.push(("contact", said.to_string()));
+    }
     let errors = found.errors.iter().map(|(output, error)| match output {
         Output::Verdict if *error == 0.0 => "the same verdict".to_string(),
         _ => format!("{} {}", output.name(), percent(*error)),
@@ -179,6 +183,7 @@ pub fn model(found: &Fit) -> Value {
         "set": set,
         "errors": errors,
         "around": found.around,
+        "contact_share": found.contact_share,
         "speedup": found.speedup,
         "wall_s": found.wall_s,
         "left_out": left_out.collect::<Vec<_>>(),

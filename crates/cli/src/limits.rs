@@ -7,6 +7,7 @@ use hpu_study::limits::{Emulated, InWords, Limits, limits};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::parameters::{missed, missed_object};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json};
 
@@ -80,6 +81,7 @@ fn object(scene: &str, found: &Limits) -> Value {
         "reason": found.emulated.err().map(|none| none.to_string()),
         "emulated_words": found.in_words.as_ref().ok().copied().map(in_words),
         "emulated_words_reason": found.in_words.as_ref().err(),
+        "stiffness_missed": found.stiffness_miss.as_ref().map(missed_object),
     })
 }
 
@@ -96,6 +98,9 @@ fn text(scene: &str, found: &Limits) -> String {
         Ok(InWords { emulated, runs }) => format!("{}, a word; {runs} runs\n", line("emulated, in words", *emulated)),
         Err(why) => format!("{:<22}{why}\n", "emulated, in words"),
     };
+    if let Some(miss) = &found.stiffness_miss {
+        text += &format!("{:<22}wall.{}\n", "warning", missed(miss, Some("method.stiffness_format")));
+    }
     let assumptions = legend(&found.criteria);
     text += &format!(
         "\n{:<22}{:>14} {:<8} {:<4} assumptions, ! those that the scene does not meet\n",

@@ -18,6 +18,7 @@ mod limits;
 mod manual;
 mod map;
 mod map_text;
+mod parameters;
 mod pictures;
 mod progress;
 mod reproduce;

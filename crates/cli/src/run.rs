@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
+use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, judged_window_s, metric};
 use hpu_rtl::{CheckRow, Hdl, closed_loop};
 use hpu_signal::{Cycle, Observe, Signal};
 use hpu_study::chart::{self, PHANTOM_NETS};
@@ -13,6 +13,7 @@ use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::parameters::{self, Said};
 use crate::rows::{Estimate, Rows};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
@@ -80,6 +81,10 @@ pub struct Ran<'s> {
     pub summary: Summary,
     /// What was recorded.
     pub trace: Trace,
+    /// The judged window of the complete run, in seconds.
+    pub window_s: [f64; 2],
+    /// Every parameter, and who said it.
+    pub parameters: Vec<Said>,
     /// The VHDL beside it, and where that was from.
     pub rtl: Option<(CheckRow, Hdl)>,
     /// Whether the outcome was the expected one, when one was.
@@ -146,6 +151,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let command = loaded.command();
     let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut().map(|folder| (folder, &*command)))?;
     ran.rtl = rtl;
+    ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), args.edges.is_some());
     ran.fitted = fitted;
     if interrupt::pressed() {
         return interrupted(&ran, args.json);
@@ -267,6 +273,8 @@ fn simulate<'s>(
         numbers: numbers.collect(),
         summary,
         trace,
+        window_s: judged_window_s(scene),
+        parameters: Vec::new(),
         rtl: None,
         fitted: None,
         files: Vec::new(),

@@ -5,7 +5,9 @@ use hpu_signal::Format;
 use serde_json::{Value, json};
 
 use crate::fit;
+use crate::parameters;
 use crate::run::Ran;
+use crate::run_text::{displayed, wraps};
 
 /// The object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
@@ -19,6 +21,11 @@ pub fn summary(ran: &Ran) -> Value {
         "solver": ran.solver,
         "fitted": ran.fitted.as_ref().map(fit::model),
         "outcome": summary.verdict.map(outcome),
+        "contact_share": summary.contact_share,
+        "judged_window_s": ran.window_s,
+        "displayed_stiffness": displayed(ran).map(|(_, _, displayed, _)| displayed),
+        "displayed_ratio": displayed(ran).and_then(|(.., ratio)| ratio),
+        "product_wraps": wraps(ran),
         "complete": summary.complete,
         "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),
         "edges": summary.edges,
@@ -49,6 +56,7 @@ pub fn summary(ran: &Ran) -> Value {
             "coulomb_j": energy.coulomb_j,
             "transmission_j": energy.transmission_j,
         },
+        "parameters": parameters::object(&ran.parameters),
         "realised": realised(ran.session),
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
@@ -69,6 +77,8 @@ fn realised(session: &Ready) -> Value {
                 "count_rad": realised.count_rad,
                 "wall_position_rad": realised.wall_position_rad,
                 "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+                "stiffness_error": realised.stiffness_error,
+                "stiffness_missed": realised.stiffness_miss.as_ref().map(parameters::missed_object),
                 "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
                 "sample_rate_hz": realised.sample_rate_hz,
             })
@@ -79,6 +89,7 @@ fn realised(session: &Ready) -> Value {
             json!({
                 "wall_position_m": formats.position.to_f64(words.high),
                 "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
+                "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
                 "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
             })
         }

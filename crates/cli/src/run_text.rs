@@ -1,5 +1,6 @@
 //! The summary of a run for people.
 
+mod contact;
 mod phantom;
 
 use std::fmt::Write as _;
@@ -7,10 +8,12 @@ use std::fmt::Write as _;
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
 use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
 
-use crate::fit;
 use crate::run::Ran;
 use crate::terminal;
 use crate::units::{error_percent, percent, si};
+use crate::{fit, parameters};
+
+pub use contact::{displayed, wraps};
 
 /// An axis's angle among its outputs.
 const ANGLE: usize = 2;
@@ -29,11 +32,14 @@ pub fn summary(ran: &Ran) -> String {
         fit::lines(found).into_iter().for_each(|(name, said)| row(name, said));
     }
     let outcome = match ran.summary.verdict {
-        Some(verdict) => outcome(verdict, position(ran)),
+        Some(verdict) => outcome(verdict, position(ran)) + &contact::beside(ran),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
         None => "stopped before its end".to_string(),
     };
     row("outcome", outcome);
+    if let Some(said) = contact::line(ran) {
+        row("contact", said);
+    }
     if let Some(abort) = ran.summary.aborted {
         row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
@@ -43,11 +49,17 @@ pub fn summary(ran: &Ran) -> String {
                 row("motion", motion(session.scene(), &ran.trace));
             }
             words(session).into_iter().for_each(|said| row("words", said));
+            if let Some(miss) = &session.words().realised.stiffness_miss {
+                row("warning", parameters::missed(miss, Some("method.stiffness_format")));
+            }
         }
         Ready::Phantom(session) => {
             row("platform", phantom::platform(session.scene()));
             row("motion", phantom::motion(session.scene(), &ran.trace));
             phantom::words(session).into_iter().for_each(|said| row("words", said));
+            if let Some(miss) = &session.words().stiffness_miss {
+                row("warning", parameters::missed(miss, None));
+            }
         }
     }
     if ran.summary.energy.exchanged_j > 0.0 {
@@ -64,6 +76,7 @@ pub fn summary(ran: &Ran) -> String {
     if ran.summary.edges > 0 && !ran.summary.nets.is_empty() {
         text += &nets(ran);
     }
+    text += &parameters::text(&ran.parameters);
     for line in expectations(ran) {
         writeln!(text, "{:<10} {line}", "expected").expect("a string grows");
     }
@@ -247,7 +260,9 @@ fn nets(ran: &Ran) -> String {
 
 fn expectations(ran: &Ran) -> Vec<String> {
     let said = |met| terminal::verdict(if met { "met" } else { "NOT MET" }, met);
-    let outcome = ran.outcome_met.map(|(kind, met)| format!("outcome {}: {}", outcome_name(kind), said(met)));
+    let outcome = ran
+        .outcome_met
+        .map(|(kind, met)| format!("outcome {}: {}{}", outcome_name(kind), said(met), contact::beside(ran)));
     let numbers = ran.numbers.iter().map(|(expected, got, met)| {
         let unit = unit(ran, expected.metric);
         format!(
@@ -279,7 +294,7 @@ fn unit(ran: &Ran, metric: Metric) -> &'static str {
         Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => position(ran),
         Metric::Frequency => "Hz",
         Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
-        Metric::SpringOverflowShare | Metric::EncoderEdges => "",
+        Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => "",
         Metric::Rms => "m",
     }
 }

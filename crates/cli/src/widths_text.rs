@@ -52,8 +52,15 @@ fn head(page: &Page, line: &mut impl FnMut(&str)) {
     let how = match page.random {
         Some((_, seed)) => format!("{motion} of random motion (seed {seed}), open loop"),
         None => {
-            let outcomes: Vec<_> =
-                measured.outcomes.iter().map(|kind| outcome_name(Some(*kind)).replace('_', " ")).collect();
+            let outcomes: Vec<_> = measured
+                .outcomes
+                .iter()
+                .zip(&measured.contact_shares)
+                .map(|(kind, share)| {
+                    let touched = if *share == Some(0.0) { " (wall not reached)" } else { "" };
+                    outcome_name(Some(*kind)).replace('_', " ") + touched
+                })
+                .collect();
             let outcomes = if outcomes.is_empty() { String::new() } else { format!(": {}", outcomes.join(", ")) };
             format!("{motion} in closed loop{outcomes}")
         }

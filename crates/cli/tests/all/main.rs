@@ -6,6 +6,7 @@ mod bad_input;
 mod blocks;
 mod chart;
 mod common;
+mod contact;
 mod exports;
 mod fit;
 mod fuzz;

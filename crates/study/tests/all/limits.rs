@@ -12,6 +12,8 @@ const MOTOR: &str = r#"
 about = "The published motor against a wall, by the linear law."
 [device]
 kind = "motor"
+motor = "vasudevan_2007"
+wheel_ratio = 7
 [clock]
 frequency = "50 MHz"
 [method]
