@@ -90,21 +90,18 @@ fn a_summary_lists_every_parameter_with_its_unit_and_who_said_it() {
         let parameter = parameters.iter().find(|parameter| parameter["key"] == key);
         parameter.unwrap_or_else(|| panic!("{key}: {parameters:?}"))
     };
-    let said = |value: Value, unit: &str, source: &str| {
-        move |parameter: &Value| {
-            assert_eq!(
-                (&parameter["value"], &parameter["unit"], &parameter["source"]),
-                (&value, &json!(unit), &json!(source))
-            );
-        }
+    let said = |key: &str, value: Value, unit: &str, source: &str| {
+        let parameter = of(key);
+        assert_eq!((&parameter["value"], &parameter["unit"]), (&value, &json!(unit)), "{key}");
+        assert_eq!(parameter["source"], source, "{key}");
     };
-    said(json!(0.1), "N.m/rad", "--set")(of("wall.stiffness"));
-    said(json!(20e-6), "s", "--edges")(of("run.duration"));
-    said(json!(0.0), "N.m", "default")(of("device.coulomb_friction"));
-    said(json!(7.0), "", "scene")(of("device.wheel_ratio"));
-    said(json!(25.9e-3), "N.m/A", "motor vasudevan_2007")(of("device.torque_constant"));
-    said(json!(12), "bit", "default")(of("method.pwm.bits"));
-    said(json!("[[0, 0], [0.15, 1.4], [0.25, 1.9], [0.4, 1.2], [0.5, 1.8]]"), "s, rad", "scene")(of("hand.path"));
+    said("wall.stiffness", json!(0.1), "N.m/rad", "--set");
+    said("run.duration", json!(20e-6), "s", "--edges");
+    said("device.coulomb_friction", json!(0.0), "N.m", "default");
+    said("device.wheel_ratio", json!(7.0), "", "scene");
+    said("device.torque_constant", json!(25.9e-3), "N.m/A", "motor vasudevan_2007");
+    said("method.pwm.bits", json!(12), "bit", "default");
+    said("hand.path", json!("[[0, 0], [0.15, 1.4], [0.25, 1.9], [0.4, 1.2], [0.5, 1.8]]"), "s, rad", "scene");
     let missed = &found["realised"]["stiffness_missed"];
     assert_eq!(missed["format"], "(0,12,3)", "{missed}");
     let text = stdout(&run(&[&["run", "hybrid-wall"], &set[..]].concat()));
