@@ -82,8 +82,8 @@ impl Mapped {
         self.layer(method).filter(|index| share(*index) == Some(0.0)).count()
     }
 
-    /// How many cells of a layer that were run miss the stiffness that they ask for, the miss whose format holds them all, and the
-    /// key of that format, where there is one.
+    /// How many cells of a layer that were run miss the stiffness that they ask for, the miss whose format holds them
+    /// all, and the key of that format, where there is one.
     fn missed(&self, method: usize) -> Option<(usize, Miss, Option<&'static str>)> {
         let far = |cell: &Cell| cell.stiffness_error.is_some_and(|error| error.abs() > Miss::FLAGGED);
         let far = |index: &usize| matches!(&self.found[*index], Found::Run(Ok(cell)) if far(cell));
@@ -141,7 +141,7 @@ pub fn text(mapped: &Mapped) -> String {
         let untouched = mapped.untouched(method);
         if untouched > 0 {
             text += &format!(
-                "wall not reached   {untouched:>6}  of these, in the judged window: their outcome says nothing of the wall\n"
+                "wall not reached   {untouched:>6}  of these, in the judged window: they say nothing of the wall\n"
             );
         }
         if let Some((count, miss, key)) = mapped.missed(method) {

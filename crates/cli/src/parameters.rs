@@ -13,7 +13,8 @@ pub struct Said {
     by: String,
 }
 
-/// Every parameter of a run: of its scene, of the model that was chosen for it, and of `--edges`, where that gave the duration.
+/// Every parameter of a run: of its scene, of the model that was chosen for it, and of `--edges`, where that gave the
+/// duration.
 pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said> {
     let chosen = |key: &str| fitted.is_some_and(|found| found.set.iter().any(|(set, _)| set == key));
     let said = scene.parameters().iter().map(|parameter| Said {

@@ -48,8 +48,8 @@ struct Course<'d, 'p> {
 }
 
 impl ArmDirect<'_> {
-    /// Runs to the edge at which the window ends, or until stopped, or until the arm cannot go on. Returns the edges of contact in
-    /// the window, too, and why it cannot go on.
+    /// Runs to the edge at which the window ends, or until stopped, or until the arm cannot go on. Returns the edges of
+    /// contact in the window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
         (from, end): (u64, u64),

@@ -1,13 +1,13 @@
 //! Contact: the share of the judged window in which the wall sees penetration.
 //!
-//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. What counts is penetration as the wall sees
-//! it, from the position that its law reads, and not the true angle:
+//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. What counts is penetration as the
+//! wall sees it, from the position that its law reads, and not the true angle:
 //!
-//! - of a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's `contact`); nets
-//!   change at ticks alone, so that the count is exact with both drivers;
+//! - of a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's
+//!   `contact`); nets change at ticks alone, so that the count is exact with both drivers;
 //! - of a PHANToM whose force a host computes, the share of the cycles with a command other than 0;
-//! - of an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal encoder,
-//!   beyond the wall itself), on the straight line between the ends of a step.
+//! - of an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
+//!   encoder, beyond the wall itself), on the straight line between the ends of a step.
 
 use std::ops::Range;
 

@@ -41,8 +41,8 @@ pub enum Direct<'p> {
 }
 
 impl Direct<'_> {
-    /// Runs to the edge at which the window ends, or until stopped, or until it cannot go on. Returns the edges of contact in the
-    /// window, too, and why it cannot go on.
+    /// Runs to the edge at which the window ends, or until stopped, or until it cannot go on. Returns the edges of
+    /// contact in the window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
         window: (u64, u64),
@@ -116,7 +116,8 @@ impl AxisDirect<'_> {
             ($($words:ident),*) => {
                 match self.computed {
                     Computed::Law(config, ideal) => {
-                        self.close(FloatsLaw::new(config, self.schedule, ideal), window, stride, trace, observer, control)
+                        let law = FloatsLaw::new(config, self.schedule, ideal);
+                        self.close(law, window, stride, trace, observer, control)
                     }
                     $(Computed::Words(TheLoop::$words(wiring), input, live) => {
                         self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)

@@ -79,8 +79,8 @@ pub struct Abort {
 pub struct Summary {
     /// What became of the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
-    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration: 0 where it is not reached. `None` for a
-    /// run that did not come to its end and for a recording.
+    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration: 0 where it is not
+    /// reached. `None` for a run that did not come to its end and for a recording.
     pub contact_share: Option<f64>,
     /// Why it ended early, if the world ended it.
     pub aborted: Option<Abort>,

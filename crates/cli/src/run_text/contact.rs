@@ -48,7 +48,8 @@ fn was_touched(ran: &Ran) -> bool {
     penetration.is_some_and(|net| net.usage.max > 0)
 }
 
-/// Of a settled contact of an axis: the depth at the end, the stiffness that is displayed, and its ratio to that asked for.
+/// Of a settled contact of an axis: the depth at the end, the stiffness that is displayed, and its ratio to that asked
+/// for.
 pub fn displayed<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, f64, f64, Option<f64>)> {
     let (Ready::Axis(session), Some(Verdict::Settled { .. })) = (ran.session, ran.summary.verdict) else { return None };
     let scene = session.scene();

@@ -70,7 +70,8 @@ fn maps_fits_and_widths_say_where_the_wall_is_not_reached() {
 
 #[test]
 fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
-    // At rest 0.449 rad behind the wall: 293 counts times 36 are 2 times 4096 and 2356, 0.152 N.m of the 0.67 N.m asked for.
+    // At rest 0.449 rad behind the wall: 293 counts times 36 are 2 times 4096 and 2356, 0.152 N.m of the 0.67 N.m asked
+    // for.
     let said = stdout(&run(&["run", "wrap-product"]));
     assert!(said.contains("; through the wall, whose product has wrapped 2 times"), "{said}");
     let found = json(&run(&["run", "wrap-product", "--json"]));

@@ -53,8 +53,8 @@ struct Named {
     viscous_friction_nm_s_per_rad: f64,
 }
 
-/// Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data sheet of
-/// that winding was at hand.
+/// Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
+/// sheet of that winding was at hand.
 static VASUDEVAN_2007: Named = Named {
     name: "vasudevan_2007",
     resistance_ohm: 25.9e-3 * 24.0 / 0.265,

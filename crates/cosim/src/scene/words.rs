@@ -58,7 +58,8 @@ pub struct Realised {
 pub struct Miss {
     /// Relative error of the nearest word.
     pub error: f64,
-    /// The format with the fewest more fraction bits whose nearest word is near enough; `None` when that has more than 32 bits.
+    /// The format with the fewest more fraction bits whose nearest word is near enough; `None` when that has more than
+    /// 32 bits.
     pub format: Option<Format>,
 }
 

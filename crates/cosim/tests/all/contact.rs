@@ -34,8 +34,9 @@ fn until(time_s: f64) -> (f64, f64) {
 
 #[test]
 fn a_prescribed_sweep_is_in_contact_until_its_count_leaves_the_wall() {
-    // The wall at 1.5 rad is count 978. The sweep comes back at 1 rad/s, at 1.9 rad after 0.5 s, and leaves count 979, the first
-    // with penetration, where its angle falls below 979 counts. The counter and the wall follow within 4 edges.
+    // The wall at 1.5 rad is count 978. The sweep comes back at 1 rad/s, at 1.9 rad after 0.5 s, and leaves count 979,
+    // the first with penetration, where its angle falls below 979 counts. The counter and the wall follow within 4
+    // edges.
     let leaves_s = 0.5 + 1.9 - 979.0 * COUNT_RAD;
     let (expected, edge) = until(leaves_s);
     let found = share("prescribed-sweep", &[]);

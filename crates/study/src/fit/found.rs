@@ -37,7 +37,8 @@ pub struct Fit {
     pub errors: Vec<(Output, f64)>,
     /// The worst error in the scenes around.
     pub around: f64,
-    /// Share of the judged window in which the wall sees penetration, in the scene as written; see [`hpu_cosim::Summary`].
+    /// Share of the judged window in which the wall sees penetration, in the scene as written; see
+    /// [`hpu_cosim::Summary`].
     pub contact_share: Option<f64>,
     /// Wall time of the reference over that of the model.
     pub speedup: f64,

@@ -1,7 +1,7 @@
 //! The limit of a scene as it stands: in words, with its quantisation, friction, hand and contact.
 //!
-//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or not. A run
-//! whose judged window has no contact says nothing of the wall, so the search ends there with an error.
+//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or
+//! not. A run whose judged window has no contact says nothing of the wall, so the search ends there with an error.
 //! Nothing makes that verdict a monotone function of the stiffness. What is told is one place where it turns, next to
 //! where the search begins: the softest stiffness of two neighbours, settled, and the stiffer, not.
 
@@ -26,8 +26,8 @@ pub struct InWords {
 ///
 /// # Errors
 ///
-/// The reason why there is none: no words, no free motion, no contact in a judged window, the same verdict at every stiffness
-/// that the words hold, or that `control` stopped it.
+/// The reason why there is none: no words, no free motion, no contact in a judged window, the same verdict at every
+/// stiffness that the words hold, or that `control` stopped it.
 pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords, String> {
     match scene.model.datapath {
         Datapath::Words => {}
@@ -107,8 +107,8 @@ fn untouched(experiment: &Experiment, stiffness: f64) -> String {
         _ => "give it a hand that presses into the wall",
     };
     format!(
-        "not judged: wall not reached at {} {} in the judged window, {from} s to {to} s; {hand}, move wall.position ({} {}), \
-         or change run.duration",
+        "not judged: wall not reached at {} {} in the judged window, {from} s to {to} s; {hand}, \
+         move wall.position ({} {}), or change run.duration",
         figure(stiffness),
         unit.stiffness,
         figure(scene.wall.position_rad),
