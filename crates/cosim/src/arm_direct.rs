@@ -64,7 +64,7 @@ impl ArmDirect<'_> {
         while course.state.edge < end && course.state.over().is_none() {
             let edge = course.state.edge;
             let next = course.begin(end);
-            if course.state.command != [0; 3] {
+            if course.state.command[self.plant.axis] != 0 {
                 contact += next.max(from) - edge.max(from);
             }
             while next_row < next {

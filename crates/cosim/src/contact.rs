@@ -5,11 +5,9 @@
 //!
 //! - of a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's
 //!   `contact`); nets change at ticks alone, so that the count is exact with both drivers;
-//! - of a PHANToM whose force a host computes, the share of the cycles with a command other than 0;
+//! - of a PHANToM whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
 //! - of an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step.
-
-use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Signal};
 
@@ -41,47 +39,44 @@ pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
 /// Counts the clock edges of the window in which the wall is touched.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Contact {
-    /// The nets that tell: one of them is not 0.
-    nets: Range<usize>,
+    /// The net that tells: it is not 0.
+    net: usize,
+    /// Its word, and the edge since which it stands.
+    word: i64,
+    since: u64,
     /// The window's first edge.
     from: u64,
-    inside: bool,
-    since: u64,
     edges: u64,
 }
 
 impl Contact {
-    /// Of a wiring with these nets, from this edge on.
-    pub(crate) fn new(nets: &[Signal], from: u64) -> Self {
-        let one = |name: &str| nets.iter().position(|net| net.name == name).map(|at| at..at + 1);
-        let commands = || nets.iter().position(|net| net.name == "command1").map(|at| at..at + 3);
-        let told = one("penetration").or_else(|| one("contact")).or_else(commands);
-        Self { nets: told.expect("a loop around a wall"), from, inside: false, since: 0, edges: 0 }
+    /// Of a wiring with these nets, from this edge on. Of a host's wiring it is the command of joint number `joint`.
+    pub(crate) fn new(nets: &[Signal], from: u64, joint: usize) -> Self {
+        let net = |name: &str| nets.iter().position(|net| net.name == name);
+        let command = || net("command1").map(|first| first + joint);
+        let told = net("penetration").or_else(|| net("contact")).or_else(command);
+        Self { net: told.expect("a loop around a wall"), word: 0, since: 0, from, edges: 0 }
     }
 
     /// Takes the words from `edge` on.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn see(&mut self, edge: u64, words: &[i64]) {
-        let inside = words[self.nets.clone()].iter().any(|&word| word != 0);
-        if inside != self.inside {
-            self.turn(edge, inside);
+        let word = words[self.net];
+        if word != self.word {
+            self.turn(edge, word);
         }
     }
 
     #[inline(never)]
-    fn turn(&mut self, edge: u64, inside: bool) {
-        self.edges += self.standing(edge);
-        (self.inside, self.since) = (inside, edge);
+    fn turn(&mut self, edge: u64, word: i64) {
+        self.edges = self.edges(edge);
+        (self.word, self.since) = (word, edge);
     }
 
-    /// Edges of contact since the last turn, in the window.
-    fn standing(&self, edge: u64) -> u64 {
-        if self.inside { edge.max(self.from) - self.since.max(self.from) } else { 0 }
-    }
-
-    /// Edges of contact in the window of a run that ended at `end`.
+    /// Edges of contact in the window up to an edge.
     pub(crate) fn edges(&self, end: u64) -> u64 {
-        self.edges + self.standing(end)
+        let standing = if self.word == 0 { 0 } else { end.max(self.from) - self.since.max(self.from) };
+        self.edges + standing
     }
 }
 

@@ -216,7 +216,8 @@ pub(crate) fn run<R: Rig>(
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            let contact = Contact::new(&rig.wiring().nets(), from);
+            // The first output that a PHANToM is judged by is the number of the joint under test.
+            let contact = Contact::new(&rig.wiring().nets(), from, rig.judged()[0]);
             rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, contact, observer }, control })
         }
     };

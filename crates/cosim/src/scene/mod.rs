@@ -115,6 +115,8 @@ pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{LoopWords, Miss, Realised};
 
+use std::sync::Arc;
+
 use hpu_datapath::Estimator;
 use hpu_signal::Clock;
 
@@ -280,7 +282,7 @@ pub struct Scene {
     /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
     pub auto: bool,
     /// Every parameter of the run, as the scene was read, and who said it.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Arc<[Parameter]>,
     places: Places,
 }
 

@@ -15,6 +15,8 @@
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
 //! | `[accuracy]` | `outputs` \[by the verdict\] (`trace`, `rms`, `verdict`), `within` \[1 %\] |
 
+use std::sync::Arc;
+
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Clock;
 
@@ -253,7 +255,7 @@ pub struct PhantomScene {
     /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
     pub auto: bool,
     /// Every parameter of the run, as the scene was read, and who said it.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Arc<[Parameter]>,
     pub(super) places: Places,
 }
 

@@ -61,10 +61,10 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         expect: expect(&root.section("expect")?, axis)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
         auto: source.auto,
-        parameters: Vec::new(),
+        parameters: [].into(),
         places: source.places.clone(),
     };
-    parts.parameters = source.parameters.take(&unused(&parts));
+    parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts)?;
     Ok(parts)
 }

@@ -45,10 +45,10 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         expect: expect(&root.section("expect")?)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM)?,
         auto: source.auto,
-        parameters: Vec::new(),
+        parameters: [].into(),
         places: source.places.clone(),
     };
-    scene.parameters = source.parameters.take(&unused(&scene));
+    scene.parameters = source.parameters.take(&unused(&scene)).into();
     agree(&scene)?;
     Ok(scene)
 }
