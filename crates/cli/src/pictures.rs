@@ -30,7 +30,7 @@ fn chart_run<'a>(session: &'a Session, ran: &'a Ran, command: &'a str) -> chart:
 }
 
 /// Writes a picture in both forms.
-pub fn put(Picture { name, svg, png }: &Picture, folder: &mut Folder) -> Result<(), Failure> {
+pub fn put(Picture { name, svg, png, .. }: &Picture, folder: &mut Folder) -> Result<(), Failure> {
     folder.write(&format!("{name}.svg"), svg)?;
     folder.write(&format!("{name}.png"), png)
 }

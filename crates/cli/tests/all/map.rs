@@ -67,7 +67,10 @@ fn a_map_writes_its_tables_and_pictures_and_draws_itself_in_letters() {
     assert_eq!(said.lines().filter(|line| line.starts_with("  |")).count(), 5, "{said}");
     for name in ["map.svg", "energy.svg"] {
         let svg = content(&out, name);
-        assert!(svg.contains("hpu map hybrid-wall --x") && svg.contains("wall.damping in mN.m.s/rad"), "{name}");
+        assert!(
+            svg.contains("hpu map hybrid-wall --x") && svg.contains("wall.damping in mN\u{b7}m\u{b7}s/rad"),
+            "{name}"
+        );
     }
     assert!(content(&out, "map.svg").contains("spectral radius"), "the legend names the curves");
     assert_eq!(rows(&out).len(), 1 + 45);

@@ -134,8 +134,9 @@ fn pictures_come_as_svg_and_as_png_and_tell_the_command_that_made_them() {
     for name in ["position", "torque", "bits", "side-by-side"] {
         let svg = fs::read_to_string(out.join(format!("{name}.svg"))).expect("a picture");
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
-        let command = format!("hpu run wrap-product -o {}", text(&out));
-        assert!(svg.contains(&command), "{name} does not say `{command}`");
+        // Without the folders that are nobody's but one's own.
+        let command = "hpu run wrap-product -o out";
+        assert!(svg.contains(command), "{name} does not say `{command}`");
         let png = fs::read(out.join(format!("{name}.png"))).expect("a picture");
         assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n", "{name}");
     }

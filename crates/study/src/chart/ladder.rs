@@ -24,11 +24,7 @@ const ROW: i32 = 50;
 #[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
-    let mut canvas = page(
-        title,
-        "each model has all that those above it have; ?: the table does not tell; below: up to which wall all is passive",
-        command,
-    );
+    let mut canvas = page(title, "each model has all that those above it have; ?: its table does not tell", command);
     let claims = &rungs[0].claims;
     let width = (WIDTH - 60 - LEFT) / (claims.len() as i32 + 1);
     let column = |index: i32| LEFT + index * width;

@@ -1,4 +1,4 @@
-//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables; as SVG and as PNG.
+//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables, as SVG and PNG.
 //!
 //! Text is set in DejaVu Sans, which comes embedded, so a picture is the same on every machine.
 
@@ -214,7 +214,8 @@ fn foot(command: &str) -> String {
     format!("{} \u{2026}", &command[..end])
 }
 
-/// A command whose absolute paths are left with their last names. A path ends at the quote that it began with, or at a space.
+/// A command whose absolute paths are left with their last names. A path ends at the quote that it began with, or at a
+/// space.
 fn without_folders(command: &str) -> String {
     let mut text = String::new();
     let mut rest = command;

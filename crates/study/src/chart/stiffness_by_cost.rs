@@ -18,8 +18,8 @@ fn style(error: f64) -> Style {
     }
 }
 
-/// The picture of a search's designs: estimated LUT4s across, stable stiffness up; `share` of the reference's stiffness is what
-/// the smallest design may lose.
+/// The picture of a search's designs: estimated LUT4s across, stable stiffness up; `share` of the reference's stiffness
+/// is what the smallest design may lose.
 #[must_use]
 pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs.iter().map(|output| output.name().replace('_', " ")).collect();

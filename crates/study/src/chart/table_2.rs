@@ -69,7 +69,7 @@ fn cell(
     frame(canvas, [(left, top), (right, bottom)], GRID, 2);
 }
 
-/// A cell: its class, and whether it is as printed. One that the paper lost is small; one that is printed otherwise is framed.
+/// A cell: its class, and whether it is as printed. One that the paper lost is small; one printed otherwise is framed.
 fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], class: Class, legible: Option<bool>) {
     let [(left, top), (right, bottom)] = corners;
     let (color, text, ink) = match class {
@@ -116,8 +116,8 @@ fn key(canvas: &mut Canvas) {
     }
     say(canvas, Class::Passive, Some(true), "full cell: legible, and as here");
     say(canvas, Class::Passive, Some(false), "printed otherwise");
-    let lost = "small: the paper's cell is lost, so nothing is compared; its text has the \u{201c}x\u{201d} of passive cells alone, \
-                not which others were aborted";
+    let lost = "small: lost in the text of the paper, so nothing is compared; of legible cells the text has only the \
+                \u{201c}x\u{201d}, not which others were aborted";
     canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
 }
 

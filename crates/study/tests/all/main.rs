@@ -2,12 +2,15 @@
 
 mod accuracy;
 mod chart;
+mod colours;
 mod criteria;
 mod drop_chart;
 mod fit;
 mod limits;
+mod looks;
 mod map;
 mod map_edges;
+mod map_looks;
 mod map_refine;
 mod proofs_common;
 mod reproduce;

@@ -7,6 +7,8 @@ use hpu_study::reproduce::{
     Verdict, claims, csv, formats, ladder, scene, sines, table_text,
 };
 
+use crate::looks::assert_readable;
+
 const COMMAND: &str = "hpu reproduce phantom-table-2 -o there";
 
 /// A device whose every platform is passive up to a stiffness, then not, and unstable from ten times that.
@@ -298,26 +300,8 @@ fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
     assert_eq!(marks, passive + 1);
 }
 
-/// The texts of a picture and the boxes that they surely fill: letters are at least a third of their size wide on average.
-fn boxes(svg: &str) -> Vec<(String, [f64; 4])> {
-    let text = |rest: &str| {
-        let attribute = |name: &str| rest.split_once(&format!("{name}=\"")).unwrap().1.split_once('"').unwrap().0;
-        let number = |name: &str| attribute(name).parse::<f64>().unwrap();
-        let words = rest.split_once('>').unwrap().1.split_once("</text>").unwrap().0.trim();
-        let (x, y, size) = (number("x"), number(" y"), number("font-size"));
-        let width = words.chars().count() as f64 * size / 3.0;
-        let left = match attribute("text-anchor") {
-            "start" => x,
-            "middle" => x - 0.5 * width,
-            _ => x - width,
-        };
-        (words.to_string(), [left, y - 0.35 * size, left + width, y + 0.35 * size])
-    };
-    svg.split("<text ").skip(1).map(text).filter(|(words, _)| !words.is_empty()).collect()
-}
-
 #[test]
-fn every_picture_keeps_its_texts_on_the_page_and_apart() {
+fn every_picture_is_readable_by_all() {
     let rungs: Vec<_> = RUNGS.iter().map(|rung| ladder::Summary::new(*rung, told())).collect();
     let words: Vec<_> = formats::words().into_iter().map(|words| formats::Formats::new(words, 0).unwrap()).collect();
     for picture in [
@@ -327,15 +311,7 @@ fn every_picture_keeps_its_texts_on_the_page_and_apart() {
         chart::formats(&words, COMMAND),
         chart::sines(&sines::sines().unwrap(), COMMAND),
     ] {
-        let boxes = boxes(&picture.svg);
-        assert!(boxes.len() > 20, "{}", picture.name);
-        for (index, (text, [left, top, right, bottom])) in boxes.iter().enumerate() {
-            assert!(*left >= 0.0 && *top >= 0.0 && *right <= 2400.0 && *bottom <= 1440.0, "{text}");
-            for (other, [l, t, r, b]) in &boxes[..index] {
-                let apart = right < l || r < left || bottom < t || b < top;
-                assert!(apart, "{}: `{text}` over `{other}`", picture.name);
-            }
-        }
+        assert_readable(&picture, "reproduce");
     }
 }
 

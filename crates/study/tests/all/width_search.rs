@@ -10,11 +10,14 @@ use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
+use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::units::Row;
 use hpu_study::widths::search::{
     Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, Width, estimate, search,
 };
+
+use crate::looks::{assert_readable, texts};
 
 type Set = Vec<(String, String)>;
 
@@ -214,6 +217,14 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     let cheapest = enough.map(|point| point.merit.lut4).min();
     assert_eq!(found.smallest(0.01).map(|point| point.merit.lut4), cheapest);
     assert!(cheapest.is_some(), "{:#?}", found.points);
+    let by_cost = stiffness_by_cost("hybrid-wall", &found, 0.01, "hpu widths");
+    let said = |text: &str| texts(&by_cost.svg).iter().any(|of| of.text.contains(text));
+    // A design is told with the names of its widths, and the levels with what they are.
+    assert!(said("reference: position 24, stiffness (0,12,12), damping (0,8,16), velocity 24, PWM 12;"));
+    assert!(said("1 % less stiff than the reference") && said("smallest within 1 % of it"));
+    for picture in [by_cost, error_by_width("hybrid-wall", &found, "hpu widths")] {
+        assert_readable(&picture, "a search");
+    }
 }
 
 /// What a search says when it refuses.
