@@ -5,9 +5,9 @@ use std::ops::Range;
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{Summary, Trace, Verdict};
 
-use super::canvas::{Canvas, HEIGHT, WIDTH};
+use super::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
 use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, SHADE, TAUPE};
+use super::series::{BLUE, Look, ORANGE, SHADE};
 use super::{Picture, page, rate, thinned};
 
 /// Length of the close-up of the end.
@@ -60,7 +60,7 @@ fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
         canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], SHADE);
         // A wall that begins above the panel has no face to show in it.
         if panel.y.contains(&height) {
-            canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], TAUPE.color, 3);
+            canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], QUIET, 3);
         }
     }
 }

@@ -44,8 +44,10 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
         }
     }
     for met in [Some(true), Some(false), None] {
-        let (text, fill) = verdict(met);
-        canvas.declare(text, Look::Area(fill));
+        if rungs.iter().flat_map(|rung| &rung.claims).any(|claim| claim.met == met) {
+            let (text, fill) = verdict(met);
+            canvas.declare(text, Look::Area(fill));
+        }
     }
     stiffest(&mut canvas, rungs);
     canvas.render("ladder")

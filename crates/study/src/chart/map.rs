@@ -233,7 +233,7 @@ fn bar_name(map: &Map, quantity: &Quantity) -> String {
 /// The ramp with its values below, and what they are beside it.
 fn bar(canvas: &mut Canvas, name: &str, labels: &[String; 5]) {
     const SIDE: i32 = 24;
-    let (left, y) = (100, 148);
+    let (left, y) = (100, 160);
     for step in 0..=STEPS {
         let x = left + SIDE * step;
         canvas.fill([(x, y - 12), (x + SIDE, y + 12)], shade(f64::from(step) / f64::from(STEPS)));

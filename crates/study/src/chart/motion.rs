@@ -1,8 +1,8 @@
 //! The motion before the wall, and the torque that meets it.
 
-use super::canvas::{Canvas, HEIGHT, INK, WIDTH};
+use super::canvas::{Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, PURPLE, SHADE, SKY, TAUPE};
+use super::series::{BLUE, Look, ORANGE, PURPLE, SHADE, SKY};
 use super::words::{COMMAND, PENETRATION};
 use super::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
@@ -22,7 +22,7 @@ pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
     let position_rad = run.words.realised.wall_position_rad;
     if position_rad < panel.y.end {
         canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], SHADE);
-        canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], TAUPE.color, 3);
+        canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], QUIET, 3);
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn position(run: &Run) -> Picture {
     let y = around(angles.chain(intended).chain([wall_rad]), 0.06);
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
     wall(run, &top, &mut canvas);
-    let mut legend = vec![("the device's", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+    let mut legend = vec![("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
     if hand.is_some() {
         legend.push(("the hand's intention", Look::Line(PURPLE)));
     }

@@ -34,7 +34,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
     let width = (WIDTH - 100) / runs.len() as i32;
     for (index, run) in runs.iter().enumerate() {
-        let (left, right) = (170 + index as i32 * width, 50 + (index as i32 + 1) * width);
+        let (left, right) = (170 + index as i32 * width, 20 + (index as i32 + 1) * width);
         // What tells the runs apart: the product's overflow where it differs, else the scene.
         let name = match runs.iter().all(|other| other.scene.method.saturate == run.scene.method.saturate) {
             true => run.scene.name.as_str(),
@@ -46,7 +46,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
         wall(run, &top, &mut canvas);
-        let legend = [("the device's", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+        let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
         top.frame(&mut canvas, &legend, None, &angle_label(run));
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
 

@@ -32,6 +32,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         found.front.len()
     );
     canvas.text((60, 164), front, 26, QUIET, Anchor::Left);
+    let level = found.reference.merit.stiffness;
     // A reference of wide words would leave no room for the others.
     let dearest = found.points.iter().map(|point| point.merit.lut4).max().unwrap_or(0);
     let beside = 2 * found.reference.merit.lut4 > 3 * dearest;
@@ -42,7 +43,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         right: WIDTH - 90,
         bottom: HEIGHT - 160,
         x: around(all().map(|point| f64::from(point.merit.lut4)), 0.05),
-        y: around(all().chain([&found.reference]).map(|point| point.merit.stiffness), 0.08),
+        y: around(all().map(|point| point.merit.stiffness).chain([level, (1.0 - share) * level]), 0.08),
     };
     let percent = format!("error up to {} %", 100.0 * SMALL);
     let legend = [
@@ -58,7 +59,6 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     for point in &found.points {
         mark(&mut canvas, at(point), TAUPE, 5);
     }
-    let level = found.reference.merit.stiffness;
     let reference = format!("reference: {}; {} LUT4s", widths(&found.reference), found.reference.merit.lut4);
     let below = format!("{} % less stiff than the reference", (1e4 * share).round() / 1e2);
     for (stiffness, text, over) in [(level, reference.as_str(), -20), ((1.0 - share) * level, below.as_str(), 20)] {

@@ -185,7 +185,7 @@ fn speed_of(motion_per_wall: f64) -> Speed {
 }
 
 fn charted() -> Chart {
-    let entries = race().contestants.into_iter().map(|contestant| {
+    let entries = race().contestants.into_iter().enumerate().map(|(index, contestant)| {
         let step_s = contestant.step_s.unwrap_or(1e-6);
         let less = contestant.family.matches('+').count() as f64;
         let (grade, motion_per_wall) = match contestant.name.as_str() {
@@ -196,7 +196,8 @@ fn charted() -> Chart {
             _ if step_s > 99e-6 => (Grade::Wrong, 1e2 * 3f64.powf(less)),
             _ => (Grade::Off(1e-2 * (step_s * 1e6).powf(0.7)), 1e7 * step_s * 3f64.powf(less)),
         };
-        let speed = speed_of(motion_per_wall);
+        // No two are equal.
+        let speed = speed_of(motion_per_wall * (1.0 + 1e-3 * index as f64));
         let row = Row { grade, errors: Vec::new(), outcome: Some(OutcomeKind::Settled), shortened_s: None, speed };
         Entry { contestant, row: Ok(row) }
     });
@@ -221,7 +222,7 @@ fn charts_of_speed_are_readable_and_have_no_more_labels_than_can_be_read() {
         assert_readable(picture, "speed");
         // Ticks, key and names: those of the steps once, not once a solver.
         let texts = texts(&picture.svg);
-        assert!(texts.len() < 62, "{}: {texts:#?}", texts.len());
+        assert!(texts.len() <= 70, "{}: {texts:#?}", texts.len());
         assert!(texts.iter().filter(|text| text.text == "1 \u{b5}s").count() <= 1);
     }
 }

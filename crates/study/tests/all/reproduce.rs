@@ -286,7 +286,7 @@ fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
         assert!(picture.svg.contains(COMMAND), "{}", picture.name);
         assert_eq!(&picture.png[1..4], b"PNG");
     }
-    // Three axes of eight platforms: as many "x" as passive cells, and one in the key.
+    // Three axes of eight platforms: as many "x" as passive cells, and three in the key.
     let passive = Direction::ALL.iter().flat_map(|&axis| Platform::ALL.map(|platform| (axis, platform)));
     let passive: usize = passive
         .map(|(axis, platform)| {
@@ -297,7 +297,7 @@ fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
         })
         .sum();
     let marks = pictures[0].svg.lines().filter(|line| *line == "x").count();
-    assert_eq!(marks, passive + 1);
+    assert_eq!(marks, passive + 3);
 }
 
 #[test]
