@@ -91,25 +91,29 @@ impl Frame {
         let (columns, rows) = (map.x.cells(), map.y.cells());
         let at = |ix: usize, iy: usize| class(self.method * map.layer() + iy * columns + ix);
         let corner = |ix: usize, iy: usize| (self.x(map, ix as f64 - 0.5), self.y(map, iy as f64 - 0.5));
-        let mut stretches =
-            |first: usize, all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32)| {
-                let mut from = None;
-                for place in first..=all {
-                    match (from, place < all && meets(place)) {
-                        (None, true) => from = Some(place),
-                        (Some(start), false) => {
-                            canvas.line(vec![pixel(start), pixel(place)], INK, 3);
-                            from = None;
-                        }
-                        _ => {}
+        let mut lines = Vec::new();
+        let mut stretches = |all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32)| {
+            let mut from = None;
+            for place in 0..=all {
+                match (from, place < all && meets(place)) {
+                    (None, true) => from = Some(place),
+                    (Some(start), false) => {
+                        lines.push(vec![pixel(start), pixel(place)]);
+                        from = None;
                     }
+                    _ => {}
                 }
-            };
+            }
+        };
         for ix in 1..columns {
-            stretches(0, rows, &|iy| at(ix - 1, iy) != at(ix, iy), &|iy| corner(ix, iy));
+            stretches(rows, &|iy| at(ix - 1, iy) != at(ix, iy), &|iy| corner(ix, iy));
         }
         for iy in 1..rows {
-            stretches(0, columns, &|ix| at(ix, iy - 1) != at(ix, iy), &|ix| corner(ix, iy));
+            stretches(columns, &|ix| at(ix, iy - 1) != at(ix, iy), &|ix| corner(ix, iy));
+        }
+        // A white seam, so that it is seen on dark cells.
+        for (color, width) in [(WHITE, 7), (INK, 3)] {
+            lines.iter().for_each(|line| canvas.line(line.clone(), color, width));
         }
     }
 
