@@ -85,6 +85,9 @@ fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
     canvas.fill([(left, top), (right, bottom)], GRID);
     let used = net.usage;
     let color = if used.overflowed > 0 { RUST.color } else { BLUE.color };
+    if used.overflowed > 0 {
+        canvas.declare("range used, with overflow", Look::Area(color));
+    }
     if used.min <= used.max {
         canvas.fill([(at(used.min), top), (at(used.max).max(at(used.min) + 3), bottom)], color);
         let range = format!("{} \u{2026} {} of {} \u{2026} {}", used.min, used.max, format.min(), format.max());

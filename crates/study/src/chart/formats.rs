@@ -8,7 +8,7 @@ use super::series::{BLUE, Look, RUST, SKY, entry};
 use super::{Picture, page};
 
 const LEFT: i32 = 190;
-const TOP: i32 = 270;
+const TOP: i32 = 300;
 const BOTTOM: i32 = 1270;
 /// Powers of two that are shown.
 const POWERS: std::ops::Range<f64> = -26.0..20.0;
@@ -45,7 +45,7 @@ pub fn formats(all: &[Formats], command: &str) -> Picture {
         bars(&panel, &mut canvas, formats, height);
     }
     let middle = (LEFT + WIDTH - 40) / 2;
-    let label = "power of two of the value, in the unit of the signal (1, m, N/m, N, N.m, DAC count)";
+    let label = "power of two of the value, in the unit of the signal (1, m, N/m, N, N\u{b7}m, DAC count)";
     canvas.text((middle, BOTTOM + 76), label, 26, INK, Anchor::Centre);
     canvas.render("formats")
 }

@@ -105,7 +105,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
     let title = format!("{}: what becomes of the motion", name(map));
     let mut canvas = page(&title, &said(found), command);
     let mut key: Vec<(String, Look)> = Vec::new();
-    for (method, frame) in frames(map).into_iter().enumerate() {
+    for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| outcome_color(outcome(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
@@ -203,7 +203,7 @@ fn numbers(
     let scale = |value: f64| if quantity.log { libm::log(value) } else { value };
     let share = |value: f64| if high > low { (scale(value) - scale(low)) / (scale(high) - scale(low)) } else { 0.5 };
     let color = |index: usize| values[index].map(|value| shade(share(value)));
-    for frame in frames(map) {
+    for frame in frames(map, false) {
         frame.cells(&mut canvas, map, color);
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index).unwrap_or(WHITE)));
         frame.boundary(&mut canvas, map, |index| outcome(found, index));

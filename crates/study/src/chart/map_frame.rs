@@ -20,17 +20,18 @@ pub(super) struct Frame {
     bottom: i32,
 }
 
-/// The panels of the methods, row by row.
-pub(super) fn frames(map: &Map) -> Vec<Frame> {
+/// The panels of the methods, row by row; below those that are `noted` is room for a note.
+pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
     let methods = map.methods.len();
     // Up to three abreast in one row, then as square as may be.
     let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
     let rows = methods.div_ceil(columns);
     let (width, height) = ((WIDTH - 60) / columns as i32, (HEIGHT - 70 - 200) / rows as i32);
-    let (margin, foot) = if methods <= FEW { (170, 100 + NOTE) } else { (130, 84 + NOTE) };
+    let note = if noted { NOTE } else { 0 };
+    let (margin, foot) = if methods <= FEW { (170, 100 + note) } else { (130, 78 + note) };
     let frame = |method: usize| {
         let (left, top) = (width * (method % columns) as i32, 200 + height * (method / columns) as i32);
-        Frame { method, left: left + margin, top: top + 56, right: left + width, bottom: top + height - foot }
+        Frame { method, left: left + margin, top: top + 56, right: left + width - 20, bottom: top + height - foot }
     };
     (0..methods).map(frame).collect()
 }
@@ -77,7 +78,7 @@ impl Frame {
     pub fn dots(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<RGBColor>) {
         let side =
             ((self.right - self.left) / map.x.cells() as i32).min((self.bottom - self.top) / map.y.cells() as i32);
-        let radius = (side / 8).clamp(1, 5);
+        let radius = (side / 8).clamp(2, 5);
         for (cell, index) in (self.method * map.layer()..(self.method + 1) * map.layer()).enumerate() {
             if let Some(color) = color(index) {
                 let (ix, iy) = (cell % map.x.cells(), cell / map.x.cells());
@@ -158,7 +159,7 @@ impl Frame {
                 _ => lines.push(word.to_string()),
             }
         }
-        let top = self.bottom + if map.methods.len() > FEW { 92 } else { 104 };
+        let top = self.bottom + if map.methods.len() > FEW { 88 } else { 104 };
         for (line, text) in lines.into_iter().enumerate() {
             canvas.text((self.left, top + 28 * line as i32), text, SIZE, QUIET, Anchor::Left);
         }
@@ -183,14 +184,15 @@ impl Frame {
         for run in points.split(Option::is_none) {
             let run: Vec<(i32, i32)> = run.iter().flatten().copied().collect();
             // A white seam, so that it is seen on every fill.
-            canvas.line(run.clone(), WHITE, 9);
-            canvas.line(run.clone(), style.color, 5);
+            let (seam, line, reach) = if map.methods.len() > FEW { (6, 3, 8) } else { (9, 5, 9) };
+            canvas.line(run.clone(), WHITE, seam);
+            canvas.line(run.clone(), style.color, line);
             let apart = |a: (i32, i32), b: (i32, i32)| (a.0 - b.0).abs().max((a.1 - b.1).abs());
             let mut last: Option<(i32, i32)> = None;
             // Curves upon each other have their markers at different points.
             for &at in run.iter().skip(style.marker as usize % run.len().clamp(1, 4)) {
                 if last.is_none_or(|last| apart(last, at) >= 70) {
-                    mark(canvas, at, style, 9);
+                    mark(canvas, at, style, reach);
                     last = Some(at);
                 }
             }

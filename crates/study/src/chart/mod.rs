@@ -214,23 +214,26 @@ fn foot(command: &str) -> String {
     format!("{} \u{2026}", &command[..end])
 }
 
-/// A command whose absolute paths are left with their last names. A path ends at the quote that it began with, or at a
-/// space.
+/// A command whose absolute paths are left with their last names. A path ends where its quote does, or at a space.
 fn without_folders(command: &str) -> String {
     let mut text = String::new();
+    let mut quote = None;
     let mut rest = command;
     while let Some(c) = rest.chars().next() {
-        let before = text.chars().next_back().unwrap_or(' ');
-        if c == '/' && matches!(before, ' ' | '\'' | '"' | '=' | ':') {
-            let is_end =
-                |c: char| if matches!(before, '\'' | '"') { c == before } else { c == ' ' || c == '\'' || c == '"' };
-            let (path, after) = rest.split_at(rest.find(is_end).unwrap_or(rest.len()));
+        let begins = text.chars().next_back().is_none_or(|before| [' ', '\'', '"', '=', ':'].contains(&before));
+        if c == '/' && begins {
+            let (path, after) = rest.split_at(rest.find(quote.unwrap_or(' ')).unwrap_or(rest.len()));
             text += path.trim_end_matches('/').rsplit('/').next().unwrap_or_default();
             rest = after;
-        } else {
-            text.push(c);
-            rest = &rest[c.len_utf8()..];
+            continue;
         }
+        quote = match quote {
+            None if c == '\'' || c == '"' => Some(c),
+            Some(open) if open == c => None,
+            other => other,
+        };
+        text.push(c);
+        rest = &rest[c.len_utf8()..];
     }
     text
 }

@@ -26,7 +26,7 @@ pub fn sines(all: &[Sine], command: &str) -> Picture {
     let angles = all.first().map_or(0, |sine| sine.angles);
     let title = "PHANToM: four sources of sine, error against ROM";
     let conditions =
-        format!("worst of sine and cosine over all {angles} angles that the joints' tables hold; ringed: default");
+        format!("worst of sine and cosine over all {angles} angles that the joints' tables hold; framed: default");
     let mut canvas = page(title, &conditions, command);
     let worst = all.iter().map(|sine| sine.worst);
     let (low, high) = worst.fold((f64::INFINITY, 0f64), |(low, high), worst| (low.min(worst), high.max(worst)));

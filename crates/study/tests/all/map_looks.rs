@@ -197,7 +197,7 @@ fn charted() -> Chart {
             _ => (Grade::Off(1e-2 * (step_s * 1e6).powf(0.7)), 1e7 * step_s * 3f64.powf(less)),
         };
         // No two are equal.
-        let speed = speed_of(motion_per_wall * (1.0 + 1e-3 * index as f64));
+        let speed = speed_of(motion_per_wall * (1.0 + 1e-5 * index as f64));
         let row = Row { grade, errors: Vec::new(), outcome: Some(OutcomeKind::Settled), shortened_s: None, speed };
         Entry { contestant, row: Ok(row) }
     });
