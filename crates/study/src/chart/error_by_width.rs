@@ -5,6 +5,7 @@ use crate::widths::search::{Found, Line, Width};
 use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::Panel;
 use super::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry, mark};
+use super::stiffness_by_cost::widths;
 use super::{Picture, page};
 
 const LEFT: i32 = 190;
@@ -31,9 +32,9 @@ const fn style(width: Width) -> Style {
 pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs.iter().map(|output| output.name().replace('_', " ")).collect();
     let conditions = format!(
-        "up: the worst of {} against the reference, {}; one width varied at a time; measured",
+        "the worst of {}, against {}; one width varied at a time",
         outputs.join(", "),
-        widths(&found.reference.design.to_string())
+        widths(&found.reference)
     );
     let mut canvas = page(&format!("{scene}: error against width"), &conditions, command);
     let all = || found.lines.iter().flat_map(|line| &line.errors);
@@ -55,15 +56,10 @@ pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     let mut legend = LEFT;
     for (index, line) in found.lines.iter().enumerate() {
         let aside = 6 * (2 * index as i32 - count + 1);
-        draw(&mut canvas, &panel, line, aside);
+        draw(&mut canvas, &panel, line, (aside, 4 * (2 * index as i32 - count + 1)));
         legend = entry(&mut canvas, (legend, 210), (line.width.key(), Look::Line(style(line.width))), 24);
     }
     canvas.render("error-by-width")
-}
-
-/// A design as a page has it: single spaces.
-fn widths(design: &str) -> String {
-    design.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn frame(canvas: &mut Canvas, panel: &Panel, bits: std::ops::RangeInclusive<i32>) {
@@ -80,21 +76,21 @@ fn frame(canvas: &mut Canvas, panel: &Panel, bits: std::ops::RangeInclusive<i32>
         canvas.line(vec![(x, TOP), (x, BOTTOM)], GRID, 2);
         canvas.text((x, BOTTOM + 28), bits.to_string(), 26, QUIET, Anchor::Centre);
     }
-    canvas.text((LEFT + 16, BOTTOM - 24), "0: the same outputs to the last digit", 24, INK, Anchor::Left);
-    canvas.text((LEFT + 16, TOP + 24), "another verdict", 24, INK, Anchor::Left);
+    canvas.text((LEFT + 16, BOTTOM - 16), "0: the same outputs to the last digit", 24, INK, Anchor::Left);
+    canvas.text((LEFT + 16, TOP + 16), "another verdict", 24, INK, Anchor::Left);
     panel.y_name(canvas, "error in % of the reference's output");
     canvas.text(((LEFT + RIGHT) / 2, BOTTOM + 70), "bits of the width that is varied", 26, INK, Anchor::Centre);
 }
 
-fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, aside: i32) {
+fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, (aside, lane): (i32, i32)) {
     let style = style(*width);
     let place = |(bits, error): &(i32, Option<f64>)| {
         let error = (*error)?;
         let (x, y) = panel.at(f64::from(*bits), if error > 0.0 { libm::log10(error) } else { 0.0 });
         let y = match error {
-            0.0 => BOTTOM - BAND / 2,
+            0.0 => BOTTOM - BAND / 2 + lane,
             error if error.is_finite() => y,
-            _ => TOP + BAND / 2,
+            _ => TOP + BAND / 2 + lane,
         };
         Some((x + aside, y))
     };

@@ -2,7 +2,7 @@
 
 use crate::widths::search::{Found, Point};
 
-use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 use super::panel::{Panel, around};
 use super::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
 use super::{Picture, dotted, page};
@@ -46,12 +46,11 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         y: around(all().map(|point| point.merit.stiffness).chain([level, (1.0 - share) * level]), 0.08),
     };
     let percent = format!("error up to {} %", 100.0 * SMALL);
-    let legend = [
-        ("error 0", Look::Points(GREEN)),
-        (&percent, Look::Points(BLUE)),
-        ("more error", Look::Points(ORANGE)),
-        ("beaten by another design", Look::Points(TAUPE)),
-    ];
+    let best: Vec<&Point> = found.best().collect();
+    let errors = [("error 0", GREEN), (percent.as_str(), BLUE), ("more error", ORANGE)].into_iter();
+    let there = errors.filter(|(_, of)| best.iter().any(|point| style(point.merit.error) == *of));
+    let beaten = [("beaten by another design", Look::Points(TAUPE))];
+    let legend: Vec<_> = there.map(|(text, of)| (text, Look::Points(of))).chain(beaten).collect();
     let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
     panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
 
@@ -69,7 +68,6 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         canvas.text((panel.right - 8, y + over), text, 24, INK, Anchor::Right);
     }
     stairs(&mut canvas, found, &panel, at);
-    let best: Vec<&Point> = found.best().collect();
     for point in &best {
         mark(&mut canvas, at(point), style(point.merit.error), 11);
     }
@@ -79,10 +77,19 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     if let Some(smallest) = found.smallest(share) {
         let (x, y) = at(smallest);
         canvas.dot((x, y), 20, INK, 4);
-        canvas.line(vec![(x + 14, y + 14), (x + 60, y + 60)], INK, 2);
         let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.lut4);
-        canvas.text((x + 70, y + 66), head, 26, INK, Anchor::Left);
-        canvas.text((x + 70, y + 102), widths(smallest), 26, INK, Anchor::Left);
+        let words = widths(smallest);
+        let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
+        // As near as it covers no other design.
+        let covers = |place: &i32| {
+            let within = |(px, py): (i32, i32)| px > x && px < x + 70 + width && (py - y - place - 18).abs() < 50;
+            found.points.iter().any(|point| within(at(point)))
+        };
+        let last = panel.bottom - y - 60;
+        let below = (66..last).step_by(8).find(|place| !covers(place)).unwrap_or(66);
+        canvas.line(vec![(x + 14, y + 14), (x + 60, y + below)], INK, 2);
+        canvas.text((x + 70, y + below), head, 26, INK, Anchor::Left);
+        canvas.text((x + 70, y + below + 36), words, 26, INK, Anchor::Left);
     }
     canvas.render("stiffness-by-cost")
 }
@@ -104,7 +111,7 @@ fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point)
 }
 
 /// A design in words: the bits of its signals, the formats of its gains.
-fn widths(point: &Point) -> String {
+pub(super) fn widths(point: &Point) -> String {
     let text = point.design.to_string();
     let names = ["position", "stiffness", "damping", "velocity", "PWM"];
     let parts = names.iter().zip(text.split_whitespace()).map(|(name, word)| format!("{name} {word}"));

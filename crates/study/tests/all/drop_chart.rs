@@ -123,10 +123,13 @@ fn a_trial_stopped_before_its_first_row_has_nothing_to_show() {
 }
 
 #[test]
-fn pictures_of_the_shipped_thrown_scenes_stand_apart_too() {
+fn pictures_of_the_shipped_thrown_scenes_are_readable_and_show_nothing_twice() {
     for name in ["phantom-thrown", "phantom-thrown-shared", "phantom-thrown-rtos"] {
         for picture in pictures(&parsed(name, &[])).0 {
             assert_readable(&picture, name);
+            // 40 ms: the close-up does not begin where the whole does.
+            let starts = texts(&picture.svg).into_iter().filter(|text| text.text == "0.000");
+            assert_eq!(starts.count(), 1, "{name} {}", picture.name);
         }
     }
 }
