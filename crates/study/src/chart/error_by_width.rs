@@ -3,8 +3,9 @@
 use crate::widths::search::{Found, Line, Width};
 
 use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use super::log_panel::through;
 use super::panel::Panel;
-use super::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry, mark};
+use super::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
 use super::stiffness_by_cost::widths;
 use super::{Picture, page};
 
@@ -95,11 +96,5 @@ fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, (asid
         Some((x + aside, y))
     };
     let pixels: Vec<_> = errors.iter().map(place).collect();
-    for run in pixels.split(Option::is_none) {
-        let run: Vec<_> = run.iter().flatten().copied().collect();
-        canvas.line(run.clone(), style.color, 4);
-        for at in run {
-            mark(canvas, at, style, 10);
-        }
-    }
+    through(canvas, &pixels, style);
 }

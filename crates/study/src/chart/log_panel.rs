@@ -47,10 +47,16 @@ pub(super) fn decades(panel: &Panel, canvas: &mut Canvas) {
 
 /// A line through points with a marker at each; it is broken where there is none.
 pub(super) fn dotted(panel: &Panel, canvas: &mut Canvas, points: &[Option<(f64, f64)>], style: Style) {
-    for run in points.split(Option::is_none) {
-        let pixels: Vec<(i32, i32)> = run.iter().flatten().map(|(x, y)| panel.at(*x, *y)).collect();
-        canvas.line(pixels.clone(), style.color, 4);
-        for at in pixels {
+    let pixels: Vec<_> = points.iter().map(|point| point.map(|(x, y)| panel.at(x, y))).collect();
+    through(canvas, &pixels, style);
+}
+
+/// The same through pixels.
+pub(super) fn through(canvas: &mut Canvas, pixels: &[Option<(i32, i32)>], style: Style) {
+    for run in pixels.split(Option::is_none) {
+        let run: Vec<(i32, i32)> = run.iter().flatten().copied().collect();
+        canvas.line(run.clone(), style.color, 4);
+        for at in run {
             mark(canvas, at, style, 10);
         }
     }

@@ -7,7 +7,7 @@ use plotters::style::{RGBColor, WHITE};
 use crate::reproduce::{Agreement, Cell, Class, Table};
 
 use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
-use super::log_panel::{decades, dotted, legend, level, log_panel, style};
+use super::log_panel::{decades, legend, level, log_panel, style, through};
 use super::panel::Panel;
 use super::series::{BLANK, Look, MAROON, ORANGE, SHADE, SKY, mark};
 use super::{Picture, page};
@@ -33,7 +33,8 @@ pub fn table_2(table: &Table, command: &str) -> Picture {
     let (axes, platforms) = (table.axes.len() as i32, table.platforms.len() as i32);
     let width = ((WIDTH - 60 - LEFT - (axes - 1) * GAP) / (axes * platforms).max(1)).min(84);
     let height = ((BOTTOM - TOP) / (table.stiffnesses_n_per_m.len() as i32).max(1)).min(60);
-    canvas.text((LEFT - 20, TOP - 30), "N/m", 26, INK, Anchor::Right);
+    canvas.text((LEFT - 20, TOP - 30), "kHz", 26, INK, Anchor::Right);
+    canvas.text((44, (TOP + BOTTOM) / 2), "stiffness of the wall in N/m", 26, INK, Anchor::Up);
     for (row, stiffness) in (0..).zip(&table.stiffnesses_n_per_m) {
         let y = TOP + row * height + height / 2;
         canvas.text((LEFT - 20, y), stiffness.to_string(), 26, INK, Anchor::Right);
@@ -80,8 +81,8 @@ fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], class: Class, legible: O
     };
     let (aside, over) = if legible.is_none() { ((right - left) / 4, (bottom - top) / 6) } else { (0, 0) };
     canvas.fill([(left + aside, top + over), (right - aside, bottom - over)], color);
-    // The paper's own letter, above the middle as its height is that of a capital.
-    canvas.text(((left + right) / 2, (top + bottom) / 2 - 2), text, 30, ink, Anchor::Centre);
+    // The paper's own letter.
+    canvas.text(((left + right) / 2, (top + bottom) / 2 + 5), text, 30, ink, Anchor::Centre);
     match legible {
         Some(true) => {
             canvas.line(vec![(left + 6, bottom - 18), (left + 12, bottom - 9), (left + 25, top + 14)], ink, 5);
@@ -121,8 +122,8 @@ fn key(canvas: &mut Canvas) {
     canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
 }
 
-/// Height of the band for cells that are aborted.
-const BAND: i32 = 90;
+/// Height of the bands for cells that are aborted, and for those that are still.
+const BAND: i32 = 150;
 
 /// The rms over the stiffness, a curve a platform, along y or along the first axis that the study has.
 #[must_use]
@@ -138,32 +139,32 @@ pub fn rms(table: &Table, command: &str) -> Picture {
     let rows = &table.stiffnesses_n_per_m;
     let all = table.platforms.iter().flat_map(|&platform| rows.iter().filter_map(move |&row| rms_cm(platform, row)));
     let passive_cm = 100.0 * PASSIVE_RMS_M;
-    // Below a hundredth of a micrometre there is nothing to be told apart.
     let (low, high) = all.fold((passive_cm, passive_cm), |(low, high), rms| (low.min(rms), high.max(rms)));
     let decade = |value: f64, up: bool| {
         let power = libm::log10(value);
         libm::exp10(if up { (power + 1e-9).ceil() } else { power.floor() })
     };
-    let y = decade((0.5 * low).max(FOOT_CM), false)..decade(1.2 * high, true);
+    let y = decade(low.max(FOOT_CM), false)..decade(1.2 * high, true);
     let (first, last) = (rows.first().copied().unwrap_or(1.0), rows.last().copied().unwrap_or(10.0));
-    let panel = log_panel([(250, 200 + BAND), (WIDTH - 420, 1270)], 0.8 * first..1.25 * last, y);
+    let panel = log_panel([(250, 200 + BAND), (WIDTH - 420, 1270 - BAND)], 0.8 * first..1.25 * last, y);
     axes(&panel, &mut canvas, rows);
     level(&panel, &mut canvas, passive_cm, "", INK, 4);
     let (_, y) = panel.at(panel.x.start, libm::log10(passive_cm));
     canvas.text((panel.right + 20, y), "0.003 cm: passive below", 26, INK, Anchor::Left);
     let count = table.platforms.len() as i32;
     for (place, &platform) in (0..).zip(&table.platforms) {
-        let points: Vec<_> = rows
-            .iter()
-            .map(|&row| rms_cm(platform, row).map(|rms| (libm::log10(row), libm::log10(rms.max(1e-9)))))
-            .collect();
-        dotted(&panel, &mut canvas, &points, style(platform));
+        // In a band each has a line of its own, so that platforms that are alike are all seen.
+        let lane = |top: i32| top + (2 * place + 1) * BAND / (2 * count);
+        let pixel = |row: f64| {
+            let rms = rms_cm(platform, row)?;
+            let (x, y) = panel.at(libm::log10(row), libm::log10(rms.max(FOOT_CM)));
+            Some((x, if rms < FOOT_CM { lane(panel.bottom) } else { y }))
+        };
+        through(&mut canvas, &rows.iter().map(|&row| pixel(row)).collect::<Vec<_>>(), style(platform));
         for &row in rows {
             if cell(platform, row).is_some_and(|cell| cell.class == Class::HighlyUnstable) {
                 let (x, _) = panel.at(libm::log10(row), panel.y.start);
-                // One below the other: platforms that are aborted at the same wall are all seen.
-                let y = panel.top - BAND + (2 * place + 1) * BAND / (2 * count);
-                mark(&mut canvas, (x, y), style(platform), 6);
+                mark(&mut canvas, (x, lane(panel.top - BAND)), style(platform), 8);
             }
         }
     }
@@ -171,26 +172,28 @@ pub fn rms(table: &Table, command: &str) -> Picture {
     canvas.render("rms")
 }
 
-/// What is less is drawn here.
-const FOOT_CM: f64 = 1e-6;
+/// A micrometre: of what is less there is nothing to be told apart.
+const FOOT_CM: f64 = 1e-4;
 
 /// Grid, ticks and names, with the band of aborted cells above.
 fn axes(panel: &Panel, canvas: &mut Canvas, rows: &[f64]) {
     let head = panel.top - BAND;
-    canvas.fill([(panel.left, head), (panel.right, panel.top)], SHADE);
-    canvas.text((panel.left - 14, panel.top - BAND / 2), "aborted", 26, INK, Anchor::Right);
+    let foot = panel.bottom + BAND;
+    for (top, name) in [(head, "aborted"), (panel.bottom, "less")] {
+        canvas.fill([(panel.left, top), (panel.right, top + BAND)], SHADE);
+        canvas.text((panel.left - 14, top + BAND / 2), name, 26, INK, Anchor::Right);
+    }
     decades(panel, canvas);
     let mut free = panel.left;
     for &row in rows {
         let (x, _) = panel.at(libm::log10(row), panel.y.start);
-        canvas.line(vec![(x, head), (x, panel.bottom)], GRID, 2);
+        canvas.line(vec![(x, head), (x, foot)], GRID, 2);
         if x >= free {
-            canvas.text((x, panel.bottom + 26), row.to_string(), 26, QUIET, Anchor::Centre);
+            canvas.text((x, foot + 26), row.to_string(), 26, QUIET, Anchor::Centre);
             free = x + 110;
         }
     }
     let middle = (panel.left + panel.right) / 2;
-    canvas.text((middle, panel.bottom + 66), "stiffness of the wall in N/m", 26, INK, Anchor::Centre);
+    canvas.text((middle, foot + 66), "stiffness of the wall in N/m", 26, INK, Anchor::Centre);
     panel.y_name(canvas, "rms in cm");
-    canvas.text((panel.left + 12, panel.bottom - 22), "less is drawn at the foot", 24, QUIET, Anchor::Left);
 }
