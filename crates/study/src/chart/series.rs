@@ -1,7 +1,7 @@
 //! Series: colours that are told apart under every kind of colour blindness, each with a marker of its own.
 //!
-//! Under protanopia, deuteranopia and tritanopia as under normal sight, any two of these colours that share a picture are at
-//! least 15 apart by CIEDE2000, and each line stands out from white by 3 to 1. No text has their colour.
+//! Under protanopia, deuteranopia and tritanopia as under normal sight, any two of these colours that share a picture
+//! are at least 15 apart by CIEDE2000, and each line stands out from white by 3 to 1. No text has their colour.
 
 use plotters::style::RGBColor;
 

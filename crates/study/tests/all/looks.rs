@@ -1,5 +1,5 @@
-//! What a reader sees of a picture, read from its SVG: texts that stand apart and out, colours that everybody tells apart,
-//! each with its meaning.
+//! What a reader sees of a picture, read from its SVG: texts that stand apart and out, colours that everybody tells
+//! apart, each with its meaning.
 
 use std::collections::BTreeSet;
 
@@ -132,8 +132,8 @@ fn texts_stand_out(picture: &Picture, said: &str) {
     }
 }
 
-/// Any two series of the picture look different to everybody, or are the same look in two panels; those of a panel differ
-/// in their markers too, but for areas, of which a marker says nothing.
+/// Any two series of the picture look different to everybody, or are the same look in two panels; those of a panel
+/// differ in their markers too, but for areas, which have none.
 #[track_caller]
 fn series_are_told_apart(picture: &Picture, said: &str) {
     for (index, one) in picture.keys.iter().enumerate() {
