@@ -29,8 +29,11 @@ use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json
 /// idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same law in f64. For
 /// every width the least that keeps the scene's outputs within a tolerance, and what one bit less breaks.
 ///
-/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
-/// first time.
+/// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges for every
+/// motion within the device's limits.
+///
+/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the first
+/// time.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
@@ -140,16 +143,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
         return widths_gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
     }
-    if args.price && args.scenes.len() > 1 {
+    if args.price && args.scenes.len() > 1 && !args.search.search {
         return Err(Failure::usage("--price takes one scene"));
     }
     let setup = args.hdl.setup();
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
-        let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
         let prices = cache.as_ref().map(|cache| (cache, &setup));
         let (jobs, out) = (jobs(args), args.out.as_deref());
-        let asked = Asked { scene, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
+        let asked =
+            Asked { scenes: &args.scenes, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
         return widths_search::run(&args.search, &asked);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;

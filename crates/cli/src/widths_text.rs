@@ -175,7 +175,7 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
     let found = match &page.recommended {
         Ok(found) => found,
         Err(why) => {
-            line(&format!("needs: by the range alone; {why}"));
+            line(&format!("needs: by the range measured, of this motion alone; {why}"));
             return;
         }
     };
@@ -202,6 +202,8 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
         percent(found.error),
         found.runs
     ));
+    let motion = if page.scenes.len() > 1 { "the motions of these scenes" } else { "this motion of this scene" };
+    line(&format!("needs, together: hold for {motion} alone; another hand or wall may need more bits"));
 }
 
 /// What one bit more of a width costs.

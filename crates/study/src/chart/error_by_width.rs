@@ -31,7 +31,7 @@ const fn color(width: Width) -> RGBColor {
 /// The picture of a search's errors: bits across, error up, all other widths as the reference has them.
 #[must_use]
 pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
-    let outputs: Vec<_> = found.outputs.iter().map(|output| output.name().replace('_', " ")).collect();
+    let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
     let conditions = format!(
         "up: the worst of {} against the reference, {}; one width varied at a time; measured",
         outputs.join(", "),

@@ -24,8 +24,13 @@ fn color(error: f64) -> RGBColor {
 /// the smallest design may lose.
 #[must_use]
 pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) -> Picture {
+    let motions = match found.on.len() {
+        1 => "holds for this motion alone".into(),
+        scenes => format!("holds for the motions of {scenes} scenes"),
+    };
+    let words = if found.proved.is_some() { "; words hold the range proved" } else { "" };
     let conditions = format!(
-        "{} designs, {} of them on the front of LUT4s, error and stiffness; stiffness measured, LUT4s estimated",
+        "{} designs, {} on the front of LUT4s (estimated), error and stiffness (measured); {motions}{words}",
         found.designs,
         found.front.len()
     );

@@ -25,5 +25,6 @@ mod width_proofs_phantom;
 mod width_proofs_wraps;
 mod width_search;
 mod width_search_phantom;
+mod width_search_scenes;
 mod widths;
 mod words;
