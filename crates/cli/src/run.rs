@@ -29,6 +29,9 @@ pub struct Args {
     /// What advances the run, whatever the scene's model.solver says of events and clock
     #[arg(long, value_enum)]
     driver: Option<DriverArg>,
+    /// Judge the scene's [expect] although --set changes the scene that it is of
+    #[arg(long, conflicts_with_all = ["edges", "compare"])]
+    expect: bool,
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
@@ -86,10 +89,30 @@ pub struct Ran<'s> {
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, what they were, and whether that is within tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// Why the scene's expectations were not judged, if it has some.
+    pub unjudged: Option<&'static str>,
     /// The model that was chosen, where the scene leaves it open.
     pub fitted: Option<Fit>,
     /// Files written.
     pub files: Vec<PathBuf>,
+}
+
+impl Args {
+    /// Why a run's expectations are not judged: they are of the scene as written, and of all of it.
+    fn unjudged(&self, complete: bool) -> Option<&'static str> {
+        // These sections change no run.
+        let of_no_run = |key: &str| ["expect", "accuracy", "about"].contains(&key.split('.').next().unwrap_or(key));
+        let asked = self.expect || self.set.set.iter().any(|(key, _)| key.split('.').next() == Some("expect"));
+        if !complete {
+            Some("the run was not finished")
+        } else if self.edges.is_some() {
+            Some("they are of the scene's whole duration, and --edges sets another")
+        } else if !asked && self.set.set.iter().any(|(key, _)| !of_no_run(key)) {
+            Some("they are of the scene as written, and --set changes it; --expect judges them")
+        } else {
+            None
+        }
+    }
 }
 
 impl Ran<'_> {
@@ -251,8 +274,9 @@ fn simulate<'s>(
             summary
         }
     };
-    let judged = summary.complete && args.edges.is_none();
-    let expect = judged.then_some(scene.expect());
+    let expected = scene.expect().outcome.is_some() || !scene.expect().numbers.is_empty();
+    let unjudged = args.unjudged(summary.complete).filter(|_| expected);
+    let expect = unjudged.is_none().then_some(scene.expect());
     let outcome = expect.and_then(|expect| expect.outcome);
     let numbers = expect.map_or(&[][..], |expect| &expect.numbers).iter().map(|expected| {
         let got = metric(expected.metric, scene, &summary, &trace);
@@ -263,6 +287,7 @@ fn simulate<'s>(
         driver: name,
         solver: solver(scene),
         session,
+        unjudged,
         outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
         numbers: numbers.collect(),
         summary,

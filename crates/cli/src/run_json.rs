@@ -52,6 +52,7 @@ pub fn summary(ran: &Ran) -> Value {
         "realised": realised(ran.session),
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
+        "expected_not_judged": ran.unjudged,
         "rtl": ran.rtl.as_ref().map(|(row, hdl)| {
             json!({ "edges": row.edges, "mismatches": row.mismatches, "hdl": hdl.to_string() })
         }),

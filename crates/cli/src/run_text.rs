@@ -259,7 +259,8 @@ fn expectations(ran: &Ran) -> Vec<String> {
             said(*met)
         )
     });
-    outcome.into_iter().chain(numbers).collect()
+    let unjudged = ran.unjudged.map(|why| format!("not judged: {why}"));
+    outcome.into_iter().chain(numbers).chain(unjudged).collect()
 }
 
 /// The unit of the device's positions.

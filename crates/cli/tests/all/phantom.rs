@@ -144,7 +144,7 @@ const OUT_OF_THE_TABLES: [&str; 6] =
 #[test]
 fn a_run_that_was_aborted_tells_when_and_why() {
     let arguments = [&["run", "phantom-thrown"][..], &OUT_OF_THE_TABLES].concat();
-    let output = run(&arguments);
+    let output = run(&[&arguments[..], &["--expect"]].concat());
     assert_eq!(code(&output), 1, "it was expected to be non-passive");
     let said = stdout(&output);
     assert!(said.contains("outcome    highly unstable: aborted at "), "{said}");
