@@ -14,6 +14,8 @@ mod map;
 mod on_disk;
 mod phantom;
 mod price;
+mod readme;
+mod readme_tables;
 mod reproduce;
 mod reproduce_words;
 mod run;
