@@ -29,7 +29,7 @@ pub struct Args {
     /// What advances the run, whatever the scene's model.solver says of events and clock
     #[arg(long, value_enum)]
     driver: Option<DriverArg>,
-    /// Judge the scene's [expect] although --set changes the scene that it is of
+    /// Judge the scene's expectations although --set changes the scene that they are of
     #[arg(long, conflicts_with_all = ["edges", "compare"])]
     expect: bool,
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
