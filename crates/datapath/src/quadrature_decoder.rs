@@ -9,7 +9,8 @@
 //! - **Reset**: previous 00, `step` 0, `error` 0, settle counter `SETTLE`. **Overflow**: none.
 //! - **VHDL twin**: `hdl/quadrature_decoder.vhd`.
 //! - **Source**: the usual state table of an incremental encoder.
-//! - **Differs from the hardware**: no digital filter against glitches on the lines.
+//! - **Differs from the hardware**: no digital filter against glitches; the lines of a real encoder also bounce and are
+//!   not exactly 90 degrees apart.
 
 use hpu_signal::{Format, Signal};
 

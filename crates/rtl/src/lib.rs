@@ -32,7 +32,7 @@ pub use cost::{
 };
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
-pub use hdl::{Hdl, Setup};
+pub use hdl::{Hdl, Setup, differs_from_the_hardware};
 pub use junit::junit;
 pub use loop_bench::{LOOP_BRIDGE, loop_bench, probe};
 pub use package::package;
