@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use hpu_datapath::{AnyBlock, registry, variants};
-use hpu_rtl::literal;
+use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
@@ -123,7 +123,13 @@ fn table(block: &dyn AnyBlock, notation: Notation) -> String {
     for (name, value) in block.generics() {
         writeln!(text, "{:<4} {name:<15} {}", "gen", literal(value)).expect("a string grows");
     }
-    text + &format!("variants: {}\n", labels(block.name()).join(", "))
+    text + &format!("differs from the hardware: {}\nvariants: {}\n", differs(block), labels(block.name()).join(", "))
+}
+
+/// Where the block is not as the hardware: the header of its VHDL, which this program carries, says so.
+fn differs(block: &dyn AnyBlock) -> String {
+    let vhdl = Hdl::Carried.text(block.name()).expect("the program carries the VHDL of every block");
+    differs_from_the_hardware(&vhdl).expect("every header says it")
 }
 
 fn directed(block: &dyn AnyBlock) -> Vec<(&'static str, Signal)> {
@@ -163,6 +169,7 @@ fn description(block: &dyn AnyBlock) -> Value {
         "clocked": block.clocked(),
         "ports": ports.collect::<Vec<_>>(),
         "generics": generics,
+        "differs_from_the_hardware": differs(block),
         "variants": labels(block.name()),
     })
 }

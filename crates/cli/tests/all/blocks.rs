@@ -85,6 +85,9 @@ fn the_ports_of_a_block_are_listed_with_format_unit_and_meaning() {
     assert_eq!(value["ports"][3]["direction"], "out");
     assert_eq!(value["ports"][3]["format"], serde_json::json!([1, 11, 0]));
     assert_eq!(value["generics"]["WIDTH"], 12);
+    let text = "RESCALED is an addition to the paper's design; its product takes one edge, so no limit on the clock.";
+    assert!(said.contains(&format!("differs from the hardware: {text}\n")), "{said}");
+    assert_eq!(value["differs_from_the_hardware"], text);
 }
 
 #[test]

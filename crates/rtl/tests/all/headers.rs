@@ -1,4 +1,4 @@
-//! The header of a block's VHDL and the documentation of its Rust say the same of the hardware, and a limit is never left open.
+//! The header of a block's VHDL and the documentation of its Rust say the same of the hardware; no header leaves a limit open.
 
 use std::fs;
 use std::path::Path;
