@@ -23,6 +23,7 @@ mod progress;
 mod reproduce;
 mod reproduce_beside;
 mod reproduce_cost;
+mod reproduce_cost_claims;
 mod reproduce_cost_text;
 mod reproduce_drop;
 mod reproduce_drop_json;

@@ -4,9 +4,10 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
 
-use hpu_study::reproduce::beside::{Comparison, beside_csv, beside_text};
+use hpu_study::reproduce::Sum;
+use hpu_study::reproduce::beside::{Comparison, Found, beside_csv, beside_text, sums};
 use hpu_study::units;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -40,7 +41,9 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {
-        let unit = |index: usize, control: &_| (comparison.lines[index].measure)(control);
+        let unit = |index: usize, control: &_| {
+            (comparison.lines[index].measure)(control).map(|found| found.map(|found| found.line()))
+        };
         units::run(lines, jobs, done, control, unit, |index, row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })
@@ -53,6 +56,10 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
         eprintln!("interrupted{rest}");
         return Ok(Exit::Interrupted);
     };
+    let read = |row: Result<String, String>| {
+        row.and_then(|line| Found::read(&line).ok_or_else(|| format!("`{line}` in the journal is no result")))
+    };
+    let rows: Vec<_> = rows.into_iter().map(read).collect();
     let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
@@ -67,7 +74,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
                 "group": line.group,
                 "what": line.what,
                 "published": line.published,
-                "emulated": row.as_ref().ok(),
+                "emulated": row.as_ref().ok().map(|found| &found.text),
                 "reason": row.as_ref().err(),
             })
         });
@@ -76,6 +83,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
             "complete": true,
             "command": command,
             "lines": lines.collect::<Vec<_>>(),
+            "claims": sums(comparison, &rows).iter().map(claim).collect::<Vec<_>>(),
             "notes": comparison.notes,
             "files": places,
         });
@@ -85,4 +93,16 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
         print(&format!("{text}{files}"))?;
     }
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
+}
+
+/// A claim as JSON.
+pub fn claim(Sum { statement, finding, found }: &Sum) -> Value {
+    json!({
+        "letter": statement.letter,
+        "paper": statement.paper,
+        "place": statement.place,
+        "counts_as_that": statement.means,
+        "finding": finding.name(),
+        "found": found,
+    })
 }

@@ -10,6 +10,8 @@ use serde_json::json;
 use crate::block::find;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::reproduce_beside::claim;
+use crate::reproduce_cost_claims::sums;
 use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
@@ -121,9 +123,10 @@ fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) 
         folder.commit()?;
     }
     if args.json {
+        let claims: Vec<_> = sums(rows).iter().map(claim).collect();
         let rows: Vec<_> = rows.iter().map(object).collect();
         let object = json!({
-            "study": "phantom-cost", "complete": true, "tools": versions, "blocks": rows, "files": places,
+            "study": "phantom-cost", "complete": true, "tools": versions, "blocks": rows, "claims": claims, "files": places,
         });
         print_json(&object)?;
     } else {

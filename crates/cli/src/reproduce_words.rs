@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::pictures;
+use crate::reproduce_beside::claim;
 use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
@@ -48,6 +49,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
             "held": workspace.held.iter().map(|(bits, held)| json!({ "depth_bits": bits, "cells": held })).collect::<Vec<_>>(),
         },
         "plain": formats::plain(&all),
+        "claims": formats::sums(&all, &workspace).iter().map(claim).collect::<Vec<_>>(),
     });
     give(args, folder, text, &files, draw, object)
 }

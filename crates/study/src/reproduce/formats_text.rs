@@ -5,7 +5,9 @@ use std::fmt::Write;
 use hpu_datapath::phantom::SignalBound;
 
 use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
+use super::formats_claims::sums;
 use super::postures::Measured;
+use super::summing::summing_up;
 use super::text::quoted;
 use super::workspace::Workspace;
 
@@ -63,7 +65,7 @@ pub fn formats_text(all: &[Formats], workspace: &Workspace) -> String {
     if let Some(line) = plain(all) {
         let _ = writeln!(text, "\n{line}");
     }
-    text
+    text + &summing_up(&sums(all, workspace))
 }
 
 fn table(Formats { words, rows }: &Formats) -> String {

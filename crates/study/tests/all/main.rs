@@ -15,6 +15,7 @@ mod reproduce_errs;
 mod reproduce_hybrid;
 mod reproduce_scaling;
 mod reproduce_shaper;
+mod reproduce_summing;
 mod trace_table;
 mod units;
 mod width_price;
