@@ -5,6 +5,7 @@
 
 mod clock;
 mod format;
+mod format_text;
 mod narrow;
 mod notation;
 mod ports;

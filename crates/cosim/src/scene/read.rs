@@ -10,7 +10,7 @@ use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, amplifier, bridge, device, encoder};
 use super::read_hand::{Load, hand};
-use super::read_method::method;
+use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::section::Sense::{Any, NotNegative, Positive, Within};
@@ -21,6 +21,10 @@ use crate::session::SessionError;
 
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
+    if root.has("pwm") {
+        let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
+        return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
+    }
     root.accept(&[
         "about",
         "device",

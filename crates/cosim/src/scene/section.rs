@@ -98,6 +98,11 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
+    /// A key that there is not, and what to write instead.
+    pub fn unknown(&self, key: &str, instead: &str) -> SceneError {
+        self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
+    }
+
     /// Refuses every key but these.
     pub fn accept(&self, keys: &[&str]) -> Result<(), SceneError> {
         let mut present = self.table.into_iter().flat_map(|table| table.iter());
@@ -203,9 +208,20 @@ impl<'a> Section<'a> {
         let format: Format = text.parse().map_err(|error: FormatError| self.error(key, error.to_string()))?;
         if format.is_signed() || format.frac() < 0 || !(2..=32).contains(&format.width()) {
             let rule = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
-            return Err(self.error(key, format!("{format}: {rule}")));
+            return Err(self.error(key, format!("{}: {rule}", format_read(text, format))));
         }
         Ok(format)
+    }
+}
+
+/// A format, and what it was read from where that is another notation.
+fn format_read(text: &str, format: Format) -> String {
+    match text.trim() {
+        text if text.starts_with('(') => format.to_string(),
+        text if text.starts_with(['Q', 'q']) && !text.contains('(') => {
+            format!("`{text}` is {format}, {} bits, as TI writes it; ARM counts the sign bit too", format.width())
+        }
+        text => format!("`{text}` is {format}"),
     }
 }
 

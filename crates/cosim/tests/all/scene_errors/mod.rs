@@ -188,6 +188,23 @@ fn a_clock_of_zero_and_a_fraction_of_a_hertz_are_refused() {
 }
 
 #[test]
+fn whoever_asks_for_the_frequency_of_the_pwm_is_told_what_sets_it() {
+    let told = "a PWM's frequency is clock.frequency / 2^method.pwm.bits, as in 50 MHz / 2^12 = 12.207 kHz; \
+                set these two keys";
+    let rate = "sample_rate = \"1 kHz\"";
+    let says_told = |said: String, place: &str| says(said, &format!("{place}: unknown key; {told}"));
+    says_told(refused(rate, &format!("{rate}\npwm.frequency = \"20 kHz\"")), "9:5: method.pwm.frequency");
+    says_told(refused(rate, &format!("{rate}\npwm_frequency = \"20 kHz\"")), "9:1: method.pwm_frequency");
+    says_told(refused("[wall]", "[pwm]\nfrequency = \"20 kHz\"\n[wall]"), "9:2: pwm");
+    for key in ["pwm.frequency", "method.pwm.frequency", "method.pwm_frequency"] {
+        let said = parse(GOOD, &[(key, "20 kHz")]).expect_err(key);
+        assert!(said.starts_with(&format!("--set {key}=20 kHz: ")) && said.ends_with(told), "{said}");
+    }
+    let said = parse(GOOD, &[("pwm.bits", "10")]).expect_err("pwm.bits");
+    assert!(said.ends_with("pwm: unknown key; the PWM's keys stand in [method.pwm]"), "{said}");
+}
+
+#[test]
 fn an_impossible_format_is_refused() {
     let format =
         |text: &str| refused("sample_rate = \"1 kHz\"", &format!("sample_rate = 1000\nstiffness_format = {text}"));
@@ -195,13 +212,18 @@ fn an_impossible_format_is_refused() {
     says(
         format("\"12.0\""),
         "9:20: method.stiffness_format: `12.0` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, \
-         fraction bits, as in (1,9,22)",
+         fraction bits, as in (1,9,22); or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, \
+         sfix16_En12, ufixed(3 downto -8), ap_ufixed<12,4>",
     );
     says(format("12"), "9:20: method.stiffness_format: `12` is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"");
     let gain = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
     for wrong in ["(1,11,0)", "(0,12,-1)", "(0,30,10)", "(0,1,0)"] {
         says(format(&format!("\"{wrong}\"")), &format!("9:20: method.stiffness_format: {wrong}: {gain}"));
     }
+    let ti = "`Q4.8` is (1,4,8), 13 bits, as TI writes it; ARM counts the sign bit too";
+    says(format("\"Q4.8\""), &format!("9:20: method.stiffness_format: {ti}: {gain}"));
+    let mathworks = "`sfix16_En12` is (1,3,12)";
+    says(format("\"sfix16_En12\""), &format!("9:20: method.stiffness_format: {mathworks}: {gain}"));
 }
 
 #[test]
