@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use clap::ValueEnum;
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::literal;
 use hpu_signal::{Notation, Signal};
@@ -12,6 +11,7 @@ use serde_json::{Value, json};
 use crate::block_csv::Table;
 use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
+use crate::notation::Written;
 use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
@@ -26,48 +26,26 @@ pub struct Args {
     /// Tick the block after one edge of reset: a CSV whose header names the inputs, one row an edge; - is stdin
     #[arg(long, value_name = "FILE", requires = "name")]
     inputs: Option<String>,
-    /// How formats are written
-    #[arg(long, value_enum, default_value = "triple", requires = "name")]
+    #[command(flatten)]
     notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// How formats are written.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Written {
-    /// (S,I,F): sign bit, integer bits, fraction bits
-    Triple,
-    /// VHDL's sfixed(I downto -F)
-    Vhdl,
-    /// C++'s ap_fixed<W,I>
-    Cpp,
-    /// Q notation, with the width, as TI writes it and as ARM does
-    Q,
-}
-
-impl Written {
-    fn notation(self) -> Notation {
-        match self {
-            Self::Triple => Notation::Triple,
-            Self::Vhdl => Notation::Vhdl,
-            Self::Cpp => Notation::Cpp,
-            Self::Q => Notation::Q,
-        }
-    }
-}
-
 /// `hpu block`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.name else {
+        if args.notation.asked().is_some() {
+            return Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation"));
+        }
         return list(args.json);
     };
     let mut block = find(name, &args.variant)?;
     match &args.inputs {
         Some(file) => tick(&mut *block, file, args.json)?,
         None if args.json => print_json(&description(&*block))?,
-        None => print(&table(&*block, args.notation.notation()))?,
+        None => print(&table(&*block, args.notation.get()))?,
     }
     Ok(Exit::Fine)
 }

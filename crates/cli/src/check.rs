@@ -1,6 +1,5 @@
 //! `hpu check`: the VHDL held against the emulator in GHDL.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use hpu_cosim::scene::shipped;
@@ -11,6 +10,7 @@ use serde_json::{Value, json};
 use crate::block::{find, known};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
+use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::{hdl, interrupt};
@@ -43,9 +43,8 @@ pub struct Args {
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]
     exhaustive: bool,
-    /// Runs of GHDL at a time [default: as many as the machine has cores]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     #[command(flatten)]
     hdl: hdl::Vhdl,
     /// Write a JUnit report
@@ -80,10 +79,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         rows: args.rows,
         seed: args.seed,
         exhaustive: args.exhaustive,
+        jobs: args.jobs.get().get(),
         ..CheckOptions::new(&setup)
     };
-    let jobs = args.jobs.map_or(options.jobs, NonZeroUsize::get);
-    let options = CheckOptions { jobs, ..options };
 
     let mut shown = Shown { quiet: args.json, text: String::new() };
     let report = match checked(&options, &mut shown) {

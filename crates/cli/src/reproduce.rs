@@ -14,7 +14,8 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 /// synthesis) is kept as it is done: the same command goes on after an interruption. What the paper claims and the emulator
 /// does not find is a result and no failure; a trial that cannot be run is one.
 ///
-/// phantom-table-2 takes about a minute on two cores, phantom-cost many minutes: each synthesis takes up to a few.
+/// phantom-table-2 takes about a minute on two cores, phantom-cost many minutes: each synthesis takes up
+/// to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -1,8 +1,6 @@
 //! `hpu reproduce` of a paper's statements, line by line.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
 
 use hpu_study::reproduce::beside::{Comparison, beside_csv, beside_text};
 use hpu_study::units;
@@ -11,6 +9,7 @@ use serde_json::json;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
+use crate::jobs::Jobs;
 use crate::journal;
 use crate::terminal::{print, print_json, with_progress};
 
@@ -20,9 +19,8 @@ pub struct Args {
     /// Write text and CSV into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Threads [default: all cores]
-    #[arg(short, long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -36,12 +34,11 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let header = || journal::header("study", parts.iter().map(String::as_bytes), &command);
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(args.out.as_deref(), lines, header)?;
-    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {
         let unit = |index: usize, control: &_| (comparison.lines[index].measure)(control);
-        units::run(lines, jobs, done, control, unit, |index, row| {
+        units::run(lines, args.jobs.get(), done, control, unit, |index, row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })
     })?;

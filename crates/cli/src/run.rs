@@ -6,13 +6,14 @@ use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
 use hpu_rtl::{CheckRow, Hdl, closed_loop};
-use hpu_signal::{Cycle, Observe, Signal};
+use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::notation::Written;
 use crate::rows::{Estimate, Rows};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
@@ -52,6 +53,8 @@ pub struct Args {
     beside: Option<String>,
     #[command(flatten)]
     hdl: hdl::Vhdl,
+    #[command(flatten)]
+    notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -88,6 +91,8 @@ pub struct Ran<'s> {
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
     /// The model that was chosen, where the scene leaves it open.
     pub fitted: Option<Fit>,
+    /// How its formats are written.
+    pub notation: Notation,
     /// Files written.
     pub files: Vec<PathBuf>,
 }
@@ -269,6 +274,7 @@ fn simulate<'s>(
         trace,
         rtl: None,
         fitted: None,
+        notation: args.notation.get(),
         files: Vec::new(),
     })
 }

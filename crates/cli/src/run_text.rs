@@ -5,8 +5,11 @@ mod phantom;
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
-use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, Session, Trace, Verdict};
+use hpu_signal::Notation;
 
+use crate::columns::Column::{Left, Right};
+use crate::columns::aligned;
 use crate::fit;
 use crate::run::Ran;
 use crate::terminal;
@@ -42,12 +45,12 @@ pub fn summary(ran: &Ran) -> String {
             if ran.summary.verdict.is_some() {
                 row("motion", motion(session.scene(), &ran.trace));
             }
-            words(session).into_iter().for_each(|said| row("words", said));
+            words(session, ran.notation).into_iter().for_each(|said| row("words", said));
         }
         Ready::Phantom(session) => {
             row("platform", phantom::platform(session.scene()));
             row("motion", phantom::motion(session.scene(), &ran.trace));
-            phantom::words(session).into_iter().for_each(|said| row("words", said));
+            phantom::words(session, ran.notation).into_iter().for_each(|said| row("words", said));
         }
     }
     if ran.summary.energy.exchanged_j > 0.0 {
@@ -130,7 +133,7 @@ fn motion(scene: &Scene, trace: &Trace) -> String {
     )
 }
 
-fn words(session: &Session) -> [String; 4] {
+fn words(session: &Session, notation: Notation) -> [String; 4] {
     let (scene, words) = (session.scene(), session.words());
     let units = scene.device.units();
     let (realised, method) = (&words.realised, &scene.method);
@@ -138,7 +141,7 @@ fn words(session: &Session) -> [String; 4] {
         format!(
             "stiffness {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
-            method.stiffness_format,
+            notation.of(method.stiffness_format),
             si(realised.stiffness_nm_per_rad, units.stiffness),
             si(scene.wall.stiffness_nm_per_rad, units.stiffness),
             error_percent(realised.stiffness_error)
@@ -146,7 +149,7 @@ fn words(session: &Session) -> [String; 4] {
         format!(
             "damping {} of {} is {}, asked {}: {}",
             method.damping_format.value(words.damping),
-            method.damping_format,
+            notation.of(method.damping_format),
             si(realised.damping_nm_s_per_rad, units.damping),
             si(scene.wall.damping_nm_s_per_rad, units.damping),
             error_percent(realised.damping_error)
@@ -220,29 +223,32 @@ fn activity(ran: &Ran) -> String {
 /// The words of the datapath: what they held, and for what share of the edges they had lost bits.
 fn nets(ran: &Ran) -> String {
     let edges = ran.summary.edges;
-    let mut text = format!(
-        "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {:>11}  unit\n",
-        "", "net", "format", "min", "max", "rounded", "overflowed"
-    );
-    for net in ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1) {
+    let nets: Vec<_> = ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1).collect();
+    let heads = ["", "net", "format", "min", "max", "rounded", "overflowed", "unit"].map(String::from);
+    let cells = |net: &&NetUse| {
         let (format, usage) = (net.signal.format, net.usage);
-        let lost = percent(usage.overflowed, edges);
-        let padded = format!("{lost:>11}");
-        writeln!(
-            text,
-            "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}",
-            "net",
-            net.signal.name,
-            format.to_string(),
-            format.to_f64(usage.min),
-            format.to_f64(usage.max),
+        [
+            "net".to_string(),
+            net.signal.name.to_string(),
+            ran.notation.of(format),
+            format.to_f64(usage.min).to_string(),
+            format.to_f64(usage.max).to_string(),
             percent(usage.rounded, edges),
-            if usage.overflowed > 0 { terminal::verdict(&padded, false) } else { padded },
-            net.signal.unit
-        )
-        .expect("a string grows");
-    }
-    text
+            percent(usage.overflowed, edges),
+            net.signal.unit.to_string(),
+        ]
+    };
+    let columns = [Left(10), Left(12), Left(10), Right(12), Right(12), Right(11), Right(11), Left(0)];
+    let rows = aligned(columns, std::iter::once(heads).chain(nets.iter().map(cells)).collect());
+    let overflowed = std::iter::once(false).chain(nets.iter().map(|net| net.usage.overflowed > 0));
+    let lines = rows.into_iter().zip(overflowed).map(|(mut cells, overflowed)| {
+        if overflowed {
+            cells[6] = terminal::verdict(&cells[6], false);
+        }
+        let [name, net, format, min, max, rounded, lost, unit] = cells;
+        format!("{name} {net} {format} {min} {max} {rounded} {lost}  {}\n", unit.trim_end())
+    });
+    lines.collect()
 }
 
 fn expectations(ran: &Ran) -> Vec<String> {
