@@ -13,12 +13,13 @@ use crate::files::{Folder, Single};
 use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::waves::waveform;
 use crate::{hdl, interrupt};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
 /// Without blocks and scenes, all of both: a minute or two on two cores, and it says which. The first mismatch of each
-/// is shown with the rows that lead to it.
+/// is shown with the rows that lead to it, and with --out as a waveform of the rows around it.
 #[derive(clap::Args)]
 pub struct Args {
     /// Blocks to check on directed and random vectors
@@ -50,7 +51,7 @@ pub struct Args {
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write check.json and check.txt into this folder
+    /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object
@@ -83,7 +84,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         ..CheckOptions::new(&setup)
     };
 
-    let mut shown = Shown { quiet: args.json, text: String::new() };
+    let mut shown = Shown { quiet: args.json, text: String::new(), folder };
     let report = match checked(&options, &mut shown) {
         Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         report => report?,
@@ -97,7 +98,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(file) = junit_file {
         file.write(&junit(&report))?;
     }
-    if let Some(mut folder) = folder {
+    if let Some(mut folder) = shown.folder {
         folder.write("check.json", format!("{json:#}\n"))?;
         folder.write("check.txt", &shown.text)?;
         folder.commit()?;
@@ -184,6 +185,8 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
 struct Shown {
     quiet: bool,
     text: String,
+    /// Where waveforms of mismatches are written.
+    folder: Option<Folder>,
 }
 
 impl Shown {
@@ -196,7 +199,11 @@ impl Shown {
         let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
         let line = format!("{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}");
         self.text += &(line.clone() + "\n");
-        let mut detail = row.first.as_ref().map(ToString::to_string).unwrap_or_default();
+        let mut detail = String::new();
+        if let Some(first) = &row.first {
+            detail += &first.to_string();
+            detail += &waveform(&first.around, first.row, &format!("{block}-{variant}"), self.folder.as_mut())?;
+        }
         if let Some(failure) = &row.failure {
             detail += &format!("  {}\n", failure.trim_end().replace('\n', "\n  "));
         }
@@ -257,12 +264,14 @@ fn object(report: &CheckReport, hdl: &Hdl) -> Value {
 
 fn detail(row: &CheckRow, key: &str, name: &str) -> Value {
     let first = row.first.as_ref().map(|first| {
+        let (columns, history) = first.around.table(first.row);
         json!({
             "row": first.row,
             "signal": first.signal,
             "expected": first.expected,
             "got": first.got,
-            "history": first.history,
+            "columns": columns,
+            "history": history,
         })
     });
     json!({

@@ -36,7 +36,10 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
     let all = formats::words().into_iter().map(|words| Formats::new(words, POSTURES));
     let all = all.collect::<Result<Vec<_>, _>>().map_err(Failure::file)?;
     let workspace = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
-    let text = format!("PHANToM: words, ranges and errors\n$ {command}\n\n{}", formats_text(&all, &workspace, args.notation.get()));
+    let text = format!(
+        "PHANToM: words, ranges and errors\n$ {command}\n\n{}",
+        formats_text(&all, &workspace, args.notation.get())
+    );
     let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
     let draw = || chart::formats(&all, command);
     let object = json!({

@@ -39,7 +39,7 @@ pub struct Args {
     /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write wave.vcd too
+    /// Write wave.vcd with its GTKWave save file too
     #[arg(long, requires = "out")]
     vcd: bool,
     /// Write the trace as trace.parquet too

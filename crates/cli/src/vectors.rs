@@ -46,14 +46,15 @@ pub struct Args {
     /// Form of the files
     #[arg(long, value_enum, default_value = "txt")]
     format: Form,
-    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif)
+    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif); with --verify, of each first difference BLOCK-FILE.vcd with
+    /// its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refresh the committed vectors, packages and testbenches in the project of this folder
     #[arg(long, conflicts_with_all = ["blocks", "out", "verify"])]
     update: bool,
     /// Hold vector files (txt or json) against the emulator, which must answer every row as the file says
-    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["blocks", "out"])]
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "blocks")]
     verify: Vec<PathBuf>,
 }
 
@@ -143,7 +144,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return update();
     }
     if !args.verify.is_empty() {
-        return verify(&args.verify);
+        return verify(&args.verify, args.out.as_deref());
     }
     args.blocks.iter().try_for_each(|name| known(name))?;
     if args.set_kind != SetKind::Table && args.table.is_some() {

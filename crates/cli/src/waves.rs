@@ -3,7 +3,8 @@
 use std::io;
 
 use hpu_cosim::Rig;
-use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, vcd_aside};
+use hpu_rtl::Around;
+use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
 use hpu_signal::{Cycle, Observe};
 
 use crate::exit::Failure;
@@ -12,7 +13,21 @@ use crate::files::Folder;
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
 
-/// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run: each file on a thread of its own.
+/// Writes a VCD of the rows around a mismatch and its GTKWave save file, under this name; the line that tells where they are, or
+/// of what there would be a waveform.
+pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Folder>) -> Result<String, Failure> {
+    let [Some(first), Some(last)] = [around.rows.first(), around.rows.last()] else { return Ok(String::new()) };
+    let rows = format!("{}s {} to {}", around.counted, first.number, last.number);
+    let Some(folder) = folder else { return Ok(format!("    -o DIR writes a waveform of {rows}\n")) };
+    let vcd = format!("{name}.vcd");
+    let save = format!("{vcd}.gtkw");
+    folder.write(&vcd, mismatch_vcd(around))?;
+    folder.write(&save, mismatch_gtkw(around, number, &vcd))?;
+    Ok(format!("    waveform of {rows}: gtkwave {}\n", folder.place(&save).display()))
+}
+
+/// Writes an FST, and a VCD when asked, each with its GTKWave save file, while it watches a run: each file on a thread of its
+/// own.
 pub struct Waves {
     fst: Box<dyn WaveFile>,
     vcd: Option<Box<dyn WaveFile>>,
@@ -23,15 +38,17 @@ impl Waves {
     pub fn begin(session: &impl Rig, folder: &mut Folder, with_vcd: bool) -> Result<Self, Failure> {
         let clock = session.clock();
         let layout = layout(session);
+        let save = |dump: &str| gtkw(&layout, dump, clock, Cycle(0)..Cycle(session.edges()));
+        folder.write("wave.fst.gtkw", save(FST))?;
         let fst_file = folder.create(FST)?;
         let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
         let vcd = if with_vcd {
+            folder.write("wave.vcd.gtkw", save(VCD))?;
             let vcd_file = folder.create(VCD)?;
             Some(vcd_aside(vcd_file, &layout, clock).map_err(failed(folder, VCD))?)
         } else {
             None
         };
-        folder.write("wave.fst.gtkw", gtkw(&layout, FST, clock, Cycle(0)..Cycle(session.edges())))?;
         Ok(Self { fst, vcd })
     }
 

@@ -12,13 +12,15 @@ use std::{env, fs};
 
 use hpu_cosim::scene::{Experiment, shipped_file};
 use hpu_cosim::{Ready, Rig, TheLoop};
-use hpu_datapath::{block_by_name, registry};
+use hpu_datapath::block_by_name;
 
+use crate::around::Around;
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::loop_bench::{LOOP_BRIDGE, loop_bench, probe, probe_instance};
 use crate::package::package;
 use crate::report::{CheckRow, Tally, tally};
+use crate::sources::sources;
 use crate::testbench::VECTOR_READER;
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Header, literal};
@@ -69,6 +71,8 @@ pub(crate) struct LoopJob {
     environment: [(&'static str, String); 5],
     /// The probe, and the instance of it.
     probe: [String; 2],
+    /// The columns of what is told of a mismatch.
+    around: Around,
 }
 
 impl LoopJob {
@@ -100,6 +104,7 @@ impl LoopJob {
                 ("HPU_LOOP_EDGES", edges.to_string()),
             ],
             probe: [probe(session.wiring()), probe_instance(session.wiring())],
+            around: Around::of_loop(wiring.name(), &session.wiring().nets(), session.clock()),
         })
     }
 
@@ -112,11 +117,11 @@ impl LoopJob {
         let longest = u32::try_from(self.edges).map_or(Duration::MAX, |edges| LONGEST_EDGE.saturating_mul(edges));
         let said = libraries.of(self).run(&unit, &self.generics, &self.environment, longest)?;
         let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-        Ok(tally(&said).filter(|tally| tally.rows == self.edges).ok_or_else(unfinished)?)
+        Ok(tally(&said, &self.around).filter(|tally| tally.rows == self.edges).ok_or_else(unfinished)?)
     }
 }
 
-/// The wirings of some scenes, each probed, analysed with all blocks and their testbenches. The probe of a wiring may differ by
+/// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may differ by
 /// scene (a net of one bit is no vector), and then so does the library.
 pub(crate) struct LoopLibraries(Vec<(Vec<Wired>, Library)>);
 
@@ -195,9 +200,9 @@ fn library(group: &[Wired], setup: &Setup) -> Result<Library, GhdlError> {
         benches.push((format!("{name}.vhd"), format!("{}{instance}{}", &text[..end], &text[end..])));
         benches.push((format!("tb_loop_{name}.vhd"), loop_bench(&*by_default)));
     }
-    let blocks = registry().into_iter().map(|block| block.name());
-    let blocks = blocks.filter(|name| TheLoop::all().iter().all(|wiring| wiring.name() != *name));
-    let library = Library::analyse(&packages, setup, blocks, &benches)?;
+    let mut blocks = sources(group.iter().map(|wired| wired.wiring), &setup.hdl)?;
+    blocks.retain(|name| TheLoop::all().iter().all(|wiring| wiring.name() != name));
+    let library = Library::analyse(&packages, setup, blocks.iter().map(String::as_str), &benches)?;
     if setup.library.is_empty() {
         let shared = shared_library()?;
         fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;

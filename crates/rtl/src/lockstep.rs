@@ -8,10 +8,9 @@ use hpu_cosim::{ClosedLoop, Rig, Visit, World};
 use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Format, Ports, Signal};
 
-use crate::report::Mismatch;
+use crate::around::{AFTER, BEFORE};
+use crate::vector::{digits, hex};
 
-/// Edges that a mismatch is shown with.
-const KEPT: usize = 16;
 /// Bits of a word that cross the border to VHDL at a time.
 const PART_BITS: u32 = 30;
 /// Added to the pins when a word of several bits has changed.
@@ -79,6 +78,14 @@ struct Edge {
     got: Vec<Option<i64>>,
 }
 
+/// The first mismatch.
+struct Found {
+    edge: u64,
+    signal: &'static str,
+    expected: String,
+    got: String,
+}
+
 /// VHDL and emulator, edge by edge.
 pub struct Lockstep<'s> {
     nets: Vec<Signal>,
@@ -97,7 +104,7 @@ pub struct Lockstep<'s> {
     edge: u64,
     edges: u64,
     mismatches: u64,
-    first: Option<Mismatch>,
+    first: Option<Found>,
     history: VecDeque<Edge>,
 }
 
@@ -120,7 +127,7 @@ impl<'s> Lockstep<'s> {
             edges,
             mismatches: 0,
             first: None,
-            history: VecDeque::with_capacity(KEPT),
+            history: VecDeque::with_capacity(BEFORE + AFTER),
         }
     }
 
@@ -164,7 +171,8 @@ impl<'s> Lockstep<'s> {
     /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant.
     pub fn compare(&mut self) {
         self.edge += 1;
-        let oldest = if self.history.len() == KEPT { self.history.pop_front() } else { None };
+        // From the first mismatch on, the edges after it are kept too, so many.
+        let oldest = if self.first.is_none() && self.history.len() == BEFORE { self.history.pop_front() } else { None };
         let mut latest = oldest.unwrap_or_default();
         latest.edge = self.edge;
         latest.expected.clear();
@@ -179,9 +187,11 @@ impl<'s> Lockstep<'s> {
             }
         }
         self.mismatches += different;
-        self.history.push_back(latest);
         if let (None, Some(net)) = (&self.first, first) {
-            self.first = Some(self.mismatch(net));
+            self.first = Some(self.mismatch(net, &latest));
+        }
+        if self.first.as_ref().is_none_or(|first| self.edge - first.edge <= AFTER as u64) {
+            self.history.push_back(latest);
         }
 
         // An output that is unknown is 0; the comparison has told it already.
@@ -191,28 +201,27 @@ impl<'s> Lockstep<'s> {
         self.pair.drive(self.outputs, &self.words);
     }
 
-    /// The mismatch of a net at the latest edge of the history.
-    fn mismatch(&self, net: usize) -> Mismatch {
+    /// The mismatch of a net at the latest edge.
+    fn mismatch(&self, net: usize, latest: &Edge) -> Found {
         let format = self.nets[net].format;
-        let latest = self.history.back().expect("the latest edge");
-        Mismatch {
-            row: self.edge,
-            signal: self.nets[net].name.to_string(),
+        Found {
+            edge: self.edge,
+            signal: self.nets[net].name,
             expected: shown(format, Some(latest.expected[net])),
             got: shown(format, latest.got[net]),
-            history: self.history.iter().map(|edge| self.line(edge)).collect(),
         }
     }
 
-    /// An edge of the history: every net in hex, with what the VHDL had where that is another word.
+    /// An edge of the history: every net of the emulator in hex, then every net of the VHDL.
     fn line(&self, Edge { edge, expected, got }: &Edge) -> String {
-        let mut line = format!("edge={edge}");
-        for ((net, &expected), &got) in self.nets.iter().zip(expected).zip(got) {
-            let hex = |word| format!("{:x}", net.format.bits(word));
-            write!(line, " {}={}", net.name, hex(expected)).expect("a string grows");
-            if got != Some(expected) {
-                write!(line, "(vhdl {})", got.map_or("unknown".to_string(), hex)).expect("a string grows");
-            }
+        let mut line = format!("row={edge}");
+        for (net, &word) in self.nets.iter().zip(expected) {
+            write!(line, " {}", hex(net.format, word)).expect("a string grows");
+        }
+        line += " got";
+        for (net, word) in self.nets.iter().zip(got) {
+            let unknown = || "X".repeat(digits(net.format));
+            write!(line, " {}", word.map_or_else(unknown, |word| hex(net.format, word))).expect("a string grows");
         }
         line
     }
@@ -221,9 +230,9 @@ impl<'s> Lockstep<'s> {
     #[must_use]
     pub fn result(&self) -> String {
         let mut text = String::new();
-        if let Some(Mismatch { row, signal, expected, got, history }) = &self.first {
-            text += &format!("MISMATCH row={row} signal={signal} expected={expected} got={got}\n");
-            history.iter().for_each(|line| text += &format!("HISTORY {line}\n"));
+        if let Some(Found { edge, signal, expected, got }) = &self.first {
+            text += &format!("MISMATCH row={edge} signal={signal} expected={expected} got={got}\n");
+            self.history.iter().for_each(|edge| text += &format!("HISTORY {}\n", self.line(edge)));
         }
         text + &format!("RESULT rows={} mismatches={}\n", self.edge, self.mismatches)
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::around::Around;
+
 /// The first row in which VHDL and emulator disagree, or the first edge of a closed loop.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mismatch {
@@ -13,8 +15,8 @@ pub struct Mismatch {
     pub expected: String,
     /// What the VHDL says.
     pub got: String,
-    /// Up to 16 rows that end with this one: the words that went in and were expected, then what came out.
-    pub history: Vec<String>,
+    /// The rows around it.
+    pub around: Around,
 }
 
 /// One configuration of one block, checked.
@@ -120,9 +122,9 @@ impl fmt::Display for CheckReport {
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { row, signal, expected, got, history } = self;
+        let Self { row, signal, expected, got, around } = self;
         writeln!(f, "  first at {row}: {signal} expected {expected}, got {got}")?;
-        history.iter().try_for_each(|row| writeln!(f, "    {row}"))
+        around.lines(*row).iter().try_for_each(|line| writeln!(f, "    {line}"))
     }
 }
 
@@ -133,21 +135,17 @@ pub(crate) struct Tally {
     pub(crate) first: Option<Mismatch>,
 }
 
-/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one.
-pub(crate) fn tally(said: &str) -> Option<Tally> {
+/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one. `around` has their columns.
+pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
-    let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?));
-    let history = || said.lines().filter_map(|line| line.strip_prefix("HISTORY ")).map(str::to_string).collect();
-    Some(Tally {
-        rows: number(result, "rows=")?,
-        mismatches: number(result, "mismatches=")?,
-        first: first.map(|first| Mismatch { history: history(), ..first }),
-    })
+    let history = || around.with(said.lines().filter_map(|line| line.strip_prefix("HISTORY ")));
+    let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?, history));
+    Some(Tally { rows: number(result, "rows=")?, mismatches: number(result, "mismatches=")?, first })
 }
 
 /// `<row> signal=<name> expected=<bits and value> got=<bits and value>`
-fn first(line: &str) -> Option<Mismatch> {
+fn first(line: &str, around: impl Fn() -> Around) -> Option<Mismatch> {
     let (row, line) = line.split_once(" signal=")?;
     let (signal, line) = line.split_once(" expected=")?;
     let (expected, got) = line.split_once(" got=")?;
@@ -156,6 +154,6 @@ fn first(line: &str) -> Option<Mismatch> {
         signal: signal.to_string(),
         expected: expected.to_string(),
         got: got.to_string(),
-        history: Vec::new(),
+        around: around(),
     })
 }

@@ -74,7 +74,9 @@ fn by_width(text: &str) -> Option<(bool, i32, i32)> {
     let kinds = [("sfix", true), ("ufix", false), ("fix", true)];
     let (rest, signed) = kinds.into_iter().find_map(|(kind, signed)| Some((text.strip_prefix(kind)?, signed)))?;
     let (width, frac) = match rest.strip_prefix('<') {
-        Some(inner) => inner.strip_suffix('>')?.split_once(',').map(|(width, frac)| Some((number(width)?, number(frac)?)))?,
+        Some(inner) => {
+            inner.strip_suffix('>')?.split_once(',').map(|(width, frac)| Some((number(width)?, number(frac)?)))?
+        }
         None => {
             let rest = rest.strip_prefix('_').unwrap_or(rest);
             let whole = |digits: &str| digits.parse::<u8>().ok().map(i32::from);

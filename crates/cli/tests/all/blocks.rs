@@ -139,8 +139,18 @@ fn a_word_that_the_emulator_answers_otherwise_is_shown() {
     fs::write(&file, wrong).expect("vectors");
     let output = run(&["vectors", "--verify", text(&file)]);
     assert_eq!(code(&output), 1);
-    let said = format!("{}:4: position is 1 in the file, 0 in the emulator\n", file.display());
-    assert_eq!(stdout(&output), said);
+    let said = |last: &str| {
+        let table = "    row  rst  step  position  position(file)\n    1    1    0     000       000\n    \
+                     2    0    3     fff       fff\n    3    0    1     000       001\n";
+        format!("{}:4: position is 1 in the file, 0 in the emulator\n{table}    {last}\n", file.display())
+    };
+    assert_eq!(stdout(&output), said("-o DIR writes a waveform of rows 1 to 3"));
+    let out = dir.join("out");
+    let save = out.join("position_counter-wrong.vcd.gtkw");
+    let output = run(&["vectors", "--verify", text(&file), "-o", text(&out)]);
+    let waveform = format!("waveform of rows 1 to 3: gtkwave {}", save.display());
+    assert_eq!((code(&output), stdout(&output)), (1, said(&waveform)));
+    assert_eq!(names(&out), ["position_counter-wrong.vcd", "position_counter-wrong.vcd.gtkw"]);
 }
 
 #[test]
@@ -203,6 +213,15 @@ fn a_broken_line_of_vhdl_is_told_with_row_signal_expected_and_got() {
     assert_eq!(code(&output), 1);
     let said = stdout(&output);
     assert!(said.contains("first at ") && said.contains("delta expected ") && said.contains(", got "), "{said}");
+    // The rows have heads, and with a folder a waveform of those around them, which opens ready.
+    assert!(said.contains("    row  reference  delta  delta(vhdl)\n"), "{said}");
+    assert!(said.contains("    -o DIR writes a waveform of rows 1 to 66\n"), "{said}");
+    let out = dir.join("out");
+    let args = ["check", "displacement", "--variant", "default", "--hdl", text(&hdl), "-o", text(&out)];
+    let told = stdout(&run(&args));
+    let save = out.join("displacement-default.vcd.gtkw");
+    assert!(told.contains(&format!("    waveform of rows 1 to 66: gtkwave {}\n", save.display())), "{told}");
+    assert_eq!(names(&out), ["check.json", "check.txt", "displacement-default.vcd", "displacement-default.vcd.gtkw"]);
     assert!(said.contains("3 of 5 differ") || said.contains("3 of 4 differ"), "only its variants: {said}");
     assert!(fs::read_to_string(&junit).expect("a report").contains("<failure "));
 }

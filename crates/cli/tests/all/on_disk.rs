@@ -167,10 +167,13 @@ fn a_run_replaces_old_files_and_leaves_no_other() {
     let dir = with_old_files("replace");
     let output = run(&["run", "wrap-product", "--vcd", "--no-plot", "-o", text(&dir)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let expected = ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw", "wave.vcd"];
+    let expected = ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw", "wave.vcd", "wave.vcd.gtkw"];
     assert_eq!(names(&dir), expected);
     for name in expected {
         assert!(fs::metadata(dir.join(name)).expect("a file").len() > 100, "{name}");
         assert!(stdout(&output).contains(text(&dir.join(name))), "{name} is listed");
     }
+    // Both waveforms open the same way, but for their own names.
+    let save = |name: &str| fs::read_to_string(dir.join(format!("{name}.gtkw"))).expect("a save file");
+    assert_eq!(save("wave.vcd"), save("wave.fst").replace("wave.fst", "wave.vcd"));
 }

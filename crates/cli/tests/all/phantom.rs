@@ -99,6 +99,7 @@ fn a_folder_gets_waves_trace_pictures_and_summary() {
         "wave.fst",
         "wave.fst.gtkw",
         "wave.vcd",
+        "wave.vcd.gtkw",
     ];
     assert_eq!(names(&out), expected);
     for name in ["drop", "force"] {

@@ -188,6 +188,52 @@ fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet
     assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
     let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
     assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
+    assert!(text.contains("; here: the hand imposes the motion\n"), "{text}");
+}
+
+#[test]
+fn limits_say_of_each_criterion_how_many_assumptions_are_met_and_what_the_scene_has_instead() {
+    let output = run(&["limits", "conventional-wall-1khz"]);
+    let text = stdout(&output);
+    // Of Colgate and Schenkel's six, one by one: the spring is sampled (met), the drive is a motor's, there is no delay (met),
+    // the law is in words, there is no friction (met), the hand is a spring and damper (met).
+    let row = text.lines().find(|line| line.starts_with("colgate_schenkel")).expect("its row");
+    assert_eq!(row.split_once("N.m/rad").expect("a unit").1.split_whitespace().next(), Some("4"), "{row}");
+    assert!(row.contains(" 4 of 6 "), "{row}");
+    assert!(!text.contains(" NO "), "{text}");
+    for (wanted, came) in [
+        ("a spring that is not sampled", "sampled every 0.001 s"),
+        ("a rigid body driven by an ideal force or current", "a motor with a winding, behind a bridge"),
+        ("a wall without damping", "0.0001 N.m.s/rad"),
+        ("pulling as well as pushing", "conventional in words"),
+    ] {
+        let told =
+            |line: &str| line.starts_with('!') && line.contains(wanted) && line.ends_with(&format!("; here: {came}"));
+        assert!(text.lines().any(told), "{wanted}: {text}");
+    }
+    let met = text.lines().filter(|line| line.starts_with(' ') && line.contains("; here: "));
+    assert_eq!(met.count(), 0, "{text}");
+}
+
+#[test]
+fn the_table_of_nets_stays_aligned_whatever_the_words_hold() {
+    let output = run(&["run", "phantom-thrown", "--edges", "1000000"]);
+    let text = stdout(&output);
+    let head = text.lines().find(|line| line.contains("overflowed  unit")).expect("a head");
+    let [min, max, unit] = ["min ", "max ", "unit"].map(|name| head.find(name).expect("a column"));
+    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("net ")).collect();
+    // Words of 22 fraction bits need more digits than a column is wide.
+    assert!(
+        rows.iter().any(|row| row.contains("e-05") || row.split_whitespace().any(|cell| cell.len() > 18)),
+        "{text}"
+    );
+    for row in rows {
+        // Numbers end where their heads do, and the unit begins below its own.
+        for end in [min + 3, max + 3] {
+            assert!(row.as_bytes()[end - 1].is_ascii_digit() && row.as_bytes()[end] == b' ', "{row}\n{head}");
+        }
+        assert!(row.as_bytes()[unit - 1] == b' ' && row.as_bytes()[unit] != b' ', "{row}\n{head}");
+    }
 }
 
 #[test]

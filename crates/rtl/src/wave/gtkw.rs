@@ -75,7 +75,8 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
 pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
-    let mut file = header(layout, dump, clock, span);
+    let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
+    let mut file = header(&tree, dump, clock, span, None);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
         let all = || layout.nets.iter().enumerate();
@@ -97,18 +98,20 @@ fn base(name: &str) -> &str {
     name.trim_end_matches(['1', '2', '3'])
 }
 
-fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+/// What a save file begins with: the window, open scopes of the hierarchy, and a marker, if any.
+pub(super) fn header(tree: &[&str], dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
     // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
-    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
-    for scope in layout.scopes() {
-        let _ = writeln!(text, "[treeopen] {}.", scope.name);
+    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} {marker}", SIZE.0, SIZE.1);
+    for scope in tree {
+        let _ = writeln!(text, "[treeopen] {scope}.");
     }
     let _ = writeln!(text, "[sst_width] {TREE_WIDTH}\n[signals_width] {NAMES_WIDTH}\n[sst_expanded] 1");
     text
@@ -124,19 +127,34 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let Signal { name, format, unit, .. } = &layout.nets[index];
-    let flags = match *format {
-        Format::BIT => BINARY | RIGHT,
-        _ if format.is_signed() || COUNTERS.contains(&base(name)) => SIGNED | RIGHT,
-        _ => DECIMAL | RIGHT,
-    };
+    let flags = word_flags(name, *format);
     let flags = if CURVES.contains(&base(name)) { flags | STEP | FULL_SCALE } else { flags };
     let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
 
+/// How a word is written: a bit as a bit, a number in decimal.
+pub(super) fn word_flags(name: &str, format: Format) -> u32 {
+    match format {
+        Format::BIT => BINARY | RIGHT,
+        _ if format.is_signed() || COUNTERS.contains(&base(name)) => SIGNED | RIGHT,
+        _ => DECIMAL | RIGHT,
+    }
+}
+
 /// A trace, or nothing when the layout does not show the source.
 fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<String>) -> Option<String> {
     let (path, name) = layout.scopes().iter().find_map(|scope| find(scope, source))?;
+    let mut text = line(&format!("{path}.{name}"), flags, frac, alias);
+    if flags & (STEP | INTERPOLATED) != 0 {
+        let _ = writeln!(text, "@{STRETCH:x}");
+        text.push_str(&"-\n".repeat(STRETCH_ROWS));
+    }
+    Some(text)
+}
+
+/// A trace of the variable at a path.
+pub(super) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> String {
     let mut text = if frac > 0 {
         format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
     } else {
@@ -145,12 +163,8 @@ fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<S
     if let Some(alias) = alias {
         let _ = write!(text, "+{{{alias}}} ");
     }
-    let _ = writeln!(text, "{path}.{name}");
-    if flags & (STEP | INTERPOLATED) != 0 {
-        let _ = writeln!(text, "@{STRETCH:x}");
-        text.push_str(&"-\n".repeat(STRETCH_ROWS));
-    }
-    Some(text)
+    let _ = writeln!(text, "{path}");
+    text
 }
 
 /// The first variable that shows a source, with the path of its scope.

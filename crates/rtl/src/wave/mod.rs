@@ -12,6 +12,7 @@ mod aside;
 mod fst;
 mod gtkw;
 mod layout;
+mod mismatch;
 mod recording;
 mod timescale;
 mod vcd;
@@ -19,6 +20,8 @@ mod vcd;
 pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
+
+pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
 
 pub use self::layout::{Layout, Scope, Source, UnknownNet, Var};
 pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};

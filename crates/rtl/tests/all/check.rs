@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use hpu_rtl::wave::{mismatch_gtkw, mismatch_vcd};
 use hpu_rtl::{Check, CheckOptions, Fault, check, junit};
+
+use crate::read_back;
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -62,7 +65,39 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     assert_eq!((first.row, first.signal.as_str()), (2, "delta"));
     assert_eq!(first.expected, "111111111111 (-1)");
     assert_eq!(first.got, "000000000001 (1)");
-    assert_eq!(first.history, ["row=1 000 000 000 got 000", "row=2 000 001 fff got 001"]);
+    let (columns, rows) = first.around.table(first.row);
+    assert_eq!(columns, ["row", "position", "reference", "delta", "delta(vhdl)"]);
+    assert_eq!(rows, [["1", "000", "000", "000", "000"], ["2", "000", "001", "fff", "001"]]);
+    let told = "  first at 2: delta expected 111111111111 (-1), got 000000000001 (1)
+    row  reference  delta  delta(vhdl)
+    1    000        000    000
+    2    001        fff    001
+    in all of them position=000
+";
+    assert_eq!(first.to_string(), told);
+    // The rows after it are for the waveform, read by somebody else's parser: a row takes 10 ns.
+    assert_eq!(first.around.rows.len(), 2 + 64);
+    let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
+    let at = |name: &str, time_ns: u64| {
+        let before = changes[name].iter().take_while(|(time_ps, _)| *time_ps <= 1000 * time_ns);
+        before.last().map(|(_, bits)| bits.as_str())
+    };
+    assert_eq!(at("displacement.row", 20), Some(&*format!("{:032b}", 2)));
+    assert_eq!(at("displacement.reference", 20), Some("000000000001"));
+    assert_eq!(at("displacement.emulator.delta", 20), Some("111111111111"));
+    assert_eq!(at("displacement.vhdl.delta", 20), Some("000000000001"));
+    assert_eq!(["displacement.differs"; 2].map(|name| at(name, 20)), [Some("1"); 2]);
+    assert_eq!((at("displacement.differs", 10), at("displacement.differs", 19)), (Some("0"), Some("0")));
+    assert!(!changes.contains_key("displacement.clock") && at("displacement.row", 660).is_some());
+    // The save file has a marker at row 2 and names what the waveform has.
+    let save = mismatch_gtkw(&first.around, first.row, "x.vcd");
+    assert!(
+        save.contains("[dumpfile] \"/x.vcd\"")
+            && save.lines().any(|line| line.starts_with('*') && line.ends_with(" 20")),
+        "{save}"
+    );
+    assert!(save.contains("+{delta (emulator)} displacement.emulator.delta[11:0]\n"), "{save}");
+    assert!(save.contains("+{delta (vhdl)} displacement.vhdl.delta[11:0]\n"), "{save}");
 }
 
 #[test]
@@ -73,11 +108,35 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
     fs::remove_dir_all(hdl).expect("removed");
     let first = report.rows[0].first.as_ref().expect("a first mismatch");
     assert_eq!(first.signal, "position");
-    let last = format!("row={} ", first.row);
-    assert!(first.history.last().expect("the row itself").starts_with(&last), "{first}");
-    assert!(first.history.len() <= 16);
+    let (columns, rows) = first.around.table(first.row);
+    assert_eq!(columns[..4], ["row", "rst", "step", "position"], "{first}");
+    assert_eq!(rows.last().expect("the row itself")[0], first.row.to_string(), "{first}");
+    assert!(rows.len() <= 16);
+    // The counter without its reset has unknown bits, and the waveform says so.
+    let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
+    assert_eq!(changes["position_counter.vhdl.position"][0].1, "xxxxxxxxxxxx");
+    assert_eq!(changes["position_counter.emulator.position"][0].1, "000000000000");
+    assert_eq!(changes["position_counter.clk"][..2], [(5_000, "0".into()), (10_000, "1".into())]);
     let xml = junit(&report);
     assert!(xml.contains("<failure message=\"first at "), "{xml}");
+}
+
+#[test]
+fn a_check_of_a_block_needs_that_block_s_files_alone() {
+    let folder = std::env::temp_dir().join(format!("hpu-test-{}-alone", std::process::id()));
+    fs::create_dir_all(&folder).expect("a temporary directory");
+    let copy = |name: &str| drop(fs::copy(project().join("hdl").join(name), folder.join(name)).expect("a copy"));
+    copy("displacement.vhd");
+    copy("axis_front.vhd");
+    let checked = |block: &str| check(&CheckOptions { blocks: vec![block.to_string()], ..CheckOptions::new(&folder) });
+    let report = checked("displacement");
+    let refused = checked("axis_front").expect_err("its parts are missing").to_string();
+    fs::remove_dir_all(&folder).expect("removed");
+    assert!(report.as_ref().is_ok_and(hpu_rtl::CheckReport::ok), "{report:?}");
+    assert!(
+        refused.contains("synchronizer.vhd: No such file") && refused.contains("axis_front.vhd instantiates it"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -120,7 +120,8 @@ fn formats_of_other_tools_are_read_as_these_define_them() {
         assert_eq!(read(text).as_deref(), Some(format), "{text}");
     }
     // A width that neither reading has, the wrong owner of a width, and slopes and biases, are none.
-    let wrong = ["Q4.8 (14 bits)", "Q4.8 (12 bits, TI)", "Q4.8 (13 bits, ARM)", "UQ4.8 (13 bits)", "UQ4.8 (12 bits, ARM)"];
+    let wrong =
+        ["Q4.8 (14 bits)", "Q4.8 (12 bits, TI)", "Q4.8 (13 bits, ARM)", "UQ4.8 (13 bits)", "UQ4.8 (12 bits, ARM)"];
     for text in wrong.into_iter().chain(["Q4", "Q4.8 = Q5.8", "sfix16_S2_B3", "fix16_", "ufix<12>", "sfixed(3,-8)"]) {
         assert_eq!(read(text), None, "{text}");
     }
