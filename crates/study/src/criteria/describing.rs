@@ -10,6 +10,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
