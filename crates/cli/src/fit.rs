@@ -66,6 +66,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn all(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let mut rows = Vec::new();
+    if !args.json {
+        print(&header())?;
+    }
     for (index, name) in shipped().iter().map(|shipped| shipped.name).enumerate() {
         progress::doing(format!("{name}, scene {} of {}", index + 1, shipped().len()));
         let source = scene::source(name)?;
@@ -92,12 +95,24 @@ fn all(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
+/// The columns of the table of all scenes.
+fn header() -> String {
+    table_line(["scene", "speed", "error", "of what is judged", "trace"].map(String::from), "model")
+}
+
 fn row(name: &str, found: &Fit) -> String {
     let keys = found.set.iter().map(|(key, value)| format!("{}={value}", key.trim_start_matches("model.")));
     let model = keys.collect::<Vec<_>>().join(" ");
     let worst = found.errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
+    let judged = found.errors.iter().map(|(output, _)| output.name()).collect::<Vec<_>>().join(", ");
+    let trace = found.errors.iter().chain(&found.not_judged).find(|(output, _)| *output == Output::Trace);
+    let trace = trace.map_or("-".to_string(), |(_, error)| percent(*error));
     let model = if model.is_empty() { "as written" } else { &model };
-    format!("{name:<24} {:>7.1} x {:>10}  {model}\n", found.speedup, percent(worst))
+    table_line([name.to_string(), format!("{:.1} x", found.speedup), percent(worst), judged, trace], model)
+}
+
+fn table_line([scene, speed, error, judged, trace]: [String; 5], model: &str) -> String {
+    format!("{scene:<24} {speed:>9} {error:>10}  {judged:<48} {trace:>9}  {model}\n")
 }
 
 fn command(name: &str, args: &Args, found: &Fit) -> String {
@@ -129,13 +144,20 @@ pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
         set => set.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", "),
     };
     lines.push(("model", model));
-    let errors = found.errors.iter().map(|(output, error)| match output {
-        Output::Verdict if *error == 0.0 => "the same verdict".to_string(),
-        _ => format!("{} {}", output.name(), percent(*error)),
-    });
-    let errors = errors.collect::<Vec<_>>().join(", ");
+    let told = |errors: &[(Output, f64)]| {
+        let told = errors.iter().map(|(output, error)| match output {
+            Output::Verdict if *error == 0.0 => "the same verdict".to_string(),
+            _ => format!("{} {}", output.name(), percent(*error)),
+        });
+        told.collect::<Vec<_>>().join(", ")
+    };
     if !found.set.is_empty() {
-        lines.push(("errors", format!("{errors}; in the scenes around at most {}", percent(found.around))));
+        let errors = told(&found.errors);
+        lines.push(("judged", format!("{errors}; in the scenes around at most {}", percent(found.around))));
+        if !found.not_judged.is_empty() {
+            let chosen = "accuracy.outputs of the scene chooses what is judged";
+            lines.push(("not judged", format!("{}; {chosen}", told(&found.not_judged))));
+        }
         lines.push(("speed", format!("{:.1} times the scene as written ({})", found.speedup, si(found.wall_s, "s"))));
     }
     for left in &found.left_out {
@@ -170,6 +192,8 @@ pub fn model(found: &Fit) -> Value {
     let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
     let errors: serde_json::Map<_, _> =
         found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
+    let not_judged: serde_json::Map<_, _> =
+        found.not_judged.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
     let left_out = found.left_out.iter().map(
         |left| json!({ "what": left.what, "output": left.output.name(), "effect": left.effect, "speedup": left.gain }),
     );
@@ -177,7 +201,9 @@ pub fn model(found: &Fit) -> Value {
     json!({
         "within": found.within,
         "set": set,
+        "judged": found.errors.iter().map(|(output, _)| output.name()).collect::<Vec<_>>(),
         "errors": errors,
+        "errors_not_judged": not_judged,
         "around": found.around,
         "speedup": found.speedup,
         "wall_s": found.wall_s,

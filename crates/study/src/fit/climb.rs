@@ -97,6 +97,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         set: overrides(&all, &model),
         within,
         errors: climb.errors(&measured, &reference),
+        not_judged: climb.not_judged(&measured, &reference),
         around: worst,
         speedup,
         wall_s: measured.wall_s,
@@ -221,6 +222,12 @@ impl Climb<'_> {
     fn errors(&self, run: &Measured, reference: &Measured) -> Errors {
         let all = run.outputs.errors(&reference.outputs);
         all.into_iter().filter(|(output, _)| self.outputs.contains(output)).collect()
+    }
+
+    /// Errors of the outputs that do not count.
+    fn not_judged(&self, run: &Measured, reference: &Measured) -> Errors {
+        let all = run.outputs.errors(&reference.outputs);
+        all.into_iter().filter(|(output, _)| !self.outputs.contains(output)).collect()
     }
 
     fn worst(&self, run: &Measured, reference: &Measured) -> f64 {
