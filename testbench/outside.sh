@@ -63,7 +63,7 @@ fails() { # NAME TEXT COMMAND...: as long as it says so
     differs=1
 }
 cocotb() { "$python" "$testbench/cocotb/run.py" "$1.json" "$2/$1.vhd"; }
-vunit() { "$python" "$testbench/vunit/run.py" "$1.json" "$2/$1.vhd" -o vunit_out --no-color; }
+vunit() { "$python" "$testbench/vunit/run.py" "$1.json" "$2/$1.vhd" --no-color; }
 
 fails cocotb "row 1: delta expected" cocotb displacement broken
 for block in $blocks; do

@@ -1,8 +1,8 @@
 """run.py VECTORS.json HDL.vhd... [VUNIT ARGUMENT...]: holds a block's VHDL against exported vectors, in VUnit on GHDL.
 
-VECTORS.json comes from `hpu vectors BLOCK --format json`; the files are the VHDL of the block and of all that it needs. The
-testbench is written from the ports that VECTORS.json names: any block will do. Words go to VHDL as the integers that VUnit's
-load_csv reads, in parts of at most 30 bits. Exit codes are VUnit's.
+VECTORS.json comes from `hpu vectors BLOCK --format json`; the files are the VHDL of the block and of all that it needs.
+The testbench is written from the ports that VECTORS.json names, so that any block will do. Words go to VHDL as the
+integers that VUnit's load_csv reads, in parts of at most 30 bits. Exit codes are VUnit's.
 """
 
 import json
@@ -128,7 +128,9 @@ def main(vectors, *arguments):
     bench = made / "tb_rows.vhd"
     bench.write_text(testbench(told, columns, table))
 
-    unit = VUnit.from_argv(argv=list(options), compile_builtins=False)
+    # Always compiled anew: what VUnit finds compiled may be another file of the same entity.
+    options = ["--output-path", str(made / "out"), "--clean", *options]
+    unit = VUnit.from_argv(argv=options, compile_builtins=False)
     unit.add_vhdl_builtins()
     library = unit.add_library("hpu")
     for source in [*sources, bench]:

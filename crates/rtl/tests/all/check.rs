@@ -125,7 +125,7 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
 fn a_check_of_a_block_needs_that_block_s_files_alone() {
     let folder = std::env::temp_dir().join(format!("hpu-test-{}-alone", std::process::id()));
     fs::create_dir_all(&folder).expect("a temporary directory");
-    let copy = |name: &str| drop(fs::copy(project().join("hdl").join(name), folder.join(name)).expect("a copy"));
+    let copy = |name: &str| fs::copy(project().join("hdl").join(name), folder.join(name)).expect("a copy");
     copy("displacement.vhd");
     copy("axis_front.vhd");
     let checked = |block: &str| check(&CheckOptions { blocks: vec![block.to_string()], ..CheckOptions::new(&folder) });
