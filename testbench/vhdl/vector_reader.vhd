@@ -114,8 +114,8 @@ package body vector_reader is
 
   type vector_file is protected body
 
-    constant KEPT  : positive := 64;  -- rows that are told up to the first mismatch
-    constant AFTER : natural := 64;   -- and after it
+    constant KEPT     : positive := 64;  -- rows that are told up to the first mismatch
+    constant FOLLOWED : natural := 64;   -- and after it
 
     type line_array is array (0 to KEPT - 1) of line;
 
@@ -148,7 +148,7 @@ package body vector_reader is
           put(history(i mod KEPT).all);
         end loop;
         in_history := false;
-        to_tell := AFTER;
+        to_tell := FOLLOWED;
       elsif to_tell > 0 then
         put(history(rows mod KEPT).all);
         to_tell := to_tell - 1;
