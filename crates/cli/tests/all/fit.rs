@@ -25,7 +25,8 @@ fn a_scene_whose_model_is_open_is_run_by_the_one_that_is_chosen() {
     let said = run(&["run", "bounded-wall-1khz", "--set", "model=auto"]);
     assert!(stdout(&said).contains("left out   the bridge's switching"), "{}", stdout(&said));
     let said = stdout(&said);
-    let line = |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    let line =
+        |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
     assert!(line("judged     ").contains("peak_penetration ") && !line("judged     ").contains("energy"), "{said}");
     assert!(line("not judged ").contains("energy ") && line("not judged ").contains("accuracy.outputs"), "{said}");
     // A model that is given is not chosen.
@@ -48,7 +49,8 @@ fn a_fit_names_what_it_judged_and_tells_how_far_off_the_rest_is() {
         set.iter().for_each(|set| arguments.extend(["--set", set]));
         assert_eq!(code(&run(&arguments)), 0);
         let trace = std::fs::read_to_string(out.join("trace.csv")).expect("a trace");
-        let column = trace.lines().next().expect("a head").split(',').position(|name| name.starts_with("angle")).expect("it");
+        let column =
+            trace.lines().next().expect("a head").split(',').position(|name| name.starts_with("angle")).expect("it");
         let angle = |line: &str| line.split(',').nth(column).expect("a cell").parse::<f64>().expect("a number");
         trace.lines().skip(1).map(angle).collect::<Vec<_>>()
     };

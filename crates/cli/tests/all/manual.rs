@@ -65,6 +65,7 @@ fn options_of_many_verbs_are_the_same_in_all_of_them() {
         "map",
         "chart",
         "widths",
+        "cost",
         "reproduce phantom-table-2",
         "reproduce phantom-ladder",
         "reproduce phantom-cost",

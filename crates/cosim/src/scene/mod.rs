@@ -5,6 +5,10 @@
 //! validated before anything runs. Quantities are numbers in SI units or strings with a unit (`"25.175 MHz"`). Angles are
 //! those of the motor's shaft, positive into the wall; the wheel turns by the shaft's angle over `wheel_ratio`.
 //!
+//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or as other tools write it: `"UQ4.8"`,
+//! `"ufix12_En8"` and what else [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's, whose 4 integer bits leave out the
+//! sign bit.
+//!
 //! | Section | Keys, `[default]` |
 //! |---|---|
 //! | (top) | `about` |
@@ -23,7 +27,7 @@
 //! | … `energy_bounding` | `form` \[`c1_c2`\] (`force_bound`), `c1`, `c2` \[`c1`\], `bound_format` \["(0,10,4)"\], `energy_bits` \[32\] |
 //! | … `passive_spring` | `alpha` \[1\], `beta` \[1\] in `scale_format` \["(0,8,8)"\], `revive` \[true\], `extension_frac` \[8\] |
 //! | `[method.shaper]` behind a law, if there is one | `cutoff` of the digital input shaper |
-//! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\] |
+//! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\]; its frequency is `clock.frequency / 2^bits` |
 //! | `[wall]` | `position`, `stiffness`, `damping` \[0\] |
 //! | `[wall.ramp]` if it changes | `stiffness` at the end, or `scale` of a `passive_spring` (its `beta`), `from`, `to`: the word goes there in a straight line |
 //! | `[hand]` `kind = "none"` | |

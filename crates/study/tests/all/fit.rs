@@ -45,22 +45,25 @@ fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     (outputs, counted)
 }
 
-/// Scenes around a scene that the choice has not seen.
+/// Scenes around a scene that the choice has not seen, within the range that `hpu fit --help` promises: the wall up to 5 % softer and
+/// stiffer, up to 7.5 encoder counts nearer and farther, of a PHANToM up to 0.15 mm nearer and 0.1 mm farther.
 fn elsewhere(experiment: &Experiment) -> Vec<Set> {
-    let (stiffness, k, place, at, step) = match experiment {
+    let (stiffness, k, place, at, step, counts) = match experiment {
         Experiment::Axis(scene) => (
             "wall.stiffness",
             scene.wall.stiffness_nm_per_rad,
             "wall.position",
             scene.wall.position_rad,
             scene.encoder.count_rad(),
+            [-7.2, -2.6, 1.9, 6.6],
         ),
         Experiment::Phantom(scene) => {
-            ("room.stiffness", scene.room.stiffness_n_per_m, "room.distance", scene.room.distance_m, 29.1e-6)
+            let (k, at) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
+            ("room.stiffness", k, "room.distance", at, 29.1e-6, [-4.9, -2.6, 1.9, 3.3])
         }
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
-    let places = [-8.4, -2.6, 1.9, 7.7].map(|counts| one(place, at + counts * step));
+    let places = counts.map(|counts| one(place, at + counts * step));
     [0.98, 1.03].map(|share| one(stiffness, share * k)).into_iter().chain(places).collect()
 }
 
@@ -93,7 +96,7 @@ fn right_on(name: &str) {
         let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
         let set = change.iter().chain(&found.set).cloned().collect();
         let error = worst(&run(name, &set).0.errors(&there), &counted);
-        assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
+        assert!(error <= within, "{name} at {change:?}: {:?} is off by {error}", found.set);
     }
 }
 
