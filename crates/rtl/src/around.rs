@@ -121,17 +121,14 @@ impl Around {
         (heads, cells)
     }
 
-    /// The same as aligned lines. Of several rows, what is equal in all of them is told once, below.
+    /// The same as aligned lines. Signals on which both sides agree and that do not change are told once, below.
     #[must_use]
     pub fn lines(&self, number: u64) -> Vec<String> {
         let (heads, rows) = self.table(number);
         let is_told_once = |column: usize| {
-            let paired = |other: Option<&String>, name: &str| other.is_some_and(|other| other == name);
             let beside = format!("{}({})", heads[column], self.beside);
-            rows.len() > 1
-                && rows.iter().all(|row| row[column] == rows[0][column])
-                && !heads[column].ends_with(')')
-                && !paired(heads.get(column + 1), &beside)
+            let differs = heads[column].ends_with(')') || heads.get(column + 1) == Some(&beside);
+            column > 0 && !differs && rows.iter().all(|row| row[column] == rows[0][column])
         };
         let (once, shown): (Vec<usize>, Vec<usize>) = (0..heads.len()).partition(|&column| is_told_once(column));
         let width = |column: usize| rows.iter().map(|row| row[column].len()).fold(heads[column].len(), usize::max);
@@ -142,7 +139,7 @@ impl Around {
         let mut lines: Vec<String> = std::iter::once(&heads).chain(&rows).map(line).collect();
         if !once.is_empty() {
             let same = once.iter().map(|&column| format!("{}={}", heads[column], rows[0][column]));
-            lines.push(format!("in all of them {}", same.collect::<Vec<_>>().join(" ")));
+            lines.push(format!("unchanged: {}", same.collect::<Vec<_>>().join(" ")));
         }
         lines
     }

@@ -15,6 +15,8 @@ use crate::around::{Around, Row};
 
 /// The scope of the emulator's words.
 const EMULATOR: &str = "emulator";
+/// Where `clk` is among the variables; combinational logic has none.
+const CLK: usize = 1;
 
 /// A variable of the file: its scope under the topmost one, if any, its name, its format.
 struct Var<'a> {
@@ -85,6 +87,9 @@ pub fn mismatch_vcd(around: &Around) -> String {
             let _ = write!(text, "{up}$scope module {} $end\n", var.scope.unwrap_or_default());
             scope = var.scope;
         }
+        if index == CLK && !is_clocked(around) {
+            continue;
+        }
         let (width, code) = (var.format.width(), IdCode::from(index as u64));
         let _ = writeln!(text, "$var wire {width} {code} {} $end", var.ranged());
     }
@@ -93,7 +98,8 @@ pub fn mismatch_vcd(around: &Around) -> String {
     let mut write = |time: u64, changes: &mut dyn Iterator<Item = (usize, String)>| {
         let _ = writeln!(text, "#{time}");
         for (index, bits) in changes {
-            if known[index] != bits {
+            let shown = index != CLK || is_clocked(around);
+            if shown && known[index] != bits {
                 let code = IdCode::from(index as u64);
                 let _ = if bits.len() == 1 { writeln!(text, "{bits}{code}") } else { writeln!(text, "b{bits} {code}") };
                 known[index] = bits;
@@ -105,7 +111,7 @@ pub fn mismatch_vcd(around: &Around) -> String {
         let values = || values(around, row).into_iter().enumerate();
         if is_clocked(around) {
             let half = timescale.at(Cycle(row.number.saturating_sub(1))).midpoint(edge);
-            let falls = std::iter::once((1, "0".to_string()));
+            let falls = std::iter::once((CLK, "0".to_string()));
             write(half, &mut falls.chain(values().filter(|(index, _)| changes_before(around, *index))));
         }
         write(edge, &mut values().filter(|(index, _)| !changes_before(around, *index)));

@@ -72,7 +72,7 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     row  reference  delta  delta(vhdl)
     1    000        000    000
     2    001        fff    001
-    in all of them position=000
+    unchanged: position=000
 ";
     assert_eq!(first.to_string(), told);
     // The rows after it are for the waveform, read by somebody else's parser: a row takes 10 ns.
@@ -88,7 +88,7 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     assert_eq!(at("displacement.vhdl.delta", 20), Some("000000000001"));
     assert_eq!(["displacement.differs"; 2].map(|name| at(name, 20)), [Some("1"); 2]);
     assert_eq!((at("displacement.differs", 10), at("displacement.differs", 19)), (Some("0"), Some("0")));
-    assert!(!changes.contains_key("displacement.clock") && at("displacement.row", 660).is_some());
+    assert!(!changes.contains_key("displacement.clk") && at("displacement.row", 660).is_some());
     // The save file has a marker at row 2 and names what the waveform has.
     let save = mismatch_gtkw(&first.around, first.row, "x.vcd");
     assert!(
