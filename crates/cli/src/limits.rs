@@ -129,7 +129,7 @@ fn text(scene: &str, found: &Limits) -> String {
 
 /// Nine decimals of a limit; of one that they would not show, its first digits.
 fn nine(limit: f64) -> String {
-    if (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
+    if limit == 0.0 || (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
 }
 
 /// Every assumption once.

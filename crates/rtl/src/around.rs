@@ -125,6 +125,9 @@ impl Around {
     #[must_use]
     pub fn lines(&self, number: u64) -> Vec<String> {
         let (heads, rows) = self.table(number);
+        if rows.is_empty() {
+            return Vec::new();
+        }
         let is_told_once = |column: usize| {
             let beside = format!("{}({})", heads[column], self.beside);
             let differs = heads[column].ends_with(')') || heads.get(column + 1) == Some(&beside);

@@ -23,7 +23,7 @@ pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
     let large = (damping * late_s).max(grip * late_s * late_s) / body.inertia_kg_m2;
     let others = [
         Assumption::new("(b + b_h + B) (T + t_d) and k_h (T + t_d)^2 below m/100", large < 0.01, || {
-            format!("the greater is {} m", figure(large))
+            format!("the greater is {} times m", figure(large))
         }),
         linear_law(scene),
         frictionless(scene),
