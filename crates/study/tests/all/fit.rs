@@ -9,9 +9,13 @@ use hpu_study::map::SceneText;
 
 type Set = Vec<(String, String)>;
 
-fn read(name: &str, set: &Set) -> (SceneText, Experiment) {
+fn read_text(name: &str, set: &Set) -> Result<(SceneText, Experiment), String> {
     let shipped = shipped().iter().find(|shipped| shipped.name == name).expect("a shipped scene");
-    SceneText::read((name, shipped.text), set, &mut shipped_file).unwrap_or_else(|error| panic!("{error}"))
+    SceneText::read((name, shipped.text), set, &mut shipped_file).map_err(|error| error.to_string())
+}
+
+fn read(name: &str, set: &Set) -> (SceneText, Experiment) {
+    read_text(name, set).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn fitted(name: &str, set: &Set) -> Fit {
@@ -45,25 +49,37 @@ fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     (outputs, counted)
 }
 
-/// Scenes around a scene that the choice has not seen, within the range that `hpu fit --help` promises: the wall up to 5 % softer and
-/// stiffer, up to 7.5 encoder counts nearer and farther, of a PHANToM up to 0.15 mm nearer and 0.1 mm farther.
+/// Walls of those that `hpu fit --help` says were tried: there the tolerance itself holds.
+fn tried(experiment: &Experiment) -> [Set; 2] {
+    let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
+    match experiment {
+        Experiment::Axis(scene) => [
+            one("wall.stiffness", 1.05 * scene.wall.stiffness_nm_per_rad),
+            one("wall.position", scene.wall.position_rad + 0.94 * scene.encoder.count_rad()),
+        ],
+        Experiment::Phantom(scene) => [
+            one("room.stiffness", 1.05 * scene.room.stiffness_n_per_m),
+            one("room.distance", scene.room.distance_m + 0.7 * 29e-6),
+        ],
+    }
+}
+
+/// Scenes around a scene that the choice has not seen: there the help promises twice the tolerance.
 fn elsewhere(experiment: &Experiment) -> Vec<Set> {
-    let (stiffness, k, place, at, step, counts) = match experiment {
+    let (stiffness, k, place, at, step) = match experiment {
         Experiment::Axis(scene) => (
             "wall.stiffness",
             scene.wall.stiffness_nm_per_rad,
             "wall.position",
             scene.wall.position_rad,
             scene.encoder.count_rad(),
-            [-7.2, -2.6, 1.9, 6.6],
         ),
         Experiment::Phantom(scene) => {
-            let (k, at) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
-            ("room.stiffness", k, "room.distance", at, 29.1e-6, [-4.9, -2.6, 1.9, 3.3])
+            ("room.stiffness", scene.room.stiffness_n_per_m, "room.distance", scene.room.distance_m, 29.1e-6)
         }
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
-    let places = counts.map(|counts| one(place, at + counts * step));
+    let places = [-8.4, -2.6, 1.9, 7.7].map(|counts| one(place, at + counts * step));
     [0.98, 1.03].map(|share| one(stiffness, share * k)).into_iter().chain(places).collect()
 }
 
@@ -90,13 +106,21 @@ fn right_on(name: &str) {
     if found.set.is_empty() {
         return;
     }
+    assert!(found.around <= within, "{name}: {} around", found.around);
+    for change in tried(&experiment) {
+        // A wall that no longer fits its word was not tried.
+        let Ok(_) = read_text(name, &change) else { continue };
+        let set = change.iter().chain(&found.set).cloned().collect();
+        let error = worst(&run(name, &set).0.errors(&run(name, &change).0), &counted);
+        assert!(error <= within, "{name} at {change:?}: {:?} is off by {error}", found.set);
+    }
     for change in elsewhere(&experiment) {
         let (there, _) = run(name, &change);
         // A scene near a boundary of stability may end otherwise itself: then the pick has to, too.
         let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
         let set = change.iter().chain(&found.set).cloned().collect();
         let error = worst(&run(name, &set).0.errors(&there), &counted);
-        assert!(error <= within, "{name} at {change:?}: {:?} is off by {error}", found.set);
+        assert!(error <= 2.0 * within, "{name} at {change:?}: {:?} is off by {error}", found.set);
     }
 }
 
