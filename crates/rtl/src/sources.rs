@@ -12,7 +12,7 @@ use crate::hdl::{Hdl, Setup};
 ///
 /// When a file cannot be read.
 pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, GhdlError> {
-    sources([name], hdl)?.iter().map(|unit| Ok(hdl.text(unit)?)).collect()
+    sources([name], hdl)?.iter().map(|unit| hdl.text(unit)).collect()
 }
 
 /// It, analysed.

@@ -84,7 +84,7 @@ pub fn mismatch_vcd(around: &Around) -> String {
     for (index, var) in vars.iter().enumerate() {
         if var.scope != scope {
             let up = if scope.is_some() { "$upscope $end\n" } else { "" };
-            let _ = write!(text, "{up}$scope module {} $end\n", var.scope.unwrap_or_default());
+            let _ = writeln!(text, "{up}$scope module {} $end", var.scope.unwrap_or_default());
             scope = var.scope;
         }
         if index == CLK && !is_clocked(around) {
