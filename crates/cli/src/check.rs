@@ -51,7 +51,8 @@ pub struct Args {
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave save file
+    /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave
+    /// save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object

@@ -46,8 +46,8 @@ pub struct Args {
     /// Form of the files
     #[arg(long, value_enum, default_value = "txt")]
     format: Form,
-    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif); with --verify, of each first difference BLOCK-FILE.vcd with
-    /// its GTKWave save file
+    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif); with --verify, of each first difference
+    /// BLOCK-FILE.vcd with its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refresh the committed vectors, packages and testbenches in the project of this folder

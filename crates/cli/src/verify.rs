@@ -21,7 +21,8 @@ enum Model {
     Table(Vectors),
 }
 
-/// Reads each file and plays it to the block that it names. With a folder, a waveform of each first difference goes there.
+/// Reads each file and plays it to the block that it names. With a folder, a waveform of each first difference goes
+/// there.
 pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
     let mut folder = out.map(Folder::open).transpose()?;
     let mut all_equal = true;

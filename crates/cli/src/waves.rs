@@ -13,8 +13,8 @@ use crate::files::Folder;
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
 
-/// Writes a VCD of the rows around a mismatch and its GTKWave save file, under this name; the line that tells where they are, or
-/// of what there would be a waveform.
+/// Writes a VCD of the rows around a mismatch and its GTKWave save file, under this name; the line that tells where
+/// they are, or of what there would be a waveform.
 pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Folder>) -> Result<String, Failure> {
     let [Some(first), Some(last)] = [around.rows.first(), around.rows.last()] else { return Ok(String::new()) };
     let rows = format!("{}s {} to {}", around.counted, first.number, last.number);
@@ -26,8 +26,8 @@ pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Fo
     Ok(format!("    waveform of {rows}: gtkwave {}\n", folder.place(&save).display()))
 }
 
-/// Writes an FST, and a VCD when asked, each with its GTKWave save file, while it watches a run: each file on a thread of its
-/// own.
+/// Writes an FST, and a VCD when asked, each with its GTKWave save file, while it watches a run: each file on a thread
+/// of its own.
 pub struct Waves {
     fst: Box<dyn WaveFile>,
     vcd: Option<Box<dyn WaveFile>>,

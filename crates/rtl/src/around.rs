@@ -96,8 +96,8 @@ impl Around {
         Self { rows: lines.filter_map(row).collect(), ..self.clone() }
     }
 
-    /// The last rows up to a number, under the names of their columns: after each signal whose words differ in one of them stands
-    /// what is beside the emulator, as in `delta(vhdl)`.
+    /// The last rows up to a number, under the names of their columns: after each signal whose words differ in one of
+    /// them stands what is beside the emulator, as in `delta(vhdl)`.
     #[must_use]
     pub fn table(&self, number: u64) -> Table {
         let end = self.rows.iter().take_while(|row| row.number <= number).count();

@@ -121,8 +121,8 @@ impl LoopJob {
     }
 }
 
-/// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may differ by
-/// scene (a net of one bit is no vector), and then so does the library.
+/// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may
+/// differ by scene (a net of one bit is no vector), and then so does the library.
 pub(crate) struct LoopLibraries(Vec<(Vec<Wired>, Library)>);
 
 /// A wiring with its probe.

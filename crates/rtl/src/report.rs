@@ -135,7 +135,8 @@ pub(crate) struct Tally {
     pub(crate) first: Option<Mismatch>,
 }
 
-/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one. `around` has their columns.
+/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one. `around` has
+/// their columns.
 pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;

@@ -21,8 +21,8 @@ pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, GhdlError> {
     Library::analyse(&[], setup, sources.iter().map(String::as_str), &[])
 }
 
-/// Entities and all that they instantiate or use, each once, in the order of analysis: no other file of a folder has to be
-/// there. A package of the folder's own is among them; those that are generated for each block are not.
+/// Entities and all that they instantiate or use, each once, in the order of analysis: no other file of a folder has to
+/// be there. A package of the folder's own is among them; those that are generated for each block are not.
 pub(crate) fn sources<'n>(names: impl IntoIterator<Item = &'n str>, hdl: &Hdl) -> Result<Vec<String>, GhdlError> {
     let mut found = Found { hdl, begun: Vec::new(), done: Vec::new() };
     names.into_iter().try_for_each(|name| found.visit(name))?;
@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn entities_packages_and_components_are_found_and_comments_are_not() {
-        let text = "-- like entity work.ghost\nuse work.helper.all;\n component Half is port (a : in bit); end component;\n\
+        let text = "-- like entity work.ghost\nuse work.helper.all;\n\
+                    component Half is port (a : in bit); end component;\n\
                     u : entity WORK.Adder generic map (N => 1) -- work.other\n";
         let found = references(text);
         let expected = [("helper", false), ("half", false), ("adder", true)];

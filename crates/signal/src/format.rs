@@ -52,8 +52,8 @@ impl fmt::Display for FormatError {
             ),
             Self::Syntax(text) => write!(
                 f,
-                "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22); \
-                 or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, sfix16_En12, \
+                "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in \
+                 (1,9,22); or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, sfix16_En12, \
                  ufixed(3 downto -8), ap_ufixed<12,4>"
             ),
         }

@@ -1,6 +1,7 @@
 //! Word formats in the notations that other tools write.
 
-/// Sign bit, integer bits and fraction bits of a format: `(S,I,F)`, or a notation of another tool in upper or lower case.
+/// Sign bit, integer bits and fraction bits of a format: `(S,I,F)`, or a notation of another tool in upper or lower
+/// case.
 /// `None` for text that is no format.
 pub(crate) fn read(text: &str) -> Option<(bool, i32, i32)> {
     let text = &text.trim().to_ascii_lowercase();
@@ -40,7 +41,8 @@ fn cpp(text: &str) -> Option<(bool, i32, i32)> {
     signed.or_else(|| pair(text, "ap_ufixed<", ",", ">").map(|(width, int)| (false, int, width - int)))
 }
 
-/// Q notation. `Q4.8` alone is read as TI writes it, with a sign bit beside the 4 integer bits; a width in brackets, as in
+/// Q notation. `Q4.8` alone is read as TI writes it, with a sign bit beside the 4 integer bits; a width in brackets, as
+/// in
 /// `Q4.8 (12 bits, ARM)`, says otherwise. Several, as `Notation::Q` writes, must be the same format.
 fn q(text: &str) -> Option<(bool, i32, i32)> {
     let mut readings = text.split(" = ").map(one_q);
@@ -68,8 +70,8 @@ fn one_q(text: &str) -> Option<(bool, i32, i32)> {
     }
 }
 
-/// The whole width, then the fraction bits: MathWorks' `sfix16_En12`, `ufix12` and `sfix8_E2` (whose least significant bit
-/// is worth 2^2), System Generator's `Fix_16_12` and `UFix_12_8`, and `sfix16_12` and `ufix<12,8>` likewise.
+/// The whole width, then the fraction bits: MathWorks' `sfix16_En12`, `ufix12` and `sfix8_E2` (whose least significant
+/// bit is worth 2^2), System Generator's `Fix_16_12` and `UFix_12_8`, and `sfix16_12` and `ufix<12,8>` likewise.
 fn by_width(text: &str) -> Option<(bool, i32, i32)> {
     let kinds = [("sfix", true), ("ufix", false), ("fix", true)];
     let (rest, signed) = kinds.into_iter().find_map(|(kind, signed)| Some((text.strip_prefix(kind)?, signed)))?;

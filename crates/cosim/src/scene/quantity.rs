@@ -1,7 +1,8 @@
 //! Physical quantities as people write them: a number in SI units, or a string with a unit.
 //!
 //! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and `2`
-//! square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is done on the text, so `"25.175 MHz"` is exactly 25 175 000.
+//! square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is done
+//! on the text, so `"25.175 MHz"` is exactly 25 175 000.
 
 use std::f64::consts::PI;
 

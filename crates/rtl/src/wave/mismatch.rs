@@ -1,7 +1,7 @@
 //! A waveform of the rows around a mismatch: the emulator's words beside those that it is held against.
 //!
-//! It is a VCD, which can say that a bit is unknown. Of a clocked block the inputs change half a cycle before the edge that
-//! samples them, all else at the edge; `differs` is 1 where a word does.
+//! It is a VCD, which can say that a bit is unknown. Of a clocked block the inputs change half a cycle before the edge
+//! that samples them, all else at the edge; `differs` is 1 where a word does.
 
 use std::fmt::Write;
 

@@ -35,7 +35,8 @@ pub struct Fit {
     pub within: f64,
     /// Errors of the outputs that were judged, against the reference, relative.
     pub errors: Vec<(Output, f64)>,
-    /// Errors of all other outputs, which may be larger than the tolerance: the trace of a motion without end drifts in phase.
+    /// Errors of all other outputs, which may be larger than the tolerance: the trace of a motion without end drifts in
+    /// phase.
     pub not_judged: Vec<(Output, f64)>,
     /// The worst error in the scenes around.
     pub around: f64,
