@@ -22,7 +22,8 @@
 -- reset    synchronous, to every clocked block
 -- overflow the position wraps, delta takes the short way round
 -- source   Vasudevan et al. 2007, the encoder input and Eq. (1)
--- differs from the hardware: see the blocks.
+-- differs from the hardware: as in synchronizer, quadrature_decoder,
+--          position_counter, displacement and unilateral.
 
 library ieee;
 use ieee.std_logic_1164.all;

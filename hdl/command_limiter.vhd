@@ -1,6 +1,6 @@
 -- command_limiter : the actuator's full scale, and the clocks of the way to it
 --
---   limited = clamp(value, -LIMIT, +LIMIT), SETTLING edges late
+--   limited = clamp(value, -LIMIT, +LIMIT), behind SETTLING registers in a row
 --
 -- generics IN_WIDTH, OUT_WIDTH         bits of the words
 --          LIMIT                       full scale, less than 2^(OUT_WIDTH-1)
@@ -15,9 +15,10 @@
 -- source   Vasudevan et al. 2007, Eq. (8); the row is common practice where the
 --          logic before it takes longer than a clock
 -- differs from the hardware: SETTLING = 0 has no propagation delay. Otherwise
---          synthesis may move the registers into the logic before them; a
---          design that constrains a path of several clocks instead of
---          registering it shows intermediate words meanwhile, this one never.
+--          synthesis may move the registers into the logic before them, which
+--          shows only at the first edges after a reset. A design that declares
+--          a path of several clocks instead of registering it shows
+--          intermediate words meanwhile, this one never.
 
 library ieee;
 use ieee.std_logic_1164.all;

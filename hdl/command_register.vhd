@@ -19,7 +19,7 @@
 -- overflow none
 -- source   Sevcik et al. 2009, the motor commands of the FPGA
 -- differs from the hardware: loads exactly every period, without jitter; the
---          D/A converter's own conversion time is not in it.
+--          conversion time of the D/A converter is not in it.
 
 library ieee;
 use ieee.std_logic_1164.all;

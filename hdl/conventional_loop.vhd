@@ -11,6 +11,12 @@
 --                                                                           |
 --                          gates <- modulator <- limiter <------------------+
 --
+--   spring  = fit(floor(penetration * stiffness / 2^STIFFNESS_FRAC)), PWM_WIDTH bits
+--   drag    = fit(floor(velocity * damping / 2^DAMPING_FRAC)), PWM_WIDTH+1 bits, signed
+--   torque  = spring + drag when contact, 0 otherwise
+--   command = clamp(torque, -L, +L), L = 2^PWM_WIDTH - 1, behind SETTLING registers
+-- fit saturates to the bits that follow it, or drops the upper ones, not SATURATE.
+--
 -- generics POSITION_WIDTH                   bits of the position
 --          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
 --          DAMPING_WIDTH, DAMPING_FRAC      bits of the damping, its fraction
@@ -36,8 +42,10 @@
 -- overflow products clamp (or wrap, not SATURATE); the sum cannot overflow; the
 --          command clamps to +-(2^PWM_WIDTH - 1)
 -- source   Vasudevan et al. 2007, the conventional loop it compares with
--- differs from the hardware: samples exactly every period, without the jitter
---          and the computing delay of a controller in software.
+-- differs from the hardware: samples exactly every period; a controller in
+--          software has jitter and a computing delay. Combinational paths
+--          settle within the clock they change in, whatever their length;
+--          SETTLING says how much later they would.
 
 library ieee;
 use ieee.std_logic_1164.all;

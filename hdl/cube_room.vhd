@@ -4,7 +4,8 @@
 --   depth   = x - x_high  when x > x_high
 --             x - x_low   when x < x_low, and not x > x_high
 --             0           otherwise
---   force_x = clamp(narrow(-(stiffness * depth)))  when room(0), else 0
+--   force_x = clamp(narrow(-(stiffness * depth)), -FORCE_LIMIT, +FORCE_LIMIT)
+--             when room(0), else 0
 --   contact(0) = 1 when beyond a wall and room(0), else 0
 --
 -- The depth is exact, one bit wider than a position; the exact product is

@@ -11,7 +11,7 @@
 -- overflow the shortest way round the counter's wrap; a true distance of half
 --          a turn of the counter or more shows on the other side
 -- source   Vasudevan et al. 2007, theta - theta_ref of Eqs. (1) and (7)
--- differs from the hardware: no propagation delay.
+-- differs from the hardware: no propagation delay, so no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -23,10 +23,10 @@
 --          forward  (0,1,0)  the last change was upwards
 --          stopped  (0,1,0)  the interval is not known
 -- latency  1 edge
--- reset    interval all ones, stopped 1, forward 0, previous 0
+-- reset    interval all ones, stopped 1, forward 0, timer 0, previous 0
 -- overflow the difference wraps with the counter; the timer saturates
 -- source   the fixed-position method, with a rule for reversal and standstill
--- differs from the hardware: an estimator of this project, not of a paper.
+-- differs from the hardware: none known.
 
 library ieee;
 use ieee.std_logic_1164.all;

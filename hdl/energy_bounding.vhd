@@ -1,12 +1,15 @@
 -- energy_bounding : a wall whose torque is bounded by the energy it holds
 --
--- At a sample edge:
---   d      := (position - previous) mod 2^WIDTH, read as two's complement
---   wanted := clamp(spring + drag), the wall's torque, as in sampled_wall
--- and LATENCY edges later, with c1 = C1 and c2 = C2 (BOUND_FRAC fraction bits) and
--- the torque and the energy of before:
+-- With P = TORQUE_WIDTH, clamp(v) = max(-(2^P - 1), min(v, 2^P - 1)) and
+-- c1 = C1 / 2^BOUND_FRAC, c2 likewise. At a sample edge:
+--   d        := (position - previous) mod 2^WIDTH, read as two's complement
+--   previous := position
+--   wanted := clamp(spring + drag) when contact, 0 otherwise, with
+--     spring = min(floor(penetration * stiffness / 2^STIFFNESS_FRAC), 2^P - 1)
+--     drag   = max(-2^P, min(floor(damping * d / 2^DAMPING_FRAC), 2^P - 1))
+-- and LATENCY edges later, from the torque and the energy of before:
 -- not LEAST_CONSERVATIVE, by bounds on the change of the torque:
---   s      := floor(sqrt((c2*d)^2 + 2*c2*energy))
+--   s      := sqrt((c2*d)^2 + 2*c2*energy), floored to BOUND_FRAC fraction bits
 --   highest := floor(c2*d + s)
 --   lowest := ceil(c2*d - s)
 --   torque := max(min(wanted, torque + floor(c1*d), highest), lowest)    d > 0
@@ -16,10 +19,12 @@
 --   energy := min(energy + torque*d, all ones)
 --   torque^2 <= 2*c2*energy then holds, so that the energy never is negative.
 -- LEAST_CONSERVATIVE, the bound on the torque itself:
---   energy := clamp(energy + c1*d^2 + torque*d, 0, all ones)    without its first
+--   energy := max(0, min(energy + c1*d^2 + torque*d, all ones))  without its first
 --                                                       term when torque = 0
---   torque := clamp(wanted, -bound, +bound)    bound = floor(2*sqrt(c1*energy))
--- Sample edges while this is under way are passed over: d then spans two samples.
+--   bound  := floor(2*sqrt(c1*energy)), of the energy just written
+--   torque := max(-bound, min(wanted, bound))
+-- Sample edges up to and including that one are passed over: d then spans several
+-- samples.
 --
 -- The published form divides: beta = (wanted - torque) / d, bounds on beta, then
 -- torque + beta*d. But beta is only ever used as beta*d. With the bounds multiplied
@@ -61,7 +66,10 @@
 --          clamp, all torques to +-(2^TORQUE_WIDTH - 1)
 -- source   Kim, Ryu 2010, the energy-bounding algorithm, and its least conservative
 --          form
--- differs from the hardware: the products take one edge, so no limit on the clock.
+-- differs from the hardware: the products take one edge, so no limit on the
+--          clock. The emulator computes the root at the sample edge and shows
+--          it LATENCY edges later: the ports are exact at every edge, the
+--          registers of the root are not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -39,8 +39,9 @@
 -- reset    synchronous, to every clocked block
 -- overflow as in energy_bounding; the command clamps to +-(2^PWM_WIDTH - 1)
 -- source   the energy-bounding algorithm of Kim and Ryu, as energy_bounding has it
--- differs from the hardware: combinational paths settle within the clock they
---          change in, whatever their length.
+-- differs from the hardware: as in the law and the blocks around it;
+--          combinational paths settle within the clock they change in, whatever
+--          their length.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -22,7 +22,7 @@
 -- overflow the difference wraps with the counter; the velocity, always between
 --          the last one and d, has none
 -- source   the first-order low pass of every textbook
--- differs from the hardware: an estimator of this project, not of a paper.
+-- differs from the hardware: none known.
 
 library ieee;
 use ieee.std_logic_1164.all;

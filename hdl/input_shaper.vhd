@@ -1,6 +1,6 @@
 -- input_shaper : the digital twin of the analog input shaper, one-directional
 --
--- With u the torque sampled and held, and h = biquad(u):
+-- With u the torque sampled and held, and h = biquad(u), sampled at the same edges:
 --   shaped = max(0, floor(u - max(0, h)))       ENABLED
 --   shaped = torque                             otherwise, without a register
 --
@@ -26,8 +26,8 @@
 -- overflow h, of (1,TORQUE_WIDTH+2,16), saturates; the difference never, it lies
 --          between 0 and u
 -- source   y = max(0, u - max(0, G_hpf u)), the analog input shaper's Figure 1
--- differs from the hardware: that one is analog; here the filter samples, and
---          its products take one edge.
+-- differs from the hardware: the published shaper is analog; here the filter
+--          samples and rounds, and its products take one edge.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -4,14 +4,18 @@
 -- a step d of the device moves the virtual spring by ALPHA*d and adds to the
 -- energy exactly the work k*x*ALPHA*d done against the torque that was held
 -- meanwhile. At a sample edge:
---   d      := (position - previous) mod 2^WIDTH, read as two's complement
---   engage := x = 0 and contact = 1 and (contact at the last such edge = 0 or REVIVE)
---   square := penetration^2                      engage
---             clamp(x^2 + 2 * x * ALPHA * d)     otherwise
--- and LATENCY edges later:
---   x      := min(floor(sqrt(square)), all ones)
---   torque := min(floor(stiffness * x * scale), 2^TORQUE_WIDTH - 1)
--- Sample edges while this is under way are passed over: d then spans two samples.
+--   d        := (position - previous) mod 2^WIDTH, read as two's complement
+--   previous := position
+--   engage   := x = 0 and contact = 1 and (contact at the last such edge = 0 or REVIVE)
+--   square   := penetration^2                                engage
+--               max(0, x^2 + 2 * x * (ALPHA / 2^8) * d)      otherwise
+--   force    := stiffness * scale
+-- and LATENCY edges later, with that edge's force:
+--   x      := sqrt(square), floored to EXTENSION_FRAC fraction bits, at most all ones
+--   torque := min(floor(force * x), 2^TORQUE_WIDTH - 1)
+-- x and square are exact: x has EXTENSION_FRAC fraction bits, square twice as many,
+-- stiffness and scale those of their formats. Sample edges up to and including the
+-- one that writes x are passed over: d then spans several samples.
 -- An x that has come to 0 stays there until engage: REVIVE allows it while in
 -- contact, otherwise the device must leave the wall first.
 --
@@ -31,11 +35,11 @@
 --          contact     (0,1,0)        inside the wall
 --          penetration (0,WIDTH,0)
 --          stiffness   (0,STIFFNESS_WIDTH-STIFFNESS_FRAC,STIFFNESS_FRAC)
---                                     PWM counts per count, read with the new x
+--                                     PWM counts per count, read at the sample edge
 --          damping     (0,DAMPING_WIDTH-DAMPING_FRAC,DAMPING_FRAC)  ignored
 --          period      (0,PERIOD_WIDTH,0)  sample period in clocks, 0 acts as 1
 --          scale       (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC)  force shown for one
---                                     of the virtual spring, read with the new x
+--                                     of the virtual spring, read at the sample edge
 -- out      torque      (1,TORQUE_WIDTH+1,0)  positive = against the penetration
 --          memory      (0,WIDTH,EXTENSION_FRAC)  the extension x
 -- latency  LATENCY = WIDTH+EXTENSION_FRAC+3 edges after a sample edge; a new
@@ -44,7 +48,10 @@
 -- overflow d wraps with the counter; the square, x and the torque saturate
 -- source   the energy-level update of passivity-preserving discrete springs, with
 --          power scaling
--- differs from the hardware: the products take one edge, so no limit on the clock.
+-- differs from the hardware: the products take one edge, so no limit on the
+--          clock. The emulator computes the root at the sample edge and shows
+--          it LATENCY edges later: the ports are exact at every edge, the
+--          registers of the root are not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

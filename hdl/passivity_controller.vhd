@@ -3,18 +3,25 @@
 -- The observer adds up what flows into the wall, torque times displacement; once
 -- that is negative, the wall has given back more than it took, and the controller
 -- changes the torque by what takes the deficit back in one more step like the
--- last. At a sample edge:
---   d      := (position - previous) mod 2^WIDTH, read as two's complement
---   wanted := clamp(spring + drag), the wall's torque, as in sampled_wall
+-- last. With P = TORQUE_WIDTH and clamp(v) = max(-(2^P - 1), min(v, 2^P - 1)), at
+-- a sample edge:
+--   d        := (position - previous) mod 2^WIDTH, read as two's complement
+--   previous := position
+--   wanted := clamp(spring + drag) when contact, 0 otherwise, with
+--     spring = min(floor(penetration * stiffness / 2^STIFFNESS_FRAC), 2^P - 1)
+--     drag   = max(-2^P, min(floor(damping * d / 2^DAMPING_FRAC), 2^P - 1))
 --   energy := saturate(energy + wanted*d + correction*d(last))   not EXACT
 --             saturate(energy + torque*d)                        EXACT
 --   energy := min(energy, CREDIT)                                CREDIT > 0
 -- and LATENCY edges later, with d and wanted of that sample edge:
---   need       := floor(|energy| / |d|) with the sign of d    energy < 0, d /= 0
---                 0                                           otherwise
+--   need       := min(floor(|energy| / |d|), 2^P - 1) with the sign of d
+--                                                   energy < 0 and d /= 0
+--                 0                                 otherwise
 --   torque     := clamp(wanted + need)
 --   correction := torque - wanted
--- Sample edges while this is under way are passed over: d then spans two samples.
+-- Sample edges up to and including that one are passed over: d then spans several
+-- samples, and d(last) is that of the last one not passed over. saturate is to the
+-- range of the energy's word.
 -- Not EXACT is the published observer, one sample behind the torque; EXACT counts
 -- the torque that was held while the device moved.
 --
@@ -47,7 +54,10 @@
 -- overflow d wraps with the counter; the energy saturates; spring, drag, quotient
 --          and torque clamp, all torques to +-(2^TORQUE_WIDTH - 1)
 -- source   Hannaford, Ryu 2002, time-domain passivity control
--- differs from the hardware: the products take one edge, so no limit on the clock.
+-- differs from the hardware: the products take one edge, so no limit on the
+--          clock. The emulator computes the quotient at the sample edge and
+--          shows it LATENCY edges later: the ports are exact at every edge, the
+--          registers of the division are not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -36,8 +36,9 @@
 -- reset    synchronous, to every clocked block
 -- overflow as in passivity_controller; the command clamps to +-(2^PWM_WIDTH - 1)
 -- source   the PO/PC of Hannaford and Ryu 2002, as passivity_controller has it
--- differs from the hardware: combinational paths settle within the clock they
---          change in, whatever their length.
+-- differs from the hardware: as in the law and the blocks around it;
+--          combinational paths settle within the clock they change in, whatever
+--          their length.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -52,6 +52,9 @@
 -- overflow as in the four blocks; no sum overflows before it is narrowed
 -- source   Sevcik et al. 2009, its equations; the schedule is this project's
 -- differs from the hardware: the paper does not say how its logic is shared.
+--          The emulator computes the words at the start edge and shows them 32
+--          edges later: the ports are exact at every edge, the registers of the
+--          multiplier are not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

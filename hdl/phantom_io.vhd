@@ -16,7 +16,8 @@
 -- reset    synchronous, to every clocked block
 -- overflow positions wrap
 -- source   Sevcik et al. 2009, the real-time and desktop platforms
--- differs from the hardware: the bus between host and FPGA takes no time here.
+-- differs from the hardware: the bus between host and FPGA is not in it; the
+--          time it takes is a part of the host's delay.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -36,6 +36,8 @@
 --          range of a table all commands are 0
 -- source   Sevcik et al. 2009, the FPGA platform; the sharing is this project's
 -- differs from the hardware: the paper does not say how its logic is shared.
+--          The emulator models the ports of phantom_engine, not the registers
+--          within.
 
 library ieee;
 use ieee.std_logic_1164.all;

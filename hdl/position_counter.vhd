@@ -10,8 +10,8 @@
 -- reset    position 0
 -- overflow wraps; displacement takes the short way round the wrap
 -- source   Vasudevan et al. 2007, the measured angle theta
--- differs from the hardware: no index pulse, so zero is wherever the handle was
---          at reset.
+-- differs from the hardware: no index pulse and no preset, so zero is wherever
+--          the handle was at reset.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -11,7 +11,8 @@
 --      ANTIPHASE
 --        active             high  low
 --        not active         low   high
---   4. a leg that changes waits DEAD_TIME clocks with both gates off
+--   4. a leg whose wanted state changes waits DEAD_TIME clocks with both gates off,
+--      another change on the way begins the wait again; then it takes that state
 --   5. phase := (phase + 1) mod 2^WIDTH
 --
 -- generics WIDTH      bits of the magnitude, at most 30

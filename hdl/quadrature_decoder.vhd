@@ -16,7 +16,7 @@
 -- reset    previous lines 00, step 0, error 0, SETTLE edges to wait
 -- overflow a double change has no direction: it counts nothing, sets error
 -- source   common practice; the encoder input of Vasudevan et al. 2007
--- differs from the hardware: none known in the decoder itself; the lines of a
+-- differs from the hardware: no digital filter against glitches; the lines of a
 --          real encoder also bounce and are not exactly 90 degrees apart.
 
 library ieee;

@@ -1,12 +1,13 @@
 -- sampled_wall : spring, and damping by any velocity estimator at its own rate
 --
---   torque = clamp(spring + drag - relief)      spring and drag in contact only
+--   torque = clamp(spring + drag - relief, -L, L)   spring and drag in contact only
 --   spring = min(floor(penetration * stiffness / 2^STIFFNESS_FRAC), 2^P - 1)
 --   drag   = clamp(floor(damping * v / 2^(DAMPING_FRAC + V)), -2^P, 2^P - 1)
 --   relief = clamp(floor(RELIEF * v / 2^(DAMPING_FRAC + V)), -2^P, 2^P - 1)
--- with P = TORQUE_WIDTH and V = VELOCITY_FRAC. The spring is sampled every
--- period, or live; the velocity v is sampled every RATIO periods. Relief is a
--- negative damping that is always there.
+-- with P = TORQUE_WIDTH, L = 2^(P+1) - 1, V = VELOCITY_FRAC, and v the velocity as
+-- an integer in units of 2^-V. For the spring, contact and penetration are sampled
+-- every period, or live; v is sampled every RATIO periods. Stiffness and damping
+-- are live. Relief is a negative damping that is always there.
 --
 --   contact, penetration -> hold -> spring_mult -> wall -> total -> limiter -> torque
 --                                                   ^        ^
@@ -18,10 +19,12 @@
 --           2  window_difference over WINDOW    counts per window
 --           3  foaw by WINDOW and NOISE         counts per sample
 --           4  edge_timer and a division        counts per sample
--- For 4, at a sample edge of the velocity: its period, the interval and the flags
--- are captured; the division starts at the next edge and ends PERIOD_WIDTH+1+V
--- edges later; the edge after that writes v, 0 when stopped, else the quotient
--- with the sign of the direction. A sample edge on the way is passed over.
+-- For 4, at a sample edge of the velocity: its period p (here 0 stays 0) and the
+-- interval, forward and stopped of edge_timer, of TIME_WIDTH = PERIOD_WIDTH, are
+-- captured as they stood before that edge. PERIOD_WIDTH+3+V edges later:
+--   q = min(floor(p * 2^V / interval), 2^(W-1+V) - 1)
+--   v := 0 when stopped, q when forward, else -q
+-- Sample edges of the velocity up to and including that one are passed over.
 --
 -- generics WIDTH                            bits of the position, W
 --          STIFFNESS_WIDTH, STIFFNESS_FRAC  bits of the stiffness, its fraction
@@ -50,16 +53,17 @@
 --          scale       (0,SCALE_WIDTH-SCALE_FRAC,SCALE_FRAC)  ignored
 -- out      torque      (1,P+1,0)            positive resists penetration
 --          memory      (1,W-1,V)            the velocity v
--- latency  spring 1 edge, sample edges only (0 when not SPRING_HELD); velocity 1
---          edge, its sample edges only (PERIOD_WIDTH+3+V for ESTIMATOR 4);
---          stiffness and damping act at once
+-- latency  all from the sample edge: 0 to a held spring and to the velocity, which
+--          that very edge writes; PERIOD_WIDTH+3+V to the velocity of ESTIMATOR 4.
+--          Not SPRING_HELD: contact and penetration act at once, combinational
 -- reset    velocity 0, nothing held; the first edge after it is a sample edge
 -- overflow products clamp, and so does the torque; the period of the velocity,
 --          period * RATIO, wraps at 2^PERIOD_WIDTH
 -- source   Vasudevan et al. 2007, Eqs. (1) to (8); the relief is the negative
 --          virtual damping of Brown and Colgate; the estimators have their own
 -- differs from the hardware: combinational paths settle within the clock they
---          change in, whatever their length.
+--          change in, whatever their length. With ESTIMATOR 4 the emulator
+--          models the ports of the divider, not the registers within.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -11,7 +11,7 @@
 -- overflow clamped, the same on both sides: the most negative word of the
 --          output is not used
 -- source   Vasudevan et al. 2007, Eq. (8)
--- differs from the hardware: no propagation delay.
+-- differs from the hardware: no propagation delay, so no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -22,7 +22,10 @@
 -- overflow the quotient saturates
 -- source   the long division of every textbook; by it 1/interval of edge_timer
 --          becomes a velocity
--- differs from the hardware: a design of this project, not of a paper.
+-- differs from the hardware: a design of this project, not of a paper. The
+--          emulator computes the quotient at the start and shows it when it is
+--          ready: the ports are exact at every edge, the registers within are
+--          not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

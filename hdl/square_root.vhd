@@ -17,7 +17,10 @@
 -- reset    outputs 0, nothing under way
 -- overflow none
 -- source   the digit-by-digit root of every textbook
--- differs from the hardware: a design of this project, not of a paper.
+-- differs from the hardware: a design of this project, not of a paper. The
+--          emulator computes the root at the start and shows it when it is
+--          ready: the ports are exact at every edge, the registers within are
+--          not modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -14,8 +14,8 @@
 -- reset    all four flip-flops 0
 -- overflow none
 -- source   common practice; the encoder input of Vasudevan et al. 2007
--- differs from the hardware: a simulated flip-flop is never metastable, so a
---          line that moves at the edge is read as its value just before it.
+-- differs from the hardware: no flip-flop is ever metastable here: a line that
+--          moves at the edge is read as its value just before it.
 
 library ieee;
 use ieee.std_logic_1164.all;

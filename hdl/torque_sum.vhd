@@ -13,7 +13,7 @@
 -- overflow never with the defaults; a narrower OUT_WIDTH wraps
 -- source   Vasudevan et al. 2007, Eqs. (6) and (7); Eq. (5) prints tau2 + tau3
 --          for tau1 + tau2
--- differs from the hardware: no propagation delay.
+-- differs from the hardware: no propagation delay, so no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -3,9 +3,11 @@
 --
 --   phase = count * STEP mod 2^PHASE_WIDTH                       2^PHASE_WIDTH a turn
 --   z     = the upper 30 bits of phase, as two's complement
---   z beyond a quarter of a turn: z moves by half a turn into it, flip
+--   z >= 2^28 or z < -2^28, beyond a quarter of a turn: z moves by half a turn
+--   (2^29) into it, flip
 --
---   x = round(2^(TRIG_FRAC+GUARD) * prod 1/sqrt(1 + 2^-2i)), y = 0
+--   x = round(2^(TRIG_FRAC+GUARD) * prod 1/sqrt(1 + 2^-2i)), y = 0, prod over the
+--   same i as the rotations
 --   for i = 0 .. ITERATIONS-1, with d = 1 when z >= 0 and -1 when z < 0:
 --     x, y, z = x - d*floor(y/2^i),  y + d*floor(x/2^i),  z - d*A(i)
 --     A(i) = round(2^30 * atan(2^-i) / (2*pi))
@@ -30,7 +32,8 @@
 -- overflow the phase wraps, as the angle does; x and y fit
 --          (1,2,TRIG_FRAC+GUARD); narrowing rounds to nearest, ties up
 -- source   Volder 1959; an alternative to the table of Sevcik et al. 2009
--- differs from the hardware: all rotations settle within one clock.
+-- differs from the hardware: all rotations settle within one clock, so no limit
+--          on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -7,7 +7,8 @@
 --
 --   quarter(q): g = f when q is even, 2^(QUARTER_WIDTH+REST_WIDTH) - f when odd
 --               i, r = g split before its lower REST_WIDTH bits
---               m = T(i) + floor(((T(i+1) - T(i))*r + half) / 2^REST_WIDTH)
+--               m = T(i) + floor(((T(i+1) - T(i))*r + half) / 2^REST_WIDTH),
+--                   half = 2^(REST_WIDTH-1)
 --               m when q is 0 or 1, -m when 2 or 3
 --
 --   sine := quarter(q)    cosine := quarter(q + 1 mod 4)    valid := 1
@@ -28,7 +29,8 @@
 -- reset    sine 0, cosine 0, valid 0
 -- overflow the phase wraps, as the angle does
 -- source   common practice; an alternative to the table of Sevcik et al. 2009
--- differs from the hardware: multipliers and table settle within one clock.
+-- differs from the hardware: multipliers and table settle within one clock, so
+--          no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,7 +1,7 @@
 -- trig_quarter : sine and cosine of an encoder count, from a quarter of a wave
 --
 --   phase = count * STEP mod 2^PHASE_WIDTH                       2^PHASE_WIDTH a turn
---   a     = phase rounded to its upper QUARTER_WIDTH + 2 bits
+--   a     = phase rounded to its upper QUARTER_WIDTH + 2 bits, ties up, modulo a turn
 --   T(i)  = round(sin(pi/2 * i/2^QUARTER_WIDTH) * 2^TRIG_FRAC)
 --
 --   wave(a), with q the upper 2 bits of a and i the others:
@@ -24,7 +24,8 @@
 -- reset    sine 0, cosine 0, valid 0
 -- overflow the phase wraps, as the angle does
 -- source   common practice; an alternative to the table of Sevcik et al. 2009
--- differs from the hardware: multiplier and table settle within one clock.
+-- differs from the hardware: multiplier and table settle within one clock, so
+--          no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

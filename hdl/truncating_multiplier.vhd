@@ -23,7 +23,9 @@
 -- overflow SATURATE: clamped; otherwise the upper bits are dropped
 -- source   Vasudevan et al. 2007, the one-step multiplier and its truncation
 -- differs from the hardware: no propagation delay, so no limit on the clock;
---          SATURATE is an addition, the paper's multiplier drops upper bits.
+--          the product of the paper, whose device had no multiplier blocks,
+--          ripples. SATURATE is an addition, the paper's multiplier drops upper
+--          bits.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -13,7 +13,7 @@
 -- overflow none
 -- source   Vasudevan et al. 2007, the operator E of Eq. (1); the sign of x is
 --          the reading that agrees with Eq. (7)
--- differs from the hardware: no propagation delay.
+-- differs from the hardware: no propagation delay, so no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

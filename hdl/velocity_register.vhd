@@ -26,7 +26,8 @@
 -- reset    velocity 0, previous 0; the first edge after it is a sample edge
 -- overflow the difference wraps with the counter; the velocity saturates
 -- source   Vasudevan et al. 2007, Eq. (4)
--- differs from the hardware: RESCALED is an addition to the paper's design.
+-- differs from the hardware: RESCALED is an addition to the paper's design; its
+--          product takes one edge, so no limit on the clock.
 
 library ieee;
 use ieee.std_logic_1164.all;

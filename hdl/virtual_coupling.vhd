@@ -2,13 +2,14 @@
 --
 -- The device pulls the tool by a spring and a damper, the coupling, and feels
 -- only their force. `extension` is the device before the tool. At a sample edge,
--- with all words in counts:
+-- with all lengths in counts, floored to EXTENSION_FRAC fraction bits, and torques
+-- floored to whole PWM counts:
 --   free := floor(FREE * extension / 2^GAIN_FRAC)     the tool outside the wall
 --   tool := delta - free                              how deep it is then
 --   tool > 0:
 --     reached   := saturate(floor((SHARE*delta + HELD*extension) / 2^GAIN_FRAC))
---     torque    := clamp(floor(stiffness * reached)
---                        + floor(damping * (reached - extension)), 0, 2^TORQUE_WIDTH - 1)
+--     push      := floor(stiffness * reached) + floor(damping * (reached - extension))
+--     torque    := clamp(push, 0, 2^TORQUE_WIDTH - 1)
 --     extension := reached
 --   else:
 --     torque    := 0
@@ -46,7 +47,8 @@
 -- latency  1 edge, sample edges only; a new period takes effect at the next
 --          sample edge
 -- reset    torque 0, extension 0; the first edge after it is a sample edge
--- overflow the extension saturates, the torque clamps: it never pulls
+-- overflow `reached` saturates to the range of the memory; the torque clamps: it
+--          never pulls
 -- source   Colgate, Stanley, Brown 1995; Adams, Hannaford 1999
 -- differs from the hardware: all products take one edge, so no limit on the
 --          clock.

@@ -34,8 +34,9 @@
 -- reset    synchronous, to every clocked block
 -- overflow as in virtual_coupling; the command clamps to +-(2^PWM_WIDTH - 1)
 -- source   the virtual coupling of Colgate et al. 1995, as virtual_coupling has it
--- differs from the hardware: combinational paths settle within the clock they
---          change in, whatever their length.
+-- differs from the hardware: as in the law and the blocks around it;
+--          combinational paths settle within the clock they change in, whatever
+--          their length.
 
 library ieee;
 use ieee.std_logic_1164.all;

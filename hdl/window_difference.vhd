@@ -18,7 +18,7 @@
 --          sample edge
 -- overflow the difference wraps with the counter
 -- source   the fixed-time method over a window of samples
--- differs from the hardware: an estimator of this project, not of a paper.
+-- differs from the hardware: none known.
 
 library ieee;
 use ieee.std_logic_1164.all;

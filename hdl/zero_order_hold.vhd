@@ -14,8 +14,8 @@
 -- reset    q 0; the first edge after it is a sample edge
 -- overflow none
 -- source   Vasudevan et al. 2007, the sampler and hold of the conventional loop
--- differs from the hardware: samples exactly every period, without the jitter
---          and the computing delay of a controller in software.
+-- differs from the hardware: samples exactly every period; a controller in
+--          software has jitter and a computing delay.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -18,7 +18,7 @@ package quadrature_decoder_pkg is
   constant B_FRACTION_BITS : integer := 0;
   constant B_IS_SIGNED : boolean := false;
 
-  -- step (1,1,0) [count] Motion since the previous edge: -1, 0 or +1
+  -- step (1,1,0) [count] Motion since the previous edge: +1 where b leads a (a b = 00, 01, 11, 10), -1 where a leads b, or 0
   constant STEP_BITS : positive := 2;
   constant STEP_FRACTION_BITS : integer := 0;
   constant STEP_IS_SIGNED : boolean := true;

@@ -114,7 +114,8 @@ package body vector_reader is
 
   type vector_file is protected body
 
-    constant KEPT : positive := 16;  -- rows that a mismatch is shown with
+    constant KEPT     : positive := 64;  -- rows that are told up to the first mismatch
+    constant FOLLOWED : natural := 64;   -- and after it
 
     type line_array is array (0 to KEPT - 1) of line;
 
@@ -127,6 +128,7 @@ package body vector_reader is
     variable rows        : natural := 0;
     variable mismatches  : natural := 0;
     variable in_history  : boolean := false;  -- the first mismatch is in this row
+    variable to_tell     : natural := 0;      -- rows after it that are still to be told
 
     procedure put(text : string) is
       variable message : line;
@@ -135,7 +137,8 @@ package body vector_reader is
       writeline(output, message);
     end procedure;
 
-    -- Closes the row: into the history, which is shown once, after the row with the first mismatch.
+    -- Closes the row: into the history, which is told once, after the row with the first mismatch;
+    -- the rows after that are told as they come.
     procedure keep_row is
     begin
       deallocate(history(rows mod KEPT));
@@ -145,6 +148,10 @@ package body vector_reader is
           put(history(i mod KEPT).all);
         end loop;
         in_history := false;
+        to_tell := FOLLOWED;
+      elsif to_tell > 0 then
+        put(history(rows mod KEPT).all);
+        to_tell := to_tell - 1;
       end if;
     end procedure;
 

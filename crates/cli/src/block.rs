@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use clap::ValueEnum;
 use hpu_datapath::{AnyBlock, registry, variants};
-use hpu_rtl::literal;
+use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
 use crate::block_csv::Table;
 use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
+use crate::notation::Written;
 use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
@@ -26,48 +26,26 @@ pub struct Args {
     /// Tick the block after one edge of reset: a CSV whose header names the inputs, one row an edge; - is stdin
     #[arg(long, value_name = "FILE", requires = "name")]
     inputs: Option<String>,
-    /// How formats are written
-    #[arg(long, value_enum, default_value = "triple", requires = "name")]
+    #[command(flatten)]
     notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// How formats are written.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Written {
-    /// (S,I,F): sign bit, integer bits, fraction bits
-    Triple,
-    /// VHDL's sfixed(I downto -F)
-    Vhdl,
-    /// C++'s ap_fixed<W,I>
-    Cpp,
-    /// Q notation, with the width, as TI writes it and as ARM does
-    Q,
-}
-
-impl Written {
-    fn notation(self) -> Notation {
-        match self {
-            Self::Triple => Notation::Triple,
-            Self::Vhdl => Notation::Vhdl,
-            Self::Cpp => Notation::Cpp,
-            Self::Q => Notation::Q,
-        }
-    }
-}
-
 /// `hpu block`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.name else {
+        if args.notation.asked().is_some() {
+            return Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation"));
+        }
         return list(args.json);
     };
     let mut block = find(name, &args.variant)?;
     match &args.inputs {
         Some(file) => tick(&mut *block, file, args.json)?,
         None if args.json => print_json(&description(&*block))?,
-        None => print(&table(&*block, args.notation.notation()))?,
+        None => print(&table(&*block, args.notation.get()))?,
     }
     Ok(Exit::Fine)
 }
@@ -123,7 +101,13 @@ fn table(block: &dyn AnyBlock, notation: Notation) -> String {
     for (name, value) in block.generics() {
         writeln!(text, "{:<4} {name:<15} {}", "gen", literal(value)).expect("a string grows");
     }
-    text + &format!("variants: {}\n", labels(block.name()).join(", "))
+    text + &format!("differs from the hardware: {}\nvariants: {}\n", differs(block), labels(block.name()).join(", "))
+}
+
+/// Where the block is not as the hardware: the header of its VHDL, which this program carries, says so.
+fn differs(block: &dyn AnyBlock) -> String {
+    let vhdl = Hdl::Carried.text(block.name()).expect("the program carries the VHDL of every block");
+    differs_from_the_hardware(&vhdl).expect("every header says it")
 }
 
 fn directed(block: &dyn AnyBlock) -> Vec<(&'static str, Signal)> {
@@ -163,6 +147,7 @@ fn description(block: &dyn AnyBlock) -> Value {
         "clocked": block.clocked(),
         "ports": ports.collect::<Vec<_>>(),
         "generics": generics,
+        "differs_from_the_hardware": differs(block),
         "variants": labels(block.name()),
     })
 }

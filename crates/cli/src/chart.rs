@@ -1,8 +1,6 @@
 //! `hpu chart`: speed against accuracy.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
 
 use hpu_study::accuracy::{self, Chart, Entry, Plan, Race, RaceError};
 use hpu_study::chart;
@@ -10,6 +8,7 @@ use hpu_study::map::Axis;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
 use crate::scene::{self, Source, quoted, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{chart_map, chart_text, interrupt, pictures};
@@ -35,9 +34,8 @@ pub struct Args {
     pub contestants: Vec<String>,
     #[command(flatten)]
     pub set: scene::Set,
-    /// Runs at a time while errors are looked for [default: one for each core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub jobs: Jobs,
     /// Write table and picture into this folder; over a map, go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -64,11 +62,6 @@ impl Args {
     /// The folder, as an option.
     pub fn out_option(&self) -> String {
         self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())))
-    }
-
-    /// Runs at a time.
-    pub fn jobs(&self) -> NonZeroUsize {
-        self.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }
 
     /// Who runs the scene.
@@ -122,7 +115,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
-    let plan = Plan::usual(args.jobs());
+    let plan = Plan::usual(args.jobs.get());
     let chart = with_progress(race.work(plan), "", control, || race.run(plan, control));
     let Some(chart) = chart.map_err(Failure::usage)? else {
         return chart_text::interrupted(&race, args.json);

@@ -33,7 +33,7 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
     let control = interrupt::heed();
     let mut kept = done.len();
     let shares = with_progress((tour.units() - done.len()) as u64, "cells", control, || {
-        tour.run(Plan::usual(args.jobs()), done, control, |index, row| {
+        tour.run(Plan::usual(args.jobs.get()), done, control, |index, row| {
             kept += 1;
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })

@@ -1,24 +1,31 @@
 //! `hpu check`: the VHDL held against the emulator in GHDL.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use hpu_cosim::scene::shipped;
+use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
-use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, GhdlError, Hdl, junit};
+use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Hdl, Late, comparison_edges, junit};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
+use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::waves::waveform;
 use crate::{hdl, interrupt};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
 /// Without blocks and scenes, all of both: a minute or two on two cores, and it says which. The first mismatch of each
-/// is shown with the rows that lead to it.
+/// is shown with the rows that lead to it, and with --out as a waveform of the rows around it.
+///
+/// A scene is compared where it touches its wall: it begins shortly before, with the device, its encoders and the hand
+/// as the emulator has them at that edge, and the FPGA out of reset there. Its counters count from there, and the
+/// wall's position moves with them; a PHANToM's encoders are first turned to the arm's counts. `in contact` is the
+/// number of edges at which the datapath saw the wall. A scene that never reaches it is compared from its start, and
+/// says so. To compare a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
 #[derive(clap::Args)]
 pub struct Args {
     /// Blocks to check on directed and random vectors
@@ -31,9 +38,10 @@ pub struct Args {
     scenes: Vec<String>,
     #[command(flatten)]
     set: scene::Set,
-    /// Clock edges of each scene
-    #[arg(long, value_name = "N", default_value_t = 150_000, value_parser = clap::value_parser!(u64).range(1..))]
-    edges: u64,
+    /// Clock edges of each scene [default: 150000, or one and a half samples where a held position shows the wall only
+    /// then]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    edges: Option<u64>,
     /// Random rows of each configuration of a block
     #[arg(long, value_name = "N", default_value_t = 2000)]
     rows: usize,
@@ -43,15 +51,15 @@ pub struct Args {
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]
     exhaustive: bool,
-    /// Runs of GHDL at a time [default: as many as the machine has cores]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     #[command(flatten)]
     hdl: hdl::Vhdl,
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write check.json and check.txt into this folder
+    /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave
+    /// save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object
@@ -76,16 +84,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let options = CheckOptions {
         blocks,
         variants: args.variants.clone(),
-        scenes: scenes.iter().map(|loaded| loaded.in_vhdl(args.edges.min(loaded.scene.edges()))).collect(),
+        scenes: scenes.iter().map(|loaded| loaded.in_vhdl(edges(args, &loaded.scene))).collect(),
         rows: args.rows,
         seed: args.seed,
         exhaustive: args.exhaustive,
+        jobs: args.jobs.get().get(),
         ..CheckOptions::new(&setup)
     };
-    let jobs = args.jobs.map_or(options.jobs, NonZeroUsize::get);
-    let options = CheckOptions { jobs, ..options };
 
-    let mut shown = Shown { quiet: args.json, text: String::new() };
+    let mut shown = Shown { quiet: args.json, text: String::new(), folder };
     let report = match checked(&options, &mut shown) {
         Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         report => report?,
@@ -99,7 +106,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(file) = junit_file {
         file.write(&junit(&report))?;
     }
-    if let Some(mut folder) = folder {
+    if let Some(mut folder) = shown.folder {
         folder.write("check.json", format!("{json:#}\n"))?;
         folder.write("check.txt", &shown.text)?;
         folder.commit()?;
@@ -108,6 +115,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&json)?;
     }
     Ok(Exit::when(report.ok()))
+}
+
+/// Edges of a scene to compare.
+fn edges(args: &Args, scene: &Experiment) -> u64 {
+    args.edges.map_or_else(|| comparison_edges(scene), |edges| edges.min(scene.edges()))
 }
 
 /// Checks blocks and scenes and shows the table as it grows.
@@ -138,7 +150,7 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
                 shown.line(&header("block", "variant"))?;
             }
             if told == blocks {
-                shown.line(&header("loop", "scene"))?;
+                shown.line(&loops_header())?;
             }
             told += 1;
             shown.row(row)
@@ -177,6 +189,7 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
         edges: 0,
         mismatches: 0,
         first: None,
+        contact: None,
         failure: Some(error.to_string()),
         seconds: 0.0,
     }
@@ -186,6 +199,8 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
 struct Shown {
     quiet: bool,
     text: String,
+    /// Where waveforms of mismatches are written.
+    folder: Option<Folder>,
 }
 
 impl Shown {
@@ -196,9 +211,19 @@ impl Shown {
 
     fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
         let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
-        let line = format!("{block:<22} {variant:<30} {vectors:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}");
+        let (first, remark) = match row.contact {
+            None => (*vectors, String::new()),
+            Some(Contact { late: Late { reached: None, .. }, edges }) => (edges, "  wall not reached".to_string()),
+            Some(Contact { late: Late { from_edge: 0, .. }, edges }) => (edges, String::new()),
+            Some(Contact { late: Late { from_edge, .. }, edges }) => (edges, format!("  from edge {from_edge}")),
+        };
+        let line = format!("{block:<22} {variant:<30} {first:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}{remark}");
         self.text += &(line.clone() + "\n");
-        let mut detail = row.first.as_ref().map(ToString::to_string).unwrap_or_default();
+        let mut detail = String::new();
+        if let Some(first) = &row.first {
+            detail += &first.to_string();
+            detail += &waveform(&first.around, first.row, &format!("{block}-{variant}"), self.folder.as_mut())?;
+        }
         if let Some(failure) = &row.failure {
             detail += &format!("  {}\n", failure.trim_end().replace('\n', "\n  "));
         }
@@ -210,6 +235,11 @@ impl Shown {
 
 fn header(what: &str, which: &str) -> String {
     format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
+}
+
+/// Of the loops: their vectors are their edges, and in their place stands how many of those were in contact.
+fn loops_header() -> String {
+    header("loop", "scene").replace("   vectors", "in contact")
 }
 
 fn total(report: &CheckReport, hdl: &Hdl) -> String {
@@ -247,6 +277,11 @@ fn object(report: &CheckReport, hdl: &Hdl) -> Value {
     let loops = report.loops.iter().map(|row| {
         let mut value = detail(row, "scene", &row.variant);
         value["wiring"] = json!(row.block);
+        if let Some(Contact { late, edges }) = row.contact {
+            value["contact_edges"] = json!(edges);
+            value["from_edge"] = json!(late.from_edge);
+            value["wall_reached_at_edge"] = json!(late.reached);
+        }
         value
     });
     json!({
@@ -259,12 +294,14 @@ fn object(report: &CheckReport, hdl: &Hdl) -> Value {
 
 fn detail(row: &CheckRow, key: &str, name: &str) -> Value {
     let first = row.first.as_ref().map(|first| {
+        let (columns, history) = first.around.table(first.row);
         json!({
             "row": first.row,
             "signal": first.signal,
             "expected": first.expected,
             "got": first.got,
-            "history": first.history,
+            "columns": columns,
+            "history": history,
         })
     });
     json!({

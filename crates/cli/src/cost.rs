@@ -1,13 +1,16 @@
 //! `hpu cost`: what a block costs in an FPGA.
 
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use hpu_rtl::{Cache, Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, Placed};
+use hpu_study::units;
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict};
 use crate::{hdl, interrupt, widths_price};
@@ -17,7 +20,7 @@ use crate::{hdl, interrupt, widths_price};
 /// Counts are of the block alone. It is timed between registers: a clocked block by its fastest clock, a combinational
 /// one by its longest path, register to register; both are the median of three placements. A block that does not fit is
 /// counted for the ECP5 instead, and not timed. What was measured is remembered: a small block takes seconds the first
-/// time, a large one minutes.
+/// time, a large one minutes, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     /// The block
@@ -31,6 +34,8 @@ pub struct Args {
     scene: Option<String>,
     #[command(flatten)]
     set: scene::Set,
+    #[command(flatten)]
+    jobs: Jobs,
     #[command(flatten)]
     remember: Remember,
     #[command(flatten)]
@@ -107,7 +112,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let cache = args.remember.open()?;
 
-    interrupt::heed();
+    let control = interrupt::heed();
     let setup = args.hdl.setup();
     let clocked = blocks.iter().all(|block| block.clocked());
     let mut text = header(name, clocked);
@@ -116,19 +121,34 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     if !args.json {
         print(&text)?;
     }
-    for (variant, block) in variants.iter().zip(&blocks) {
-        let cost = cache.cost(&**block, &setup);
-        if interrupt::pressed() {
-            return Ok(Exit::Interrupted);
+    // Each goes out as soon as it and all before it are done.
+    let found: Vec<Mutex<Option<Result<Cost, CostError>>>> = variants.iter().map(|_| Mutex::new(None)).collect();
+    let all: Vec<usize> = (0..variants.len()).collect();
+    let unit = |index: usize, _: &_| {
+        // Blocks are of the thread that made them.
+        let block = find(name, &variants[index]).ok()?;
+        let cost = cache.cost(&*block, &setup);
+        *found[index].lock().expect("nobody panics with it") = Some(cost);
+        (!interrupt::pressed()).then(|| Ok(String::new()))
+    };
+    units::run_some(&all, args.jobs.get(), control, unit, |_, done| {
+        done.map_err(Failure::file)?;
+        while let Some(variant) = variants.get(rows.len())
+            && let Some(cost) = found[rows.len()].lock().expect("nobody panics with it").take()
+        {
+            let cost = or_reason(cost)?;
+            let line = row(variant, clocked, &cost);
+            if !args.json {
+                print(&if cost.is_ok() { line.clone() } else { verdict(&line, false) })?;
+            }
+            good &= cost.is_ok();
+            text += &line;
+            rows.push(object(variant, clocked, &cost));
         }
-        let cost = or_reason(cost)?;
-        let line = row(variant, clocked, &cost);
-        if !args.json {
-            print(&if cost.is_ok() { line.clone() } else { verdict(&line, false) })?;
-        }
-        good &= cost.is_ok();
-        text += &line;
-        rows.push(object(variant, clocked, &cost));
+        Ok::<(), Failure>(())
+    })?;
+    if interrupt::pressed() {
+        return Ok(Exit::Interrupted);
     }
 
     let json = json!({ "block": name, "hdl": setup.hdl.to_string(), "variants": rows });

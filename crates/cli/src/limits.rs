@@ -7,6 +7,7 @@ use hpu_study::limits::{Emulated, InWords, Limits, limits};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::parameters::{missed, missed_object};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json};
 
@@ -14,7 +15,7 @@ use crate::terminal::{print, print_json};
 ///
 /// Two limits are found by bisection over the wall's stiffness, its damping fixed: on the verdict of the scene's linear,
 /// unquantised loop, and on that of the scene as it stands, in words. Each criterion tells which of its assumptions the
-/// scene does not meet.
+/// scene does not meet, and what the scene has instead.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -45,10 +46,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn object(scene: &str, found: &Limits) -> Value {
     let criteria = found.criteria.iter().map(|criterion| {
         let Criterion { name, limit, unit, .. } = criterion;
-        let texts = |met: &[bool]| {
-            let of = criterion.assumptions.iter().filter(|assumption| met.contains(&assumption.met));
-            of.map(|assumption| assumption.text).collect::<Vec<_>>()
-        };
+        let not_met = || criterion.assumptions.iter().filter(|assumption| !assumption.met);
         let figures = criterion
             .figures
             .iter()
@@ -58,8 +56,9 @@ fn object(scene: &str, found: &Limits) -> Value {
             "limit": limit,
             "unit": unit,
             "assumptions_met": criterion.assumptions_met(),
-            "assumptions": texts(&[true, false]),
-            "not_met": texts(&[false]),
+            "assumptions": criterion.assumptions.iter().map(|assumption| assumption.text).collect::<Vec<_>>(),
+            "not_met": not_met().map(|assumption| assumption.text).collect::<Vec<_>>(),
+            "not_met_here": not_met().map(|assumption| &assumption.here).collect::<Vec<_>>(),
             "figures": figures.collect::<Vec<_>>(),
             "region": criterion.region.map(Region::name),
         })
@@ -80,6 +79,7 @@ fn object(scene: &str, found: &Limits) -> Value {
         "reason": found.emulated.err().map(|none| none.to_string()),
         "emulated_words": found.in_words.as_ref().ok().copied().map(in_words),
         "emulated_words_reason": found.in_words.as_ref().err(),
+        "stiffness_missed": found.stiffness_miss.as_ref().map(missed_object),
     })
 }
 
@@ -96,20 +96,23 @@ fn text(scene: &str, found: &Limits) -> String {
         Ok(InWords { emulated, runs }) => format!("{}, a word; {runs} runs\n", line("emulated, in words", *emulated)),
         Err(why) => format!("{:<22}{why}\n", "emulated, in words"),
     };
+    if let Some(miss) = &found.stiffness_miss {
+        text += &format!("{:<22}wall.{}\n", "warning", missed(miss, Some("method.stiffness_format")));
+    }
     let assumptions = legend(&found.criteria);
     text += &format!(
-        "\n{:<22}{:>14} {:<8} {:<4} assumptions, ! those that the scene does not meet\n",
+        "\n{:<22}{:>14} {:<8} {:<6} assumptions, ! those that the scene does not meet\n",
         "criterion", "limit", "unit", "met"
     );
     for criterion in &found.criteria {
         let Criterion { name, limit, unit, .. } = criterion;
-        let met = if criterion.assumptions_met() { "yes" } else { "NO" };
+        let met = format!("{} of {}", criterion.met(), criterion.assumptions.len());
         let own = criterion.assumptions.iter().map(|assumption| {
             let letter =
                 assumptions.iter().zip('a'..).find(|(known, _)| known == &assumption).map_or(' ', |found| found.1);
             if assumption.met { format!("{letter}") } else { format!("!{letter}") }
         });
-        text += &format!("{name:<22}{:>14} {unit:<8} {met:<4} {}\n", nine(*limit), own.collect::<Vec<_>>().join(" "));
+        text += &format!("{name:<22}{:>14} {unit:<8} {met:<6} {}\n", nine(*limit), own.collect::<Vec<_>>().join(" "));
         let figures =
             criterion.figures.iter().map(|Figure { name, value, unit }| format!("{name} {} {unit}", figure(*value)));
         let region = criterion.region.map(|region| region.name().to_string());
@@ -122,15 +125,16 @@ fn text(scene: &str, found: &Limits) -> String {
         text += &format!("{name:<22}{:>14} {why}\n", "-");
     }
     text += "\n";
-    for (Assumption { text: words, met }, letter) in assumptions.iter().zip('a'..) {
-        text += &format!("{}{letter}  {words}\n", if *met { ' ' } else { '!' });
+    for (Assumption { text: words, met, here }, letter) in assumptions.iter().zip('a'..) {
+        let (mark, here) = if *met { (' ', String::new()) } else { ('!', format!("; here: {here}")) };
+        text += &format!("{mark}{letter}  {words}{here}\n");
     }
     text
 }
 
 /// Nine decimals of a limit; of one that they would not show, its first digits.
 fn nine(limit: f64) -> String {
-    if (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
+    if limit == 0.0 || (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
 }
 
 /// Every assumption once.
@@ -138,7 +142,7 @@ fn legend(criteria: &[Criterion]) -> Vec<Assumption> {
     let mut all: Vec<Assumption> = Vec::new();
     for assumption in criteria.iter().flat_map(|criterion| &criterion.assumptions) {
         if !all.contains(assumption) {
-            all.push(*assumption);
+            all.push(assumption.clone());
         }
     }
     all

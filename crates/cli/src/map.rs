@@ -1,7 +1,6 @@
 //! `hpu map`: a scene over two of its keys.
 
 use std::io::BufWriter;
-use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::thread;
@@ -13,6 +12,7 @@ use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapErr
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
 use crate::journal;
 use crate::map_text;
 use crate::scene::{self, quoted, set_options};
@@ -53,9 +53,8 @@ pub struct Args {
     /// How long a cell may take. One that takes longer is not run: the same command runs it again
     #[arg(long, value_name = "TIME", default_value = "30min", value_parser = time)]
     cell_timeout: Duration,
-    /// Threads [default: one for each core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     /// Write tables and pictures into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -177,7 +176,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (mut journal, done) =
         journal::resume(args.out.as_deref(), map.len(), || journal::header("map", parts, &command))?;
 
-    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let jobs = args.jobs.get();
     let plan =
         Plan { full: args.full, limits: CellLimits { events: args.cell_events, guard: args.cell_timeout }, jobs };
     let control = interrupt::heed();

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use hpu_cosim::scene::OutcomeKind;
-use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, is_late, outcome, outcome_name};
+use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
+use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, is_late, nearest, outcome, outcome_name};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::map::Mapped;
+use crate::parameters::{missed, missed_object};
 use crate::terminal::{print, print_json};
 
 /// Columns up to which a map is drawn in letters.
@@ -75,6 +76,32 @@ impl Mapped {
         Edge::new(&self.map, &self.found, self.curves[method].as_ref().ok(), method)
     }
 
+    /// How many cells of a layer did not reach the wall in the judged window, run or inferred.
+    fn untouched(&self, method: usize) -> usize {
+        let share = |index: usize| nearest(&self.found, index).and_then(|cell| cell.contact_share);
+        self.layer(method).filter(|index| share(*index) == Some(0.0)).count()
+    }
+
+    /// How many cells of a layer that were run miss the stiffness that they ask for, the miss whose format holds them
+    /// all, and the key of that format, where there is one.
+    fn missed(&self, method: usize) -> Option<(usize, Miss, Option<&'static str>)> {
+        let far = |cell: &Cell| cell.stiffness_error.is_some_and(|error| error.abs() > Miss::FLAGGED);
+        let far = |index: &usize| matches!(&self.found[*index], Found::Run(Ok(cell)) if far(cell));
+        let missing = self.layer(method).filter(far).filter_map(|index| {
+            Some(match self.map.experiment(self.map.point(index)).ok()? {
+                Experiment::Axis(scene) => {
+                    (scene.words().ok()?.realised.stiffness_miss?, Some("method.stiffness_format"))
+                }
+                Experiment::Phantom(scene) => (scene.words().ok()?.stiffness_miss?, None),
+            })
+        });
+        let missing: Vec<(Miss, Option<&str>)> = missing.collect();
+        let error = missing.iter().map(|(miss, _)| miss.error).max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        let all_held = missing.iter().all(|(miss, _)| miss.format.is_some());
+        let format = missing.iter().filter_map(|(miss, _)| miss.format).max_by_key(|format| format.frac());
+        Some((missing.len(), Miss { error, format: format.filter(|_| all_held) }, missing[0].1))
+    }
+
     /// What went wrong in the cells of a layer, each reason once, with how often.
     fn reasons(&self, method: usize) -> Vec<(&str, usize)> {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
@@ -110,6 +137,15 @@ pub fn text(mapped: &Mapped) -> String {
         let late = mapped.late(method);
         if late > 0 {
             text += &format!("? {:<16} {late:>6}  by --cell-timeout; the same command runs them again\n", "not_run");
+        }
+        let untouched = mapped.untouched(method);
+        if untouched > 0 {
+            text += &format!(
+                "wall not reached   {untouched:>6}  of these, in the judged window: they say nothing of the wall\n"
+            );
+        }
+        if let Some((count, miss, key)) = mapped.missed(method) {
+            text += &format!("warning    in {count} cells the {}\n", missed(&miss, key));
         }
         let reasons = mapped.reasons(method);
         text.extend(reasons.iter().take(5).map(|(reason, count)| format!("failed     {count} times: {reason}\n")));
@@ -185,6 +221,10 @@ pub fn object(mapped: &Mapped) -> Value {
             "label": layer.label,
             "run": runs,
             "outcomes": counts.collect::<serde_json::Map<_, _>>(),
+            "wall_not_reached": mapped.untouched(method),
+            "stiffness_missed": mapped.missed(method).map(|(count, miss, _)| {
+                json!({ "cells": count, "worst": missed_object(&miss) })
+            }),
             "edge": edge(&mapped.edge(method)),
             "curves": curves,
         })
@@ -242,6 +282,8 @@ fn numbers(value: &mut Value, cell: &Cell) {
     value["dissipated_j"] = json!(cell.dissipated_j);
     value["displayed_stiffness"] = json!(cell.displayed_stiffness);
     value["displayed_ratio"] = json!(cell.displayed_ratio);
+    value["contact_share"] = json!(cell.contact_share);
+    value["stiffness_error"] = json!(cell.stiffness_error);
     value["overflow_share"] = json!(cell.overflow_share);
     value["edges"] = json!(cell.edges);
 }

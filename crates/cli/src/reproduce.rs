@@ -1,7 +1,7 @@
 //! `hpu reproduce`: a published study, run again.
 
 use clap::Subcommand;
-use hpu_study::reproduce::{errs, hybrid, scaling, shaper};
+use hpu_study::reproduce::{errs, hybrid, lag, scaling, shaper};
 
 use crate::exit::{Exit, Failure};
 use crate::reproduce_drop::{self, Name};
@@ -11,10 +11,12 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 ///
 /// `phantom-table-2` is the drop test of Sevcik et al. (2009), its Table 2; `phantom-ladder` is the same from ever more of
 /// the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial (or
-/// synthesis) is kept as it is done: the same command goes on after an interruption. What the paper claims and the emulator
-/// does not find is a result and no failure; a trial that cannot be run is one.
+/// synthesis) is kept as it is done: the same command goes on after an interruption. A study of a paper ends with a
+/// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim that
+/// is not confirmed is a result and no failure; a trial that cannot be run is one.
 ///
-/// phantom-table-2 takes about a minute on two cores, phantom-cost many minutes: each synthesis takes up to a few.
+/// phantom-table-2 takes about a minute on two cores, phantom-lag one or two, phantom-cost many: each synthesis takes up to
+/// a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -29,6 +31,9 @@ enum Study {
     /// The same by models of ever more physics
     #[command(name = "phantom-ladder")]
     Ladder(reproduce_drop::Args),
+    /// Which lags of the amplifier put PMOS-1 where it was seen, by the transmission that is assumed
+    #[command(name = "phantom-lag")]
+    Lag(reproduce_beside::Args),
     /// What is proved and measured of the words, and what (1,9,22) everywhere cannot hold
     #[command(name = "phantom-formats")]
     Formats(reproduce_words::Args),
@@ -57,6 +62,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.study {
         Study::Table2(args) => reproduce_drop::run(Name::Table2, args),
         Study::Ladder(args) => reproduce_drop::run(Name::Ladder, args),
+        Study::Lag(args) => reproduce_beside::run(&lag::comparison(), args),
         Study::Formats(args) => reproduce_words::formats(args),
         Study::Sines(args) => reproduce_words::sines(args),
         Study::Cost(args) => reproduce_cost::run(args),

@@ -1,16 +1,16 @@
 //! `hpu reproduce` of a paper's statements, line by line.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
 
-use hpu_study::reproduce::beside::{Comparison, beside_csv, beside_text};
+use hpu_study::reproduce::Sum;
+use hpu_study::reproduce::beside::{Comparison, Found, beside_csv, beside_text, sums};
 use hpu_study::units;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
+use crate::jobs::Jobs;
 use crate::journal;
 use crate::terminal::{print, print_json, with_progress};
 
@@ -20,9 +20,8 @@ pub struct Args {
     /// Write text and CSV into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Threads [default: all cores]
-    #[arg(short, long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -36,12 +35,13 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let header = || journal::header("study", parts.iter().map(String::as_bytes), &command);
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(args.out.as_deref(), lines, header)?;
-    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {
-        let unit = |index: usize, control: &_| (comparison.lines[index].measure)(control);
-        units::run(lines, jobs, done, control, unit, |index, row| {
+        let unit = |index: usize, control: &_| {
+            (comparison.lines[index].measure)(control).map(|found| found.map(|found| found.line()))
+        };
+        units::run(lines, args.jobs.get(), done, control, unit, |index, row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })
     })?;
@@ -53,6 +53,10 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
         eprintln!("interrupted{rest}");
         return Ok(Exit::Interrupted);
     };
+    let read = |row: Result<String, String>| {
+        row.and_then(|line| Found::read(&line).ok_or_else(|| format!("`{line}` in the journal is no result")))
+    };
+    let rows: Vec<_> = rows.into_iter().map(read).collect();
     let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
@@ -67,7 +71,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
                 "group": line.group,
                 "what": line.what,
                 "published": line.published,
-                "emulated": row.as_ref().ok(),
+                "emulated": row.as_ref().ok().map(|found| &found.text),
                 "reason": row.as_ref().err(),
             })
         });
@@ -76,6 +80,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
             "complete": true,
             "command": command,
             "lines": lines.collect::<Vec<_>>(),
+            "claims": sums(comparison, &rows).iter().map(claim).collect::<Vec<_>>(),
             "notes": comparison.notes,
             "files": places,
         });
@@ -85,4 +90,16 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
         print(&format!("{text}{files}"))?;
     }
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
+}
+
+/// A claim as JSON.
+pub fn claim(Sum { statement, finding, found }: &Sum) -> Value {
+    json!({
+        "letter": statement.letter,
+        "paper": statement.paper,
+        "place": statement.place,
+        "counts_as_that": statement.means,
+        "finding": finding.name(),
+        "found": found,
+    })
 }

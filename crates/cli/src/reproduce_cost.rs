@@ -1,6 +1,5 @@
 //! `hpu reproduce phantom-cost`: what the PHANToM's blocks and loops cost in an FPGA, and what a bit costs.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use hpu_rtl::{Cost, cost, tool_versions, vhdl};
@@ -10,6 +9,9 @@ use serde_json::json;
 use crate::block::find;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
+use crate::reproduce_beside::claim;
+use crate::reproduce_cost_claims::sums;
 use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
@@ -45,6 +47,8 @@ pub struct Args {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = planned)]
     blocks: Vec<String>,
     #[command(flatten)]
+    jobs: Jobs,
+    #[command(flatten)]
     hdl: hdl::Vhdl,
     /// Write phantom-cost.csv and phantom-cost.txt into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
@@ -78,7 +82,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
     let control = interrupt::heed();
     let left = (plan.len() - done.len()) as u64;
-    // One at a time: a synthesis takes a core and up to a gigabyte.
     let rows = with_progress(left, "syntheses", control, || {
         let unit = |index: usize, _: &_| {
             let (name, label) = plan[index];
@@ -87,7 +90,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let made = cost(&*block, &setup);
             (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))
         };
-        units::run(plan.len(), NonZeroUsize::MIN, done, control, unit, |index, row| {
+        units::run(plan.len(), args.jobs.get(), done, control, unit, |index, row| {
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })
     })?;
@@ -121,9 +124,10 @@ fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) 
         folder.commit()?;
     }
     if args.json {
+        let claims: Vec<_> = sums(rows).iter().map(claim).collect();
         let rows: Vec<_> = rows.iter().map(object).collect();
         let object = json!({
-            "study": "phantom-cost", "complete": true, "tools": versions, "blocks": rows, "files": places,
+            "study": "phantom-cost", "complete": true, "tools": versions, "blocks": rows, "claims": claims, "files": places,
         });
         print_json(&object)?;
     } else {

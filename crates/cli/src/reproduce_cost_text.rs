@@ -3,9 +3,11 @@
 use hpu_datapath::phantom::{PhantomConfig, bounds, loop_variants};
 use hpu_rtl::{Cost, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
+use hpu_study::reproduce::summing_up;
 use serde_json::{Value, json};
 
 use crate::cost::{speed, target};
+use crate::reproduce_cost_claims::sums;
 
 /// A block or loop, and what became of it.
 pub struct Row {
@@ -98,7 +100,7 @@ pub fn text(versions: &[String], rows: &[Row]) -> String {
     for row in rows {
         text += &table_row(row);
     }
-    text + &tables()
+    text + &tables() + &summing_up(&sums(rows))
 }
 
 fn table_row(row: &Row) -> String {

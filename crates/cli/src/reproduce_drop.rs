@@ -1,8 +1,6 @@
 //! `hpu reproduce phantom-table-2` and `phantom-ladder`: the published drop test, run again.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
 
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::chart::{self, Picture};
@@ -11,6 +9,7 @@ use hpu_study::units;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
 use crate::journal;
 use crate::reproduce_drop_json::{self, Interrupted};
 use crate::scene::{self, set_options};
@@ -34,9 +33,8 @@ pub struct Args {
     /// Trials of each
     #[arg(long, value_name = "N", default_value_t = study::TRIALS, value_parser = clap::value_parser!(u64).range(1..=1000))]
     trials: u64,
-    /// Threads [default: one for each core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: Jobs,
     /// Write table, trials and pictures into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -145,7 +143,6 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), || header(&study, &points, &command))?;
     let before = done.len();
 
-    let jobs = args.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     let control = interrupt::heed();
     let mut kept = before;
     let rows = with_progress((points.len() - before) as u64, "trials", control, || {
@@ -153,7 +150,7 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
             Ok(trial) => trial.map(|trial| Ok(trial.line())),
             Err(reason) => Some(Err(reason)),
         };
-        units::run(points.len(), jobs, done, control, unit, |index, row| {
+        units::run(points.len(), args.jobs.get(), done, control, unit, |index, row| {
             kept += 1;
             journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
         })

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use hpu_study::reproduce::{Agreement, Claim, Table, claims};
+use hpu_study::reproduce::{Agreement, Table, claims};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::reproduce_beside::claim;
 use crate::reproduce_drop::Outcome;
 use crate::terminal::{print, print_json};
 
@@ -44,7 +45,7 @@ pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
         json!({
             "model": rung.name,
             "printed": { "legible": legible, "same": same },
-            "claims": claims(table).iter().map(claim).collect::<Vec<_>>(),
+            "claims": claims(table).iter().map(|told| claim(&told.sum())).collect::<Vec<_>>(),
             "limits": limits(table),
             "cells": cells(table),
             "failures": table.failures(),
@@ -59,10 +60,6 @@ pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
         "rungs": rungs.collect::<Vec<_>>(),
         "files": files,
     })
-}
-
-fn claim(Claim { name, says, met, found, .. }: &Claim) -> Value {
-    json!({ "name": name, "says": says, "met": met, "found": found })
 }
 
 fn limits(table: &Table) -> Vec<Value> {

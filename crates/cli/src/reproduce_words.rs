@@ -11,7 +11,9 @@ use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::notation::Written;
 use crate::pictures;
+use crate::reproduce_beside::claim;
 use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
@@ -21,6 +23,8 @@ pub struct Args {
     /// Write text, CSV and picture into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -33,7 +37,10 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
     let all = formats::words().into_iter().map(|words| Formats::new(words, POSTURES));
     let all = all.collect::<Result<Vec<_>, _>>().map_err(Failure::file)?;
     let workspace = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
-    let text = format!("PHANToM: words, ranges and errors\n$ {command}\n\n{}", formats_text(&all, &workspace));
+    let text = format!(
+        "PHANToM: words, ranges and errors\n$ {command}\n\n{}",
+        formats_text(&all, &workspace, args.notation.get())
+    );
     let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
     let draw = || chart::formats(&all, command);
     let object = json!({
@@ -48,6 +55,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
             "held": workspace.held.iter().map(|(bits, held)| json!({ "depth_bits": bits, "cells": held })).collect::<Vec<_>>(),
         },
         "plain": formats::plain(&all),
+        "claims": formats::sums(&all, &workspace).iter().map(claim).collect::<Vec<_>>(),
     });
     give(args, folder, text, &files, draw, object)
 }
@@ -82,7 +90,7 @@ pub fn sines(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let command = "hpu reproduce phantom-sines";
     let all = sines::sines().map_err(Failure::file)?;
-    let text = format!("PHANToM: four sources of sine\n$ {command}\n\n{}", sines_text(&all));
+    let text = format!("PHANToM: four sources of sine\n$ {command}\n\n{}", sines_text(&all, args.notation.get()));
     let files = [("sines.txt", text.clone()), ("sines.csv", sines_csv(&all))];
     let draw = || chart::sines(&all, command);
     let sources = all.iter().map(source).collect::<Vec<_>>();

@@ -9,7 +9,8 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use hpu_cosim::{Control, Ready, Rig};
+use hpu_cosim::{Control, Ready, Rig, SIGNS};
+use hpu_rtl::wave::differs;
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
 
@@ -37,7 +38,8 @@ impl Estimate {
     /// Of a run with so many nets in its table.
     pub fn of(session: &Ready, nets: usize, parquet: bool) -> Self {
         let rows = session.edges() / session.stride() + 1;
-        let (reals, words) = (session.reals().len() as u64, nets as u64 + 1);
+        let reals = (session.columns().len() + session.commands().len()) as u64;
+        let words = nets as u64 + 1;
         Self {
             rows,
             csv_bytes: rows.saturating_mul(reals * REAL_BYTES + words * WORD_BYTES),
@@ -86,11 +88,35 @@ fn free_bytes(dir: &Path) -> Option<u64> {
 const BATCH: usize = 1024;
 const WAITING: usize = 64;
 
+/// A column of a word: its name with the unit, a line about it, and the net.
+struct Column {
+    name: String,
+    doc: String,
+    /// Where the net is among those that are picked.
+    pick: usize,
+    net: Signal,
+    /// What an ulp of the word is, where the column does not tell the net's own value.
+    scale: Option<f64>,
+}
+
+impl Column {
+    /// What a word tells, without a negative zero; nothing is known of an unknown one.
+    fn value(&self, word: i64) -> f64 {
+        match self.scale {
+            _ if self.net.format.is_unknown(word) => f64::NAN,
+            None => self.net.shown(word),
+            Some(scale) => 0.0 + scale * self.net.format.value(word) as f64,
+        }
+    }
+}
+
 /// Watches a run, whose rows are written by a thread of its own. A row that cannot be written ends the run.
 pub struct Rows {
     clock: Clock,
-    nets: Vec<Signal>,
-    /// Where these are among all nets.
+    /// Where the columns of the plant are in a row.
+    reals: Vec<usize>,
+    words: Vec<Column>,
+    /// Where the nets are among all nets.
     picks: Vec<usize>,
     /// Their words now.
     now: Vec<i64>,
@@ -136,8 +162,39 @@ impl Files {
     }
 }
 
+/// The columns of words: what actuators are asked for, in the plant's units, then the nets in their own.
+fn words(session: &Ready, nets: &[Signal]) -> Vec<Column> {
+    let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
+        let pick = nets.iter().position(|other| other.name == net)?;
+        let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
+        Some(Column { name: name.to_string(), doc, pick, net: nets[pick].clone(), scale: Some(scale) })
+    });
+    let own = nets.iter().enumerate().map(|(pick, net)| {
+        let read = if net.is_counter() { ", read as signed" } else { "" };
+        let doc = format!("{}: a word of format {}{read}", net.doc, net.format);
+        Column { name: named(net), doc, pick, net: net.clone(), scale: None }
+    });
+    commands.chain(own).collect()
+}
+
+/// A net's name with its unit: `velocity` in `count/sample` is `velocity_count_per_sample`.
+fn named(net: &Signal) -> String {
+    let unit = net.unit.replace('/', "_per_").replace([' ', '.', '*'], "_").to_lowercase();
+    if unit == "1" { net.name.into() } else { format!("{}_{unit}", net.name) }
+}
+
+/// The columns of the trace, each with a line about it, by their order in the files.
+pub fn columns(session: &Ready, nets: &[Signal]) -> Vec<(String, String)> {
+    let row = session.row();
+    let time = ("time_s".to_string(), "Time since the reset".to_string());
+    let reals = session.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
+    let words = words(session, nets).into_iter().map(|column| (column.name, column.doc));
+    [time].into_iter().chain(reals).chain(words).collect()
+}
+
 impl Rows {
-    /// Begins the files: times and plant outputs with the unit in the name, then these nets with theirs.
+    /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its
+    /// unit.
     pub fn begin(
         session: &Ready,
         nets: &[Signal],
@@ -146,23 +203,22 @@ impl Rows {
         folder: &mut Folder,
         control: &'static Control,
     ) -> Result<Self, Failure> {
-        let all = session.wiring().nets();
+        // A run of VHDL shows this one too.
+        let all = [session.wiring().nets(), vec![differs()]].concat();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
-        let reals: Vec<&str> = session.reals().iter().map(|real| real.name).collect();
-        let words = nets.iter().map(|net| format!("{} [{}]", net.name, net.unit));
-        let header = ["time_s".to_string()].into_iter().chain(reals.iter().map(|real| real.to_string())).chain(words);
-        writeln!(csv, "{}", header.collect::<Vec<_>>().join(","))
-            .map_err(|error| Failure::at(&folder.place(CSV), error))?;
+        let (reals, words, told) = (session.columns(), words(session, nets), columns(session, nets));
+        let names: Vec<&str> = told.iter().map(|(name, _)| &**name).collect();
+        writeln!(csv, "{}", names.join(",")).map_err(|error| Failure::at(&folder.place(CSV), error))?;
         let parquet = match parquet {
             true => {
                 let file = folder.create(PARQUET)?;
-                let table = TraceTable::new(file, &reals, nets, command);
+                let table = TraceTable::new(file, &told, SIGNS, command);
                 Some(table.map_err(|error| Failure::at(&folder.place(PARQUET), error))?)
             }
             false => None,
         };
-        let columns = 1 + reals.len() + nets.len();
+        let columns = names.len();
         let files = Files { columns, csv, parquet };
         let (send, batches) = sync_channel(WAITING);
         let writer = thread::spawn(move || {
@@ -174,7 +230,8 @@ impl Rows {
         });
         Ok(Self {
             clock: session.clock(),
-            nets: nets.to_vec(),
+            reals,
+            words,
             picks,
             now: vec![0; nets.len()],
             columns,
@@ -204,6 +261,10 @@ impl Observe for Rows {
         self.picks.iter().any(|pick| nets.contains(pick))
     }
 
+    fn measures(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn nets(&mut self, _: Cycle, words: &[i64]) {
         for (now, &pick) in self.now.iter_mut().zip(&self.picks) {
@@ -213,8 +274,9 @@ impl Observe for Rows {
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.batch.push(self.clock.seconds(cycle));
-        self.batch.extend_from_slice(values);
-        self.batch.extend(self.now.iter().zip(&self.nets).map(|(word, net)| net.format.to_f64(*word)));
+        self.batch.extend(self.reals.iter().map(|&column| values[column]));
+        let value = |column: &Column| column.value(self.now[column.pick]);
+        self.batch.extend(self.words.iter().map(value));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

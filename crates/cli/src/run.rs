@@ -4,17 +4,20 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, metric};
-use hpu_rtl::{CheckRow, Hdl, closed_loop};
-use hpu_signal::{Cycle, Observe, Signal};
+use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, judged_window_s, metric};
+use hpu_rtl::wave::differs;
+use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
+use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::notation::Written;
+use crate::parameters::{self, Said};
 use crate::rows::{Estimate, Rows};
-use crate::scene::{self, Loaded};
+use crate::scene::{self, Loaded, quoted};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
 use crate::{fit, hdl, interrupt, pictures, run_json, run_text};
@@ -29,6 +32,9 @@ pub struct Args {
     /// What advances the run, whatever the scene's model.solver says of events and clock
     #[arg(long, value_enum)]
     driver: Option<DriverArg>,
+    /// Judge the scene's expectations although --set changes the scene that they are of
+    #[arg(long, conflicts_with_all = ["edges", "compare"])]
+    expect: bool,
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
@@ -38,7 +44,7 @@ pub struct Args {
     /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write wave.vcd too
+    /// Write wave.vcd with its GTKWave save file too
     #[arg(long, requires = "out")]
     vcd: bool,
     /// Write the trace as trace.parquet too
@@ -52,6 +58,8 @@ pub struct Args {
     beside: Option<String>,
     #[command(flatten)]
     hdl: hdl::Vhdl,
+    #[command(flatten)]
+    notation: Written,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -64,7 +72,8 @@ enum DriverArg {
     Events,
     /// Edge by edge
     Clock,
-    /// The VHDL in GHDL, beside the emulator, every net compared at every edge
+    /// The VHDL in GHDL, closed around a world of its own, whose motion is written and judged; the emulator runs beside
+    /// it, every net compared at every edge
     Rtl,
 }
 
@@ -80,16 +89,42 @@ pub struct Ran<'s> {
     pub summary: Summary,
     /// What was recorded.
     pub trace: Trace,
+    /// The judged window of the complete run, in seconds.
+    pub window_s: [f64; 2],
+    /// Every parameter, and who said it.
+    pub parameters: Vec<Said>,
     /// The VHDL beside it, and where that was from.
     pub rtl: Option<(CheckRow, Hdl)>,
     /// Whether the outcome was the expected one, when one was.
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, what they were, and whether that is within tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// Why the scene's expectations were not judged, if it has some.
+    pub unjudged: Option<&'static str>,
     /// The model that was chosen, where the scene leaves it open.
     pub fitted: Option<Fit>,
+    /// How its formats are written.
+    pub notation: Notation,
     /// Files written.
     pub files: Vec<PathBuf>,
+}
+
+impl Args {
+    /// Why a run's expectations are not judged: they are of the scene as written, and of all of it.
+    fn unjudged(&self, complete: bool) -> Option<&'static str> {
+        // These sections change no run.
+        let of_no_run = |key: &str| ["expect", "accuracy", "about"].contains(&key.split('.').next().unwrap_or(key));
+        let asked = self.expect || self.set.set.iter().any(|(key, _)| key.split('.').next() == Some("expect"));
+        if !complete {
+            Some("the run was not finished")
+        } else if self.edges.is_some() {
+            Some("they are of the scene's whole duration, and --edges sets another")
+        } else if !asked && self.set.set.iter().any(|(key, _)| !of_no_run(key)) {
+            Some("they are of the scene as written, and --set changes it; --expect judges them")
+        } else {
+            None
+        }
+    }
 }
 
 impl Ran<'_> {
@@ -129,29 +164,25 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.compare {
         return compare(&session, args.json);
     }
+    let vhdl = (args.driver == Some(DriverArg::Rtl)).then(|| args.hdl.setup());
+    let vhdl = vhdl.map(|setup| (loaded.in_vhdl(loaded.scene.edges()), setup));
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     if let Some(out) = &args.out {
-        Estimate::of(&session, nets(&session).len(), args.parquet).tell(out)?;
+        Estimate::of(&session, table(&session, vhdl.is_some()).len(), args.parquet).tell(out)?;
     }
-    let mut rtl = None;
-    if args.driver == Some(DriverArg::Rtl) {
-        interrupt::heed();
-        let setup = args.hdl.setup();
-        let row = closed_loop(&loaded.in_vhdl(loaded.scene.edges()), &setup);
-        if interrupt::pressed() {
-            return Ok(Exit::Interrupted);
-        }
-        rtl = Some((row?, setup.hdl));
-    }
-    let command = loaded.command();
-    let mut ran = simulate(&loaded.scene, &session, args, folder.as_mut().map(|folder| (folder, &*command)))?;
-    ran.rtl = rtl;
+    let command = command(&loaded, vhdl.as_ref());
+    let recorded = folder.as_mut().map(|folder| (folder, &*command));
+    let mut ran = match simulate(&loaded.scene, &session, args, vhdl.as_ref(), recorded) {
+        Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
+        ran => ran?,
+    };
+    ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), args.edges.is_some());
     ran.fitted = fitted;
     if interrupt::pressed() {
         return interrupted(&ran, args.json);
     }
     if let Some(mut folder) = folder {
-        write(args, &loaded, other.as_ref(), &mut ran, &mut folder)?;
+        write(args, &command, other.as_ref(), &mut ran, &mut folder)?;
         if interrupt::pressed() {
             return interrupted(&Ran { files: Vec::new(), ..ran }, args.json);
         }
@@ -168,19 +199,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// Writes all but the waveforms and the trace; `other` is the scene to draw beside.
 fn write(
     args: &Args,
-    loaded: &Loaded,
+    command: &str,
     other: Option<&Loaded>,
     ran: &mut Ran,
     folder: &mut Folder,
 ) -> Result<(), Failure> {
     if !args.no_plot {
         let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
-        let command = format!("{} -o {out}", loaded.command());
+        let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let Some(other) = other {
             let session = Ready::new(&other.scene).map_err(Failure::file)?;
             let command = format!("{command} --beside {}", other.scene.name());
-            pictures::write_beside([ran, &simulate(&other.scene, &session, args, None)?], &command, folder)?;
+            let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
+            let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None)?;
+            pictures::write_beside([ran, &beside], &command, folder)?;
         }
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
@@ -188,7 +221,7 @@ fn write(
 }
 
 /// The nets that are drawn and tabled.
-fn nets(session: &Ready) -> Vec<Signal> {
+pub fn nets(session: &Ready) -> Vec<Signal> {
     let names = match session {
         Ready::Axis(session) => chart::nets(session.scene()),
         Ready::Phantom(_) => &PHANTOM_NETS,
@@ -197,10 +230,31 @@ fn nets(session: &Ready) -> Vec<Signal> {
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
 }
 
+/// The nets in the table: those that are drawn, and of VHDL whether it has differed.
+pub fn table(session: &Ready, of_vhdl: bool) -> Vec<Signal> {
+    let mut nets = nets(session);
+    nets.extend(of_vhdl.then(differs));
+    nets
+}
+
+/// The command that runs a scene, by the emulator or in this VHDL.
+fn command(loaded: &Loaded, vhdl: Option<&(LoopScene, Setup)>) -> String {
+    let hdl = match vhdl {
+        None => String::new(),
+        Some((_, Setup { hdl: Hdl::Carried, .. })) => " --driver rtl".to_string(),
+        Some((_, setup)) => format!(" --driver rtl --hdl {}", quoted(&setup.hdl.to_string())),
+    };
+    loaded.command() + &hdl
+}
+
 /// Waveforms and rows of a run, on their way to disk.
 struct Recorded(Waves, Rows);
 
 impl Observe for Recorded {
+    fn measures(&self) -> bool {
+        self.1.measures()
+    }
+
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);
@@ -214,18 +268,20 @@ impl Observe for Recorded {
     }
 }
 
-/// Runs the scene. Waveforms and rows are recorded when there is a folder for them; the command is for their heads.
+/// Runs the scene, in VHDL if there is some. Waveforms and rows are recorded when there is a folder for them; the
+/// command is for their heads.
 fn simulate<'s>(
     scene: &Experiment,
     session: &'s Ready<'s>,
     args: &Args,
+    vhdl: Option<&(LoopScene, Setup)>,
     folder: Option<(&mut Folder, &str)>,
 ) -> Result<Ran<'s>, Failure> {
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
-        // The VHDL's nets and plant are the emulator's, edge by edge, or the comparison has told; so this is its run.
-        Some(DriverArg::Rtl) => (Driver::Events, "rtl"),
+        // The VHDL's own world is what advances.
+        Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
         None if session.direct().is_some() => (session.driver(), solver(scene)),
         None => match session.driver() {
             Driver::Events => (Driver::Events, "events"),
@@ -235,24 +291,36 @@ fn simulate<'s>(
     let control = interrupt::heed();
     // Without pictures nobody looks at more than the verdict does. The length of a run is no matter for memory.
     let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
-    let trace = if args.out.is_some() && !args.no_plot { session.trace(&drawn) } else { session.brief_trace() };
+    let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
-    let summary = match folder {
-        None => with_progress(session.edges(), "edges", control, || session.run(driver, &mut trace, &mut (), control)),
+    let advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
+        with_progress(session.edges(), "edges", control, || match vhdl {
+            None => Ok((session.run(driver, trace, observer, control), None)),
+            Some((scene, setup)) => {
+                let (summary, row) = run_vhdl(scene, setup, session, trace, observer, control)?;
+                Ok((summary, Some((row, setup.hdl.clone()))))
+            }
+        })
+    };
+    let (summary, rtl) = match folder {
+        None => advance(&mut trace, &mut ())?,
         Some((folder, command)) => {
-            let waves = Waves::begin(session, folder, args.vcd)?;
-            let rows = Rows::begin(session, &nets(session), command, args.parquet, folder, control)?;
+            let waves = Waves::begin(session, folder, args.vcd, vhdl.is_some())?;
+            let rows = Rows::begin(session, &table(session, vhdl.is_some()), command, args.parquet, folder, control)?;
             let mut recorded = Recorded(waves, rows);
-            let run = || session.run(driver, &mut trace, &mut recorded, control);
-            let summary = with_progress(session.edges(), "edges", control, run);
+            let advanced = advance(&mut trace, &mut recorded);
             let Recorded(waves, rows) = recorded;
+            // A row that could not be written has ended the run.
             rows.finish(folder)?;
-            waves.finish(folder, Cycle(summary.edges))?;
-            summary
+            let (summary, rtl) = advanced?;
+            let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
+            waves.finish(folder, Cycle(summary.edges), first.map(|first| Cycle(first.row)))?;
+            (summary, rtl)
         }
     };
-    let judged = summary.complete && args.edges.is_none();
-    let expect = judged.then_some(scene.expect());
+    let expected = scene.expect().outcome.is_some() || !scene.expect().numbers.is_empty();
+    let unjudged = args.unjudged(summary.complete).filter(|_| expected);
+    let expect = unjudged.is_none().then_some(scene.expect());
     let outcome = expect.and_then(|expect| expect.outcome);
     let numbers = expect.map_or(&[][..], |expect| &expect.numbers).iter().map(|expected| {
         let got = metric(expected.metric, scene, &summary, &trace);
@@ -263,12 +331,16 @@ fn simulate<'s>(
         driver: name,
         solver: solver(scene),
         session,
+        unjudged,
         outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
         numbers: numbers.collect(),
         summary,
         trace,
-        rtl: None,
+        window_s: judged_window_s(scene),
+        parameters: Vec::new(),
+        rtl,
         fitted: None,
+        notation: args.notation.get(),
         files: Vec::new(),
     })
 }

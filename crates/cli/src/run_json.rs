@@ -1,24 +1,30 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
-use hpu_cosim::{NetUse, Ready, Rig, Verdict};
-use hpu_signal::Format;
+use hpu_cosim::{NetUse, Ready, Rig, SIGNS, Verdict};
+use hpu_rtl::Mismatch;
+use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
 
-use crate::fit;
 use crate::run::Ran;
+use crate::run_text::{displayed, wraps};
+use crate::{fit, parameters, rows, run};
 
 /// The object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
     let summary = &ran.summary;
     let energy = &summary.energy;
-    // The VHDL's time, when it ran.
-    let wall_s = ran.rtl.as_ref().map_or(summary.wall_s, |(row, _)| row.seconds);
+    let wall_s = summary.wall_s;
     json!({
         "scene": ran.session.name(),
         "driver": ran.driver,
         "solver": ran.solver,
         "fitted": ran.fitted.as_ref().map(fit::model),
         "outcome": summary.verdict.map(outcome),
+        "contact_share": summary.contact_share,
+        "judged_window_s": ran.window_s,
+        "displayed_stiffness": displayed(ran).map(|(_, _, displayed, _)| displayed),
+        "displayed_ratio": displayed(ran).and_then(|(.., ratio)| ratio),
+        "product_wraps": wraps(ran),
         "complete": summary.complete,
         "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),
         "edges": summary.edges,
@@ -49,14 +55,43 @@ pub fn summary(ran: &Ran) -> Value {
             "coulomb_j": energy.coulomb_j,
             "transmission_j": energy.transmission_j,
         },
+        "parameters": parameters::object(&ran.parameters),
         "realised": realised(ran.session),
         "signals": summary.nets.iter().map(signal).collect::<Vec<_>>(),
         "expected": expected(ran),
+        "expected_not_judged": ran.unjudged,
         "rtl": ran.rtl.as_ref().map(|(row, hdl)| {
-            json!({ "edges": row.edges, "mismatches": row.mismatches, "hdl": hdl.to_string() })
+            json!({
+                "edges": row.edges,
+                "mismatches": row.mismatches,
+                "hdl": hdl.to_string(),
+                "first_difference": row.first.as_ref().map(|first| first_difference(first, ran.session.clock())),
+            })
         }),
+        "trace": trace(ran),
         "files": ran.files,
     })
+}
+
+/// Where VHDL first differed from the emulator: `expected` is the emulator's word, `got` the VHDL's.
+fn first_difference(first: &Mismatch, clock: Clock) -> Value {
+    let (columns, history) = first.around.table(first.row);
+    json!({
+        "edge": first.row,
+        "time_s": clock.seconds(Cycle(first.row)),
+        "signal": first.signal,
+        "expected": first.expected,
+        "got": first.got,
+        "columns": columns,
+        "history": history,
+    })
+}
+
+/// What the columns of trace.csv and trace.parquet are.
+fn trace(ran: &Ran) -> Value {
+    let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some()));
+    let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
+    json!({ "signs": SIGNS, "columns": columns })
 }
 
 /// What the scene's words make of its values.
@@ -69,6 +104,8 @@ fn realised(session: &Ready) -> Value {
                 "count_rad": realised.count_rad,
                 "wall_position_rad": realised.wall_position_rad,
                 "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+                "stiffness_error": realised.stiffness_error,
+                "stiffness_missed": realised.stiffness_miss.as_ref().map(parameters::missed_object),
                 "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
                 "sample_rate_hz": realised.sample_rate_hz,
             })
@@ -79,6 +116,7 @@ fn realised(session: &Ready) -> Value {
             json!({
                 "wall_position_m": formats.position.to_f64(words.high),
                 "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
+                "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
                 "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
             })
         }
@@ -103,7 +141,7 @@ fn outcome(verdict: Verdict) -> Value {
     }
 }
 
-fn signal(NetUse { signal, usage }: &NetUse) -> Value {
+fn signal(NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     let format = signal.format;
     // A run that was stopped before its first edge has seen no word.
     let seen = |word| (usage.min <= usage.max).then(|| format.to_f64(word));
@@ -113,8 +151,8 @@ fn signal(NetUse { signal, usage }: &NetUse) -> Value {
         "unit": signal.unit,
         "min": seen(usage.min),
         "max": seen(usage.max),
-        "rounded": usage.rounded,
-        "overflowed": usage.overflowed,
+        "rounded": losses_seen.then_some(usage.rounded),
+        "overflowed": losses_seen.then_some(usage.overflowed),
     })
 }
 

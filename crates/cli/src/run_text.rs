@@ -1,16 +1,23 @@
 //! The summary of a run for people.
 
+mod contact;
 mod phantom;
 
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
-use hpu_cosim::{Ready, Rig, Session, Trace, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, Session, Trace, Verdict};
+use hpu_signal::{Cycle, Notation};
 
+use crate::columns::Column::{Left, Right};
+use crate::columns::aligned;
 use crate::fit;
+use crate::parameters;
 use crate::run::Ran;
 use crate::terminal;
 use crate::units::{error_percent, percent, si};
+
+pub use contact::{displayed, wraps};
 
 /// An axis's angle among its outputs.
 const ANGLE: usize = 2;
@@ -29,11 +36,14 @@ pub fn summary(ran: &Ran) -> String {
         fit::lines(found).into_iter().for_each(|(name, said)| row(name, said));
     }
     let outcome = match ran.summary.verdict {
-        Some(verdict) => outcome(verdict, position(ran)),
+        Some(verdict) => outcome(verdict, position(ran)) + &contact::beside(ran),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
         None => "stopped before its end".to_string(),
     };
     row("outcome", outcome);
+    if let Some(said) = contact::line(ran) {
+        row("contact", said);
+    }
     if let Some(abort) = ran.summary.aborted {
         row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
@@ -42,12 +52,18 @@ pub fn summary(ran: &Ran) -> String {
             if ran.summary.verdict.is_some() {
                 row("motion", motion(session.scene(), &ran.trace));
             }
-            words(session).into_iter().for_each(|said| row("words", said));
+            words(session, ran.notation).into_iter().for_each(|said| row("words", said));
+            if let Some(miss) = &session.words().realised.stiffness_miss {
+                row("warning", parameters::missed(miss, Some("method.stiffness_format")));
+            }
         }
         Ready::Phantom(session) => {
             row("platform", phantom::platform(session.scene()));
             row("motion", phantom::motion(session.scene(), &ran.trace));
-            phantom::words(session).into_iter().for_each(|said| row("words", said));
+            phantom::words(session, ran.notation).into_iter().for_each(|said| row("words", said));
+            if let Some(miss) = &session.words().stiffness_miss {
+                row("warning", parameters::missed(miss, None));
+            }
         }
     }
     if ran.summary.energy.exchanged_j > 0.0 {
@@ -64,6 +80,7 @@ pub fn summary(ran: &Ran) -> String {
     if ran.summary.edges > 0 && !ran.summary.nets.is_empty() {
         text += &nets(ran);
     }
+    text += &parameters::text(&ran.parameters);
     for line in expectations(ran) {
         writeln!(text, "{:<10} {line}", "expected").expect("a string grows");
     }
@@ -71,6 +88,9 @@ pub fn summary(ran: &Ran) -> String {
         let said = terminal::verdict(&format!("{} mismatches", rtl.mismatches), rtl.ok());
         writeln!(text, "{:<10} {} edges in GHDL, {said}; VHDL {hdl}", "rtl", rtl.edges).expect("a string grows");
         if let Some(first) = &rtl.first {
+            let at = si(ran.session.clock().seconds(Cycle(first.row)), "s");
+            writeln!(text, "{:<10} first difference at {at}; from there on `differs` is 1 in trace and waveform", "")
+                .expect("a string grows");
             text += &first.to_string();
         }
     }
@@ -130,7 +150,7 @@ fn motion(scene: &Scene, trace: &Trace) -> String {
     )
 }
 
-fn words(session: &Session) -> [String; 4] {
+fn words(session: &Session, notation: Notation) -> [String; 4] {
     let (scene, words) = (session.scene(), session.words());
     let units = scene.device.units();
     let (realised, method) = (&words.realised, &scene.method);
@@ -138,7 +158,7 @@ fn words(session: &Session) -> [String; 4] {
         format!(
             "stiffness {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
-            method.stiffness_format,
+            notation.of(method.stiffness_format),
             si(realised.stiffness_nm_per_rad, units.stiffness),
             si(scene.wall.stiffness_nm_per_rad, units.stiffness),
             error_percent(realised.stiffness_error)
@@ -146,7 +166,7 @@ fn words(session: &Session) -> [String; 4] {
         format!(
             "damping {} of {} is {}, asked {}: {}",
             method.damping_format.value(words.damping),
-            method.damping_format,
+            notation.of(method.damping_format),
             si(realised.damping_nm_s_per_rad, units.damping),
             si(scene.wall.damping_nm_s_per_rad, units.damping),
             error_percent(realised.damping_error)
@@ -198,7 +218,7 @@ fn energy(ran: &Ran) -> [String; 3] {
 }
 
 fn edges(ran: &Ran) -> String {
-    let (edges, wall_s) = (ran.summary.edges, ran.rtl.as_ref().map_or(ran.summary.wall_s, |(row, _)| row.seconds));
+    let (edges, wall_s) = (ran.summary.edges, ran.summary.wall_s);
     let motion = si(ran.summary.motion_s, "s");
     let rate = edges as f64 / wall_s;
     format!("{edges} ({motion}) in {} by {}: {rate:.2e} edges/s", si(wall_s, "s"), ran.driver)
@@ -220,34 +240,46 @@ fn activity(ran: &Ran) -> String {
 /// The words of the datapath: what they held, and for what share of the edges they had lost bits.
 fn nets(ran: &Ran) -> String {
     let edges = ran.summary.edges;
-    let mut text = format!(
-        "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {:>11}  unit\n",
-        "", "net", "format", "min", "max", "rounded", "overflowed"
-    );
-    for net in ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1) {
+    let nets: Vec<_> = ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1).collect();
+    let heads = ["", "net", "format", "min", "max", "rounded", "overflowed", "unit"].map(String::from);
+    let cells = |net: &&NetUse| {
         let (format, usage) = (net.signal.format, net.usage);
-        let lost = percent(usage.overflowed, edges);
-        let padded = format!("{lost:>11}");
-        writeln!(
-            text,
-            "{:<10} {:<12} {:<10} {:>12} {:>12} {:>11} {}  {}",
-            "net",
-            net.signal.name,
-            format.to_string(),
-            format.to_f64(usage.min),
-            format.to_f64(usage.max),
-            percent(usage.rounded, edges),
-            if usage.overflowed > 0 { terminal::verdict(&padded, false) } else { padded },
-            net.signal.unit
-        )
-        .expect("a string grows");
-    }
-    text
+        let seen = |word| match usage.min <= usage.max {
+            true => format.to_f64(word).to_string(),
+            false => "unknown".to_string(),
+        };
+        // Its range is that of the unsigned word, which wraps where the device passes the place where it began.
+        let modulo = if net.signal.is_counter() { format!(", modulo 2^{}", format.width()) } else { String::new() };
+        let share = |lost| if net.losses_seen { percent(lost, edges) } else { "unknown".to_string() };
+        [
+            "net".to_string(),
+            net.signal.name.to_string(),
+            ran.notation.of(format),
+            seen(usage.min),
+            seen(usage.max),
+            share(usage.rounded),
+            share(usage.overflowed),
+            format!("{}{modulo}", net.signal.unit),
+        ]
+    };
+    let columns = [Left(10), Left(12), Left(10), Right(12), Right(12), Right(11), Right(11), Left(0)];
+    let rows = aligned(columns, std::iter::once(heads).chain(nets.iter().map(cells)).collect());
+    let overflowed = std::iter::once(false).chain(nets.iter().map(|net| net.usage.overflowed > 0));
+    let lines = rows.into_iter().zip(overflowed).map(|(mut cells, overflowed)| {
+        if overflowed {
+            cells[6] = terminal::verdict(&cells[6], false);
+        }
+        let [name, net, format, min, max, rounded, lost, unit] = cells;
+        format!("{name} {net} {format} {min} {max} {rounded} {lost}  {}\n", unit.trim_end())
+    });
+    lines.collect()
 }
 
 fn expectations(ran: &Ran) -> Vec<String> {
     let said = |met| terminal::verdict(if met { "met" } else { "NOT MET" }, met);
-    let outcome = ran.outcome_met.map(|(kind, met)| format!("outcome {}: {}", outcome_name(kind), said(met)));
+    let outcome = ran
+        .outcome_met
+        .map(|(kind, met)| format!("outcome {}: {}{}", outcome_name(kind), said(met), contact::beside(ran)));
     let numbers = ran.numbers.iter().map(|(expected, got, met)| {
         let unit = unit(ran, expected.metric);
         format!(
@@ -259,7 +291,8 @@ fn expectations(ran: &Ran) -> Vec<String> {
             said(*met)
         )
     });
-    outcome.into_iter().chain(numbers).collect()
+    let unjudged = ran.unjudged.map(|why| format!("not judged: {why}"));
+    outcome.into_iter().chain(numbers).chain(unjudged).collect()
 }
 
 /// The unit of the device's positions.
@@ -279,7 +312,7 @@ fn unit(ran: &Ran, metric: Metric) -> &'static str {
         Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => position(ran),
         Metric::Frequency => "Hz",
         Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
-        Metric::SpringOverflowShare | Metric::EncoderEdges => "",
+        Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => "",
         Metric::Rms => "m",
     }
 }

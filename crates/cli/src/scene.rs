@@ -28,7 +28,8 @@ pub struct Set {
     pub set: Vec<(String, String)>,
 }
 
-fn pair(text: &str) -> Result<(String, String), String> {
+/// Reads `KEY=VALUE`.
+pub fn pair(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as in wall.stiffness=2")?;
     Ok((key.to_string(), value.to_string()))
 }

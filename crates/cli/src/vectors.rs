@@ -19,6 +19,10 @@ use crate::verify::verify;
 const MOST_ROWS: u64 = 10_000_000;
 
 /// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
+///
+/// A set is text. Line 1 names the block, its ports with their formats, and its generics. Every further line is one
+/// clock edge: the inputs before it and the outputs after it, in hex words. The last line, "# end N rows", counts these
+/// rows and is none itself: a file without it has been cut.
 #[derive(clap::Args)]
 pub struct Args {
     /// The blocks; all when none is named
@@ -46,14 +50,15 @@ pub struct Args {
     /// Form of the files
     #[arg(long, value_enum, default_value = "txt")]
     format: Form,
-    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif)
+    /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif); with --verify, of each first difference
+    /// BLOCK-FILE.vcd with its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Refresh the committed vectors, packages and testbenches in the project of this folder
     #[arg(long, conflicts_with_all = ["blocks", "out", "verify"])]
     update: bool,
     /// Hold vector files (txt or json) against the emulator, which must answer every row as the file says
-    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["blocks", "out"])]
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "blocks")]
     verify: Vec<PathBuf>,
 }
 
@@ -143,7 +148,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return update();
     }
     if !args.verify.is_empty() {
-        return verify(&args.verify);
+        return verify(&args.verify, args.out.as_deref());
     }
     args.blocks.iter().try_for_each(|name| known(name))?;
     if args.set_kind != SetKind::Table && args.table.is_some() {

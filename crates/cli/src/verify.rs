@@ -1,15 +1,17 @@
 //! `hpu vectors --verify`: vector files held against the emulator.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hpu_cosim::excerpt;
 use hpu_datapath::{AnyBlock, variants};
-use hpu_rtl::{Header, Stimulus, Vectors, row_line};
+use hpu_rtl::{Around, Header, Stimulus, Vectors, row_line};
 
 use crate::exit::{Exit, Failure};
+use crate::files::Folder;
 use crate::input::read_text;
 use crate::terminal::{print, verdict};
+use crate::waves::waveform;
 
 /// What answers a file.
 enum Model {
@@ -19,23 +21,42 @@ enum Model {
     Table(Vectors),
 }
 
-/// Reads each file and plays it to the block that it names.
-pub fn verify(files: &[std::path::PathBuf]) -> Result<Exit, Failure> {
+/// Reads each file and plays it to the block that it names. With a folder, a waveform of each first difference goes
+/// there.
+pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
+    let mut folder = out.map(Folder::open).transpose()?;
     let mut all_equal = true;
     for file in files {
         let text = read_text(file)?;
         let (vectors, model) = read(file, &text)?;
         let said = match difference(&vectors, model) {
-            None => format!(": {} rows agree", vectors.rows.len()),
-            Some((row, difference)) => {
+            None => format!(": {} rows agree\n", vectors.rows.len()),
+            Some(Difference { row, said, around }) => {
                 all_equal = false;
                 let line = if text.starts_with('{') { row_line(&text, row) } else { row + 1 };
-                format!(":{line}: {}", verdict(&difference, false))
+                let mut told = format!(":{line}: {}\n", verdict(&said, false));
+                if let Some(around) = around {
+                    around.lines(row as u64).iter().for_each(|line| told += &format!("    {line}\n"));
+                    let name = free_name(file, vectors.header.block, folder.as_ref());
+                    told += &waveform(&around, row as u64, &name, folder.as_mut())?;
+                }
+                told
             }
         };
-        print(&format!("{}{said}\n", file.display()))?;
+        print(&format!("{}{said}", file.display()))?;
     }
+    folder.map_or(Ok(()), Folder::commit)?;
     Ok(Exit::when(all_equal))
+}
+
+/// The name of a file's waveform; of two files with the same name, the second is numbered.
+fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
+    let stem = format!("{block}-{}", file.file_stem().unwrap_or_default().to_string_lossy());
+    let is_taken = |name: &String| {
+        folder.is_some_and(|folder| folder.places().any(|place| place == folder.place(&format!("{name}.vcd"))))
+    };
+    let mut names = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}-{number}")));
+    names.find(|name| !is_taken(name)).expect("there are names without end")
 }
 
 /// Every configuration of every block, and every table in it.
@@ -68,8 +89,18 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     Ok((Vectors::parse(text, header).map_err(|error| Failure::file(format!("{}:{error}", file.display())))?, model))
 }
 
-/// The first word that is answered otherwise: its row, and what is said of it.
-fn difference(vectors: &Vectors, model: Model) -> Option<(usize, String)> {
+/// The first word that is answered otherwise.
+struct Difference {
+    /// Its row, from 1.
+    row: usize,
+    /// What is said of it.
+    said: String,
+    /// The rows around it, where file and emulator have them.
+    around: Option<Around>,
+}
+
+/// The first word that the emulator answers otherwise than the file says.
+fn difference(vectors: &Vectors, model: Model) -> Option<Difference> {
     let Header { clocked, inputs, .. } = &vectors.header;
     let stimulus = |row: &Vec<i64>| Stimulus {
         rst: *clocked && row[0] == 1,
@@ -84,7 +115,8 @@ fn difference(vectors: &Vectors, model: Model) -> Option<(usize, String)> {
     };
     if vectors.rows.len() != again.rows.len() {
         let rows = vectors.rows.len();
-        return Some((rows, format!("{rows} rows in the file, {} in the table", again.rows.len())));
+        let said = format!("{rows} rows in the file, {} in the table", again.rows.len());
+        return Some(Difference { row: rows, said, around: None });
     }
     let rows = vectors.rows.iter().zip(&again.rows).zip(1..);
     let mut words = rows.flat_map(|((told, answered), row)| {
@@ -93,5 +125,6 @@ fn difference(vectors: &Vectors, model: Model) -> Option<(usize, String)> {
     });
     let (row, column, told, answered) = words.find(|(_, _, told, answered)| told != answered)?;
     let (told, answered) = (column.format.value(told), column.format.value(answered));
-    Some((row, format!("{} is {told} in the file, {answered} in the emulator", column.name)))
+    let said = format!("{} is {told} in the file, {answered} in the emulator", column.name);
+    Some(Difference { row, said, around: Some(Around::of_file(vectors, &again, row)) })
 }

@@ -1,10 +1,12 @@
 //! The waveform files of a run.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Write};
 
 use hpu_cosim::Rig;
-use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, vcd_aside};
-use hpu_signal::{Cycle, Observe};
+use hpu_rtl::Around;
+use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
+use hpu_signal::{Clock, Cycle, Observe};
 
 use crate::exit::Failure;
 use crate::files::Folder;
@@ -12,17 +14,36 @@ use crate::files::Folder;
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
 
-/// Writes an FST with its GTKWave save file, and a VCD when asked, while it watches a run: each file on a thread of its own.
+/// Writes a VCD of the rows around a mismatch and its GTKWave save file, under this name; the line that tells where
+/// they are, or of what there would be a waveform.
+pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Folder>) -> Result<String, Failure> {
+    let [Some(first), Some(last)] = [around.rows.first(), around.rows.last()] else { return Ok(String::new()) };
+    let rows = format!("{}s {} to {}", around.counted, first.number, last.number);
+    let Some(folder) = folder else { return Ok(format!("    -o DIR writes a waveform of {rows}\n")) };
+    let vcd = format!("{name}.vcd");
+    let save = format!("{vcd}.gtkw");
+    folder.write(&vcd, mismatch_vcd(around))?;
+    folder.write(&save, mismatch_gtkw(around, number, &vcd))?;
+    Ok(format!("    waveform of {rows}: gtkwave {}\n", folder.place(&save).display()))
+}
+
+/// Writes an FST, and a VCD when asked, each with its GTKWave save file, while it watches a run: each file on a thread
+/// of its own.
 pub struct Waves {
+    layout: Layout,
+    clock: Clock,
+    /// The dumps and their save files, which are written at the end.
+    saves: Vec<(&'static str, File)>,
     fst: Box<dyn WaveFile>,
     vcd: Option<Box<dyn WaveFile>>,
 }
 
 impl Waves {
-    /// Begins the files.
-    pub fn begin(session: &impl Rig, folder: &mut Folder, with_vcd: bool) -> Result<Self, Failure> {
+    /// Begins the files; a run of VHDL has a net more than the wiring.
+    pub fn begin(session: &impl Rig, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
         let clock = session.clock();
         let layout = layout(session);
+        let layout = if of_vhdl { layout.with_comparison() } else { layout };
         let fst_file = folder.create(FST)?;
         let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
         let vcd = if with_vcd {
@@ -31,15 +52,25 @@ impl Waves {
         } else {
             None
         };
-        folder.write("wave.fst.gtkw", gtkw(&layout, FST, clock, Cycle(0)..Cycle(session.edges())))?;
-        Ok(Self { fst, vcd })
+        let dumps = [FST].into_iter().chain(with_vcd.then_some(VCD));
+        let saves = dumps.map(|dump| Ok((dump, folder.create(&save_name(dump))?))).collect::<Result<_, Failure>>()?;
+        Ok(Self { layout, clock, saves, fst, vcd })
     }
 
-    /// Completes the files.
-    pub fn finish(self, folder: &Folder, end: Cycle) -> Result<(), Failure> {
+    /// Completes the files of a run of so many edges, with a mark at one of them, if there is one to mark.
+    pub fn finish(self, folder: &Folder, end: Cycle, mark: Option<Cycle>) -> Result<(), Failure> {
+        for (dump, mut file) in self.saves {
+            let save = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark);
+            file.write_all(save.as_bytes()).map_err(failed(folder, &save_name(dump)))?;
+        }
         self.fst.complete(end).map_err(failed(folder, FST))?;
         self.vcd.map_or(Ok(()), |vcd| vcd.complete(end).map_err(failed(folder, VCD)))
     }
+}
+
+/// The save file of a dump.
+fn save_name(dump: &str) -> String {
+    format!("{dump}.gtkw")
 }
 
 fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {

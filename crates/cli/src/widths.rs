@@ -1,10 +1,7 @@
 //! `hpu widths`: what every signal of a scene needs, and what each bit buys.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::thread;
 
-use clap::ValueEnum;
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
@@ -15,6 +12,8 @@ use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random
 use crate::cost::Remember;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::jobs::Jobs;
+use crate::notation::Written;
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
@@ -29,8 +28,11 @@ use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json
 /// idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same law in f64. For
 /// every width the least that keeps the scene's outputs within a tolerance, and what one bit less breaks.
 ///
-/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
-/// first time.
+/// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges for every
+/// motion within the device's limits.
+///
+/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the first
+/// time.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
@@ -65,40 +67,16 @@ pub struct Args {
     /// Print the straight-line parts of the proof as a script for Gappa, and nothing else; with --out as SCENE.g
     #[arg(long, conflicts_with_all = ["search", "random", "within", "price", "tables", "notation", "json"])]
     gappa: bool,
-    /// Write formats in another notation beside (S,I,F)
-    #[arg(long, value_enum, value_name = "NOTATION")]
-    notation: Option<NotationArg>,
-    /// Threads [default: as many as the machine offers]
-    #[arg(short, long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    notation: Written,
+    #[command(flatten)]
+    jobs: Jobs,
     /// Write widths.txt, widths.csv, proved.csv, widths.json and the picture ranges into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object
     #[arg(long)]
     json: bool,
-}
-
-/// How formats are written.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum NotationArg {
-    /// VHDL-2008's sfixed and ufixed
-    Sfixed,
-    /// ap_fixed and ap_ufixed of C++ high-level synthesis
-    #[value(name = "ap_fixed")]
-    ApFixed,
-    /// Q notation, with the whole width and whose sign bit
-    Q,
-}
-
-impl NotationArg {
-    fn notation(self) -> Notation {
-        match self {
-            Self::Sfixed => Notation::Vhdl,
-            Self::ApFixed => Notation::Cpp,
-            Self::Q => Notation::Q,
-        }
-    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -126,7 +104,7 @@ pub struct Page {
     pub tables: Option<Tables>,
     /// What the loop costs as it is.
     pub price: Option<Price>,
-    /// Another notation.
+    /// The notation that was asked for.
     pub notation: Option<Notation>,
     /// The command that makes the page.
     pub command: String,
@@ -140,16 +118,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
         return widths_gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
     }
-    if args.price && args.scenes.len() > 1 {
+    if args.price && args.scenes.len() > 1 && !args.search.search {
         return Err(Failure::usage("--price takes one scene"));
     }
     let setup = args.hdl.setup();
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
-        let [scene] = &args.scenes[..] else { return Err(Failure::usage("--search takes one scene")) };
         let prices = cache.as_ref().map(|cache| (cache, &setup));
-        let (jobs, out) = (jobs(args), args.out.as_deref());
-        let asked = Asked { scene, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
+        let (jobs, out) = (args.jobs.get(), args.out.as_deref());
+        let asked =
+            Asked { scenes: &args.scenes, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
         return widths_search::run(&args.search, &asked);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
@@ -195,10 +173,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn jobs(args: &Args) -> NonZeroUsize {
-    args.jobs.or_else(|| thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
-}
-
 /// The page; `None` when interrupted.
 fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure> {
     let control = interrupt::heed();
@@ -236,7 +210,7 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
         one_more: Err("not priced; --price asks Yosys".into()),
         tables: None,
         price: None,
-        notation: args.notation.map(NotationArg::notation),
+        notation: args.notation.asked(),
         command: command(args),
         files: Vec::new(),
     }))
@@ -282,7 +256,7 @@ fn recommended(
         return Ok(Some(Err("random motion has no outputs that a width could break".into())));
     }
     let control = interrupt::heed();
-    let jobs = jobs(args);
+    let jobs = args.jobs.get();
     let mut all: Option<Recommended> = None;
     for (experiment, run) in experiments.iter().zip(runs) {
         let within = args.within.unwrap_or(experiment.accuracy().within);

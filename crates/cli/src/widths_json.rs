@@ -20,6 +20,7 @@ pub fn object(page: &Page) -> Value {
         "motion_s": measured.motion_s,
         "random": page.random.map(|(seconds, seed)| json!({ "motion_s": seconds, "seed": seed })),
         "outcomes": measured.outcomes.iter().map(|kind| outcome_name(Some(*kind))).collect::<Vec<_>>(),
+        "contact_shares": measured.contact_shares,
         "signals": measured.rows.iter().map(|row| signal(page, row)).collect::<Vec<_>>(),
         "widths": widths(page),
         "tables": page.tables.as_ref().map(tables),

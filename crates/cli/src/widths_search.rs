@@ -33,9 +33,28 @@ pub struct Search {
     /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
     #[arg(long, value_name = "BITS", requires = "search")]
     against: Option<i32>,
+    /// Search on every SCENE under these changes too, as in wall.stiffness=2.5 or 'hand.stiffness=1; hand.damping=0'; repeated,
+    /// each by itself. A design's error is then the worst, its stable stiffness the least of all
+    #[arg(long, value_name = "KEY=VALUE[; ...]", requires = "search", value_parser = changes)]
+    also: Vec<Changes>,
+    /// Take only designs whose position and velocity hold the range proved for every motion within the device's limits
+    #[arg(long, requires = "search")]
+    proved: bool,
     /// How much stable stiffness the smallest design may lose against the reference's
     #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
     lose: f64,
+}
+
+/// Changes of a scene, and as they were written.
+#[derive(Clone)]
+struct Changes {
+    set: Vec<(String, String)>,
+    said: String,
+}
+
+fn changes(text: &str) -> Result<Changes, String> {
+    let set: Result<Vec<_>, _> = text.split(';').map(|change| scene::pair(change.trim())).collect();
+    Ok(Changes { set: set?, said: text.split(';').map(str::trim).collect::<Vec<_>>().join("; ") })
 }
 
 /// A width of either device.
@@ -74,7 +93,11 @@ impl Search {
     }
 
     /// The widths of a PHANToM that are named.
-    fn of_a_phantom(&self) -> Result<Vec<phantom::Knob>, Failure> {
+    fn of_a_phantom(&self, scenes: &[String]) -> Result<Vec<phantom::Knob>, Failure> {
+        if scenes.len() > 1 || !self.also.is_empty() || self.proved {
+            let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
+            return Err(Failure::usage(format!("{why}: leave out the other scenes, --also and --proved")));
+        }
         if self.against.is_some() {
             return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
         }
@@ -86,6 +109,45 @@ impl Search {
             ))),
         };
         self.vary.iter().map(knob).collect()
+    }
+}
+
+/// A scene that every design runs on, by its name.
+struct Case {
+    name: String,
+    text: SceneText,
+    experiment: Experiment,
+}
+
+impl Search {
+    /// The scenes as they are, then all of them under each change.
+    fn cases(&self, scenes: &[String], set: &[(String, String)]) -> Result<Vec<Case>, Failure> {
+        let read = |name: &String, also: Option<&Changes>| -> Result<Case, Failure> {
+            let source = scene::source(name)?;
+            let mut load = |file: &str| source.load(file);
+            let set: Vec<_> = set.iter().chain(also.iter().flat_map(|also| &also.set)).cloned().collect();
+            let (text, experiment) =
+                SceneText::read((&source.name, &source.text), &set, &mut load).map_err(|error| {
+                    Failure::file(
+                        also.map_or(String::new(), |also| format!("--also '{}': ", also.said)) + &error.to_string(),
+                    )
+                })?;
+            let name = also.map_or(name.clone(), |also| format!("{name} with {}", also.said));
+            Ok(Case { name, text, experiment })
+        };
+        let also = [None].into_iter().chain(self.also.iter().map(Some));
+        also.flat_map(|also| scenes.iter().map(move |name| (name, also))).map(|(name, also)| read(name, also)).collect()
+    }
+
+    /// The command of all that rows of a search depend on.
+    fn command(&self, asked: &Asked, named: &[Knob]) -> String {
+        let scenes: Vec<String> = asked.scenes.iter().map(|scene| quoted(scene)).collect();
+        let mut command = format!("hpu widths {}{} --search", scenes.join(" "), set_options(asked.set));
+        command.extend(self.also.iter().map(|also| format!(" --also {}", quoted(&also.said))));
+        command += if self.proved { " --proved" } else { "" };
+        command.extend(named.iter().map(|knob| format!(" --vary {knob}")));
+        command += &self.against.map_or(String::new(), |bits| format!(" --against {bits}"));
+        command + &asked.within.map_or(String::new(), |within| format!(" --within {within}"))
     }
 }
 
@@ -107,9 +169,11 @@ pub struct Searched {
     pub lose: f64,
     /// The command that made it.
     pub command: String,
-    /// The scene, as it was named, and its overrides.
+    /// The first scene, as it was named, and its overrides.
     pub scene: String,
     set: Vec<(String, String)>,
+    /// Whether the words hold the range proved.
+    pub proved: bool,
     /// By Yosys: the reference, and the designs of the front in its order.
     pub prices: Option<Prices>,
 }
@@ -130,9 +194,9 @@ impl Searched {
 
 /// What a search takes of the verb's other arguments.
 pub struct Asked<'a> {
-    /// The scene, as it was named.
-    pub scene: &'a str,
-    /// Its overrides.
+    /// The scenes, as they were named.
+    pub scenes: &'a [String],
+    /// Their overrides.
     pub set: &'a [(String, String)],
     /// How much the outputs of a design may be off, if it is said.
     pub within: Option<f64>,
@@ -148,40 +212,41 @@ pub struct Asked<'a> {
 
 /// Searches.
 pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
-    let Asked { scene: name, set, jobs, out, .. } = *asked;
-    let source = scene::source(name)?;
-    let mut load = |file: &str| source.load(file);
-    let (text, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
+    let Asked { scenes, set, jobs, out, .. } = *asked;
+    let cases = args.cases(scenes, set)?;
+    let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
+    let name = &scenes[0];
     let within = asked.within.unwrap_or(experiment.accuracy().within);
-    if let Experiment::Phantom(base) = &experiment {
-        return widths_search_phantom::run((&text, base), args.of_a_phantom()?, within, args.lose, asked);
+    if let Experiment::Phantom(base) = experiment {
+        return widths_search_phantom::run((text, base), args.of_a_phantom(scenes)?, within, args.lose, asked);
     }
     let named = args.of_an_axis()?;
     let mut knobs = named.clone();
-    if let (true, Some(axis)) = (knobs.is_empty(), experiment.axis()) {
+    if let (true, Some(axis)) = (knobs.is_empty(), experiment.clone().axis()) {
         knobs = Knob::usual(&axis);
     }
-    let mut command = format!("hpu widths {}{} --search", quoted(name), set_options(set));
-    command.extend(named.iter().map(|knob| format!(" --vary {knob}")));
-    command += &args.against.map_or(String::new(), |bits| format!(" --against {bits}"));
-    command += &asked.within.map_or(String::new(), |within| format!(" --within {within}"));
+    let mut command = args.command(asked, &named);
     let folder = out.map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(out, usize::MAX, || {
-        let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
-        journal::header("widths", [text.text.as_bytes()].into_iter().chain(files), &command)
+        let parts = cases.iter().flat_map(|Case { text, .. }| {
+            let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
+            [text.text.as_bytes()].into_iter().chain(files)
+        });
+        journal::header("widths", parts, &command)
     })?;
     if args.lose != 0.01 {
         command += &format!(" --lose {}", args.lose);
     }
-    let plan = Plan { against: args.against, within, jobs };
+    let plan = Plan { against: args.against, within, proved: args.proved, jobs };
+    let named_scenes: Vec<_> = cases.iter().map(|case| (case.name.clone(), case.experiment.clone())).collect();
     let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
-    let ended = search((&text, set), &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
+    let ended = search(&named_scenes, &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
         progress::note(format!("{runs} runs; {open} kinds of designs are open"));
     });
     progress::note("");
     let found = match ended {
         Ok(found) => found,
-        Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", source.name))),
+        Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", text.name))),
         Err(Ended::Kept(failure)) => return Err(failure),
         Err(Ended::Stopped) => {
             let again = out.map_or("begins anew", |_| "goes on from here");
@@ -195,12 +260,13 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         within,
         lose: args.lose,
         command,
-        scene: name.into(),
+        scene: name.clone(),
+        proved: args.proved,
         set: set.to_vec(),
         prices: None,
     };
     if let Some((cache, setup)) = &asked.prices {
-        searched.prices = price(&text, &searched, cache, setup)?;
+        searched.prices = price(text, &searched, cache, setup)?;
         if searched.prices.is_none() {
             return Ok(Exit::Interrupted);
         }

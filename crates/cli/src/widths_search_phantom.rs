@@ -43,10 +43,10 @@ pub fn run(
     if asked.prices.is_some() {
         return Err(Failure::usage(format!(
             "{}: Yosys takes minutes for each loop of a PHANToM; leave out --price",
-            asked.scene
+            asked.scenes[0]
         )));
     }
-    let mut command = format!("hpu widths {}{} --search", quoted(asked.scene), set_options(asked.set));
+    let mut command = format!("hpu widths {}{} --search", quoted(&asked.scenes[0]), set_options(asked.set));
     command.extend(knobs.iter().map(|knob| format!(" --vary {knob}")));
     command += &asked.within.map_or(String::new(), |within| format!(" --within {within}"));
     if lose != 0.01 {
@@ -67,7 +67,7 @@ pub fn run(
         }
         Err(Ended::Kept(never)) => match never {},
     };
-    let searched = Searched { found: &found, base, knobs: &knobs, within, lose, command, scene: asked.scene };
+    let searched = Searched { found: &found, base, knobs: &knobs, within, lose, command, scene: &asked.scenes[0] };
     let files = folder.map(|folder| searched.write(folder)).transpose()?.unwrap_or_default();
     if asked.json {
         print_json(&searched.object(&files))?

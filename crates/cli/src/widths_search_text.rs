@@ -27,7 +27,7 @@ pub fn text(searched: &Searched) -> String {
     let refused: usize = found.refused.iter().map(|(_, count)| count).sum();
     line(
         "designs",
-        format!("{}, of which {refused} are no scene's; {} kinds differ in a run", found.designs, found.kinds),
+        format!("{}, of which {refused} are refused; {} kinds differ in a run", found.designs, found.kinds),
     );
     for (why, count) in found.refused.iter().take(2) {
         line("", format!("{count}: {}", cut(why, 98)));
@@ -37,11 +37,17 @@ pub fn text(searched: &Searched) -> String {
     for why in found.failed.iter().take(2) {
         line("failed", cut(why, 98));
     }
-    let outputs: Vec<_> = found.outputs.iter().map(|output| output.name()).collect();
-    let verdict = outcome_name(Some(found.outcome)).replace('_', " ");
-    line("reference", format!("{}; the scene: {verdict}", widths(&reference.design)));
-    let off = percent(searched.within);
-    line("error", format!("worst of {} against the reference's, measured; at most {off}", outputs.join(", ")));
+    line("reference", widths(&reference.design));
+    for (index, on) in found.on.iter().enumerate() {
+        let verdict = outcome_name(Some(on.outcome)).replace('_', " ");
+        line(if index == 0 { "run on" } else { "" }, format!("{}: {verdict}", cut(&on.scene, 96)));
+    }
+    for (index, said) in holds_for(searched).into_iter().enumerate() {
+        line(if index == 0 { "holds for" } else { "" }, said);
+    }
+    let outputs: Vec<_> = found.outputs().iter().map(|output| output.name()).collect();
+    let (off, of) = (percent(searched.within), if found.on.len() > 1 { " on any of these" } else { "" });
+    line("error", format!("worst of {}{of} against the reference's, measured; at most {off}", outputs.join(", ")));
     line(
         "stiffness",
         format!("the stiffest wall that settles, in {unit}, measured; `+`: the format holds no stiffer one"),
@@ -129,6 +135,29 @@ fn widths(design: &Design) -> String {
     )
 }
 
+/// For what the designs hold, in lines.
+fn holds_for(searched: &Searched) -> Vec<String> {
+    let found = &searched.found;
+    let motions = match found.on.len() {
+        1 => "error and stiffness: this motion of this scene alone (--also KEY=VALUE, and more SCENEs, add others)"
+            .into(),
+        scenes => format!("error and stiffness: the motions of these {scenes} scenes"),
+    };
+    if !searched.proved {
+        let words =
+            "words: what these motions put into them; another may saturate or wrap them (--proved excludes that)";
+        return vec![motions, words.into()];
+    }
+    let words =
+        "position and velocity: every motion within the device's limits, whose hands keep to their paths' ranges";
+    let range = |(least, most): (i64, i64)| format!("{least}..{most}");
+    let ranges = found.proved.iter().flatten().zip(&found.on).map(|(held, on)| {
+        let (delta, velocity) = (range(held.delta), range(held.velocity));
+        cut(&format!("  delta {delta}, velocity {velocity}, proved: {}", on.scene), 106)
+    });
+    [motions, words.into()].into_iter().chain(ranges).collect()
+}
+
 fn cut(text: &str, most: usize) -> String {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
     if line.chars().count() <= most { line } else { line.chars().take(most - 1).chain(['\u{2026}']).collect() }
@@ -164,7 +193,17 @@ pub fn object(searched: &Searched, files: &[PathBuf]) -> Value {
         "scene": searched.scene,
         "command": searched.command,
         "unit": found.unit,
-        "outputs": found.outputs.iter().map(|output| output.name()).collect::<Vec<_>>(),
+        "scenes": found.on.iter().enumerate().map(|(index, on)| {
+            let held = found.proved.as_ref().map(|proved| proved[index]);
+            let ends = |(least, most): (i64, i64)| json!([least, most]);
+            json!({
+                "scene": on.scene,
+                "outcome": outcome_name(Some(on.outcome)),
+                "proved": held.map(|held| json!({ "delta": ends(held.delta), "velocity": ends(held.velocity) })),
+            })
+        }).collect::<Vec<_>>(),
+        "proved": searched.proved,
+        "outputs": found.outputs().iter().map(|output| output.name()).collect::<Vec<_>>(),
         "varied": searched.knobs.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "designs": found.designs,
         "refused": found.refused.iter().map(|(why, count)| json!({ "reason": why, "designs": count })).collect::<Vec<_>>(),

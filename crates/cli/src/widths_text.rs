@@ -52,8 +52,15 @@ fn head(page: &Page, line: &mut impl FnMut(&str)) {
     let how = match page.random {
         Some((_, seed)) => format!("{motion} of random motion (seed {seed}), open loop"),
         None => {
-            let outcomes: Vec<_> =
-                measured.outcomes.iter().map(|kind| outcome_name(Some(*kind)).replace('_', " ")).collect();
+            let outcomes: Vec<_> = measured
+                .outcomes
+                .iter()
+                .zip(&measured.contact_shares)
+                .map(|(kind, share)| {
+                    let touched = if *share == Some(0.0) { " (wall not reached)" } else { "" };
+                    outcome_name(Some(*kind)).replace('_', " ") + touched
+                })
+                .collect();
             let outcomes = if outcomes.is_empty() { String::new() } else { format!(": {}", outcomes.join(", ")) };
             format!("{motion} in closed loop{outcomes}")
         }
@@ -175,7 +182,7 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
     let found = match &page.recommended {
         Ok(found) => found,
         Err(why) => {
-            line(&format!("needs: by the range alone; {why}"));
+            line(&format!("needs: by the range measured, of this motion alone; {why}"));
             return;
         }
     };
@@ -202,6 +209,8 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
         percent(found.error),
         found.runs
     ));
+    let motion = if page.scenes.len() > 1 { "the motions of these scenes" } else { "this motion of this scene" };
+    line(&format!("needs, together: hold for {motion} alone; another hand or wall may need more bits"));
 }
 
 /// What one bit more of a width costs.

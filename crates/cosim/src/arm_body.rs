@@ -1,7 +1,7 @@
 //! The arm of a PHANToM's world: flowed by its series, or stepped.
 
 use hpu_plant::arm::{Arm, ArmEnergy, ArmMotion, ArmState, SteppedArm};
-use hpu_plant::{Band, Method};
+use hpu_plant::{Band, Measured, Method, Pace};
 
 use crate::stepped::DIVERGED;
 
@@ -67,6 +67,16 @@ impl<'p> ArmBody<'p> {
 
     pub(crate) fn state(&self, edge: u64) -> ArmState {
         forward!(self, body => body.state(edge))
+    }
+
+    /// Keeps what [`measured`](Self::measured) tells.
+    pub(crate) fn measure(&mut self, pace: Pace) {
+        forward!(self, body => body.measure(pace));
+    }
+
+    /// The motors' torques between the row at an edge and the one before it.
+    pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
+        forward!(self, body => body.measured(edge))
     }
 
     pub(crate) fn energy(&self, edge: u64) -> ArmEnergy {

@@ -19,7 +19,7 @@ use hpu_plant::arm::kinematics::{Pose, Sines};
 use hpu_signal::{Cycle, Observe};
 
 use crate::arm_body::ArmBody;
-use crate::arm_world::{ArmPlant, ArmState};
+use crate::arm_world::{ARM_REALS, ArmPlant, ArmState};
 use crate::engine::{Control, TURN};
 use crate::host::{COUNTING, HostState};
 use crate::summary::Summary;
@@ -45,23 +45,34 @@ struct Course<'d, 'p> {
     state: ArmState<'p>,
     host: HostState<'p>,
     output_changes: u64,
+    /// Whether rows tell means and extremes.
+    measures: bool,
 }
 
 impl ArmDirect<'_> {
-    /// Runs to edge `end`, or until stopped, or until the arm cannot go on, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until the arm cannot go on. Returns the edges of
+    /// contact in the window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
-        end: u64,
+        (from, end): (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         let clock = Instant::now();
         let mut course = Course::new(self);
-        let (mut steps, mut next_row, mut complete) = (0u64, 0, true);
+        let (mut steps, mut next_row, mut complete, mut contact) = (0u64, 0, true, 0);
+        course.measures = trace.keeps_beyond(ARM_REALS.len()) || observer.measures();
+        if course.measures {
+            course.state.measure(stride);
+        }
         while course.state.edge < end && course.state.over().is_none() {
+            let edge = course.state.edge;
             let next = course.begin(end);
+            if course.state.command[self.plant.axis] != 0 {
+                contact += next.max(from) - edge.max(from);
+            }
             while next_row < next {
                 course.show(next_row, trace, observer);
                 next_row += stride;
@@ -80,6 +91,7 @@ impl ArmDirect<'_> {
         control.progress.store(state.edge, Ordering::Relaxed);
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: state.edge,
@@ -92,16 +104,23 @@ impl ArmDirect<'_> {
             mode_changes: state.motion.mode_changes(),
             redecided: 0,
             energy: state.audit(),
+            averages: None,
             nets: Vec::new(),
         };
-        (summary, state.over())
+        (summary, contact as f64, state.over())
     }
 }
 
 impl<'d, 'p> Course<'d, 'p> {
     fn new(direct: &'d ArmDirect<'p>) -> Self {
         let host = direct.plant.host.as_ref().expect("a law in floats is a host's");
-        Self { direct, state: ArmState::new(direct.plant), host: HostState::new(host), output_changes: 0 }
+        Self {
+            direct,
+            state: ArmState::new(direct.plant),
+            host: HostState::new(host),
+            output_changes: 0,
+            measures: false,
+        }
     }
 
     /// Begins a step, which ends by `end`; returns where.
@@ -143,7 +162,10 @@ impl<'d, 'p> Course<'d, 'p> {
 
     /// Goes to a row of the trace within the step, and shows it.
     fn show(&mut self, row: u64, trace: &mut Trace, observer: &mut dyn Observe) {
-        let (reals, at) = (self.state.pass(row), Cycle(row));
+        let (mut reals, at) = (self.state.pass(row).to_vec(), Cycle(row));
+        if self.measures {
+            self.state.measured(row, &mut reals);
+        }
         if trace.follows(0..NETS) || observer.follows(0..NETS) {
             let words = self.words();
             trace.nets(at, &words);

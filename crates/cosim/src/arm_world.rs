@@ -2,10 +2,11 @@
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
 use hpu_plant::arm::{Arm, ArmState as MotionState, kinematics};
-use hpu_plant::{Band, Method};
+use hpu_plant::{Band, Method, Pace};
 use hpu_signal::Real;
 
 use crate::arm_body::ArmBody;
+use crate::columns::three;
 use crate::encoder::Encoder;
 use crate::host::{Host, HostState};
 use crate::scene::MOST_EDGES;
@@ -20,9 +21,9 @@ pub const ARM_REALS: [Real; 9] = [
     Real { name: "logged_x_m", doc: "Position of the tip, as the encoders' counts tell it" },
     Real { name: "logged_y_m", doc: "Position of the tip, as the encoders' counts tell it" },
     Real { name: "logged_z_m", doc: "Position of the tip, as the encoders' counts tell it" },
-    Real { name: "torque1_nm", doc: "Torque of the motor on joint 1" },
-    Real { name: "torque2_nm", doc: "Torque of the motor on joint 2" },
-    Real { name: "torque3_nm", doc: "Torque of the motor on joint 3" },
+    Real { name: "torque1_nm", doc: "Torque of the motor on joint 1, positive along its positive angle" },
+    Real { name: "torque2_nm", doc: "Torque of the motor on joint 2, positive along its positive angle" },
+    Real { name: "torque3_nm", doc: "Torque of the motor on joint 3, positive along its positive angle" },
 ];
 
 /// The immutable laws of a PHANToM's world.
@@ -194,6 +195,18 @@ impl<'p> ArmState<'p> {
         self.shown(&self.motion.state(edge))
     }
 
+    /// Keeps what rows tell of the torques; a DAC has no modulator.
+    pub(crate) fn measure(&mut self, stride: u64) {
+        self.motion.measure(Pace { stride, period: None });
+    }
+
+    /// Adds what a row tells of the torques.
+    pub(crate) fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+        for measured in self.motion.measured(edge).iter().flatten() {
+            row.extend(three(measured, 1.0));
+        }
+    }
+
     fn shown(&self, state: &MotionState) -> [f64; 9] {
         let tip = kinematics::tip_m(self.plant.arm.model().lengths_m, state.angles_rad);
         let logged = self.plant.logged_m(self.counts());
@@ -274,6 +287,14 @@ impl World for FpgaWorld<'_> {
 
     fn reals(&self, edge: u64) -> Self::Row {
         self.state.reals(edge)
+    }
+
+    fn measure(&mut self, stride: u64) {
+        self.state.measure(stride);
+    }
+
+    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+        self.state.measured(edge, row);
     }
 
     fn audit(&self) -> EnergyAudit {
@@ -369,6 +390,14 @@ impl World for HostWorld<'_> {
 
     fn reals(&self, edge: u64) -> Self::Row {
         self.state.reals(edge)
+    }
+
+    fn measure(&mut self, stride: u64) {
+        self.state.measure(stride);
+    }
+
+    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+        self.state.measured(edge, row);
     }
 
     fn audit(&self) -> EnergyAudit {

@@ -4,11 +4,12 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
-use hpu_plant::{Band, Device, Drive, Gates, Pulses, REALS};
+use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::Real;
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::body::Body;
+use crate::columns::{AXIS_ROW, tell};
 use crate::encoder::Encoder;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
@@ -319,6 +320,29 @@ impl World for AxisWorld<'_> {
             }
             left -= some.len() as u64;
         }
+    }
+
+    fn measure(&mut self, stride: u64) {
+        let period = self.plant.modulator;
+        if let Some(device) = &mut self.device {
+            device.measure(Pace { stride, period });
+        }
+    }
+
+    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+        let Kind::Axis { axis, .. } = &self.plant.kind else {
+            return row.resize(AXIS_ROW.len(), 0.0);
+        };
+        let Some((device, measured)) = self.device.as_ref().and_then(|body| Some((body, body.measured(edge)?))) else {
+            return;
+        };
+        tell(axis, &measured, device.felt(edge), row);
+    }
+
+    fn torque_and_angle(&self, edge: u64) -> [f64; 2] {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return [0.0; 2] };
+        let [current, angle] = device.energy(edge).current_and_angle();
+        [axis.torque_constant_nm_per_a() * current, angle]
     }
 
     fn audit(&self) -> EnergyAudit {

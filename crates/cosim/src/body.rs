@@ -1,6 +1,6 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
-use hpu_plant::{Device, Drive, Energy, Event, Pulses, REALS};
+use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS};
 
 use crate::encoder::side_of;
 use crate::stepped::Stepped;
@@ -49,6 +49,21 @@ impl Body<'_> {
                 }
             }
         }
+    }
+
+    /// Keeps what [`measured`](Self::measured) tells.
+    pub(crate) fn measure(&mut self, pace: Pace) {
+        forward!(self, body => body.measure(pace));
+    }
+
+    /// Current and speed between the row at such an edge and the one before it.
+    pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
+        forward!(self, body => body.measured(edge))
+    }
+
+    /// The hand's angle and torque at such an edge.
+    pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
+        forward!(self, body => body.felt(edge))
     }
 
     /// From `edge` on the hand means to be at this angle and to move at this speed.

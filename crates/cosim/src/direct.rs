@@ -13,11 +13,13 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use hpu_datapath::{Loaded, LoopIn};
-use hpu_plant::{Axis, Device, Drive, Method, State};
+use hpu_plant::{Axis, Chord, Device, Drive, Gauge, Method, Pace, REALS, State};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::arm_direct::ArmDirect;
+use crate::columns::tell;
+use crate::contact::share_beyond;
 use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
 use crate::engine::{Control, TURN};
@@ -40,18 +42,19 @@ pub enum Direct<'p> {
 }
 
 impl Direct<'_> {
-    /// Runs to edge `end`, or until stopped, or until it cannot go on, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until it cannot go on. Returns the edges of
+    /// contact in the window, too, and why it cannot go on.
     pub(crate) fn run(
         &self,
-        end: u64,
+        window: (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         match self {
-            Self::Axis(direct) => direct.run(end, stride, trace, observer, control),
-            Self::Arm(direct) => direct.run(end, stride, trace, observer, control),
+            Self::Axis(direct) => direct.run(window, stride, trace, observer, control),
+            Self::Arm(direct) => direct.run(window, stride, trace, observer, control),
         }
     }
 }
@@ -69,6 +72,8 @@ pub struct AxisDirect<'p> {
     pub(crate) plant: &'p Plant,
     pub(crate) computed: Computed<'p>,
     pub(crate) schedule: Schedule,
+    /// The least angle at which the wall sees penetration.
+    pub(crate) touched_rad: f64,
     /// The method; none flows exactly.
     pub(crate) method: Option<Method>,
     /// Clock edges of a step.
@@ -96,32 +101,45 @@ struct Course<'d, 'p, C> {
     output_changes: u64,
     next_sample: u64,
     next_knot: usize,
+    /// Current and speed between rows, if anybody asked.
+    gauge: Option<Gauge<2>>,
+    /// Integrals of current and angle from the window of the verdict on.
+    sums: [f64; 2],
 }
 
 impl AxisDirect<'_> {
-    /// Runs to edge `end`, or until stopped, or until the steps diverge, and says why in that case.
+    /// Runs to the edge at which the window ends, or until stopped, or until the steps diverge.
     fn run(
         &self,
-        end: u64,
+        window: (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         macro_rules! close {
             ($($words:ident),*) => {
                 match self.computed {
                     Computed::Law(config, ideal) => {
-                        self.close(FloatsLaw::new(config, self.schedule, ideal), end, stride, trace, observer, control)
+                        let law = FloatsLaw::new(config, self.schedule, ideal);
+                        self.close(law, window, stride, trace, observer, control)
                     }
                     $(Computed::Words(TheLoop::$words(wiring), input, live) => {
-                        self.close(self.loaded(wiring, input, live), end, stride, trace, observer, control)
+                        self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)
                     })*
                     Computed::Words(..) => unreachable!("not an axis's in words"),
                 }
             };
         }
         close!(Hybrid, Conventional, SampledWall, VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring)
+    }
+
+    /// Edges of contact in a step that ends in the window, of a straight line between two angles.
+    #[inline(always)]
+    fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> f64 {
+        let per_edge = (after_rad - before_rad) / (next - edge) as f64;
+        let start_rad = before_rad + per_edge * from.saturating_sub(edge) as f64;
+        share_beyond(self.touched_rad, start_rad, after_rad) * (next - edge.max(from)) as f64
     }
 
     /// A loop in words, ready to be loaded.
@@ -139,22 +157,32 @@ impl AxisDirect<'_> {
     fn close<C: Controller>(
         &self,
         controller: C,
-        end: u64,
+        (from, end): (u64, u64),
         stride: u64,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> (Summary, Option<&'static str>) {
+    ) -> (Summary, f64, Option<&'static str>) {
         let clock = Instant::now();
         let mut course = Course::new(self, controller);
+        let measures = trace.keeps_beyond(REALS.len()) || observer.measures();
+        if measures {
+            course.gauge = Some(Gauge::new(Pace { stride, period: None }));
+        }
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
-        let (mut complete, mut over) = (true, None);
+        let (mut complete, mut over, mut contact) = (true, None, 0.0);
         while edge < end {
             let next = course.act(edge, end);
             let before = course.x;
             course.x = course.mover.flow((edge, next), self.plant.edge_s, &before);
-            if next_row < next {
+            if measures {
+                while next_row < next {
+                    course.show_measured(next_row, (edge, next), &before, trace, observer);
+                    next_row += stride;
+                }
+                course.pass((edge, next), &before);
+            } else if next_row < next {
                 let per_edge = 1.0 / (next - edge).cast_signed() as f64;
                 let rate: State = std::array::from_fn(|k| (course.x[k] - before[k]) * per_edge);
                 let gone = (next_row - edge).cast_signed() as f64;
@@ -170,6 +198,10 @@ impl AxisDirect<'_> {
                     course.show(&Lines { first, stride, rows, start, change }, trace, observer);
                 }
                 next_row += rows * stride;
+            }
+            course.average(edge, next, from, &before);
+            if next > from {
+                contact += self.contact((edge, next), from, (before[2], course.x[2]));
             }
             edge = next;
             steps += 1;
@@ -187,14 +219,19 @@ impl AxisDirect<'_> {
             }
         }
         if over.is_none() && next_row == edge {
-            let start = course.axis.reals(&course.x);
-            course.show(&Lines { first: edge, stride, rows: 1, start, change: [0.0; 4] }, trace, observer);
+            let (start, x) = (course.axis.reals(&course.x), course.x);
+            if measures {
+                course.show_measured(edge, (edge, edge), &x, trace, observer);
+            } else {
+                course.show(&Lines { first: edge, stride, rows: 1, start, change: [0.0; 4] }, trace, observer);
+            }
         }
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
         let (energy, mode_changes, redecided) = course.mover.audit(edge);
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: edge,
@@ -207,9 +244,10 @@ impl AxisDirect<'_> {
             mode_changes,
             redecided,
             energy: EnergyAudit::of(&energy, stored_j),
+            averages: course.averages(edge, from),
             nets: Vec::new(),
         };
-        (summary, over)
+        (summary, contact, over)
     }
 }
 
@@ -245,6 +283,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
             output_changes: 0,
             next_sample: 1,
             next_knot: 0,
+            gauge: None,
+            sums: [0.0; 2],
         }
     }
 
@@ -342,6 +382,69 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
                 None => self.drive,
             },
         }
+    }
+
+    /// Takes note of current and angle over a step, as far as it lies in the window.
+    #[inline(always)]
+    fn average(&mut self, edge: u64, next: u64, window: u64, before: &State) {
+        if next <= window {
+            return;
+        }
+        let from = edge.max(window);
+        let share = (from - edge) as f64 / (next - edge) as f64;
+        let half_s = 0.5 * (next - from) as f64 * self.edge_s;
+        for (sum, of) in self.sums.iter_mut().zip([0, 2]) {
+            *sum += half_s * (before[of] + (self.x[of] - before[of]) * share + self.x[of]);
+        }
+    }
+
+    /// The means of torque and angle from the window on.
+    fn averages(&self, edge: u64, window: u64) -> Option<[f64; 2]> {
+        let length_s = edge.checked_sub(window).filter(|edges| *edges > 0)? as f64 * self.edge_s;
+        let [current, angle] = self.sums.map(|sum| sum / length_s);
+        Some([self.axis.torque_constant_nm_per_a() * current, angle])
+    }
+
+    /// A part of the step at hand, from its start.
+    fn chord(&self, start: u64, end: u64, before: &State, x: &State) -> Chord<2> {
+        let ends = [before, x].map(|x| [x[0], x[1]]);
+        Chord { start, edges: end - start, edge_s: self.edge_s, ends }
+    }
+
+    /// Takes note of current and speed over the step at hand.
+    fn pass(&mut self, (edge, next): (u64, u64), before: &State) {
+        if let Some(gauge) = &self.gauge {
+            self.gauge = Some(gauge.after(edge, next, Some(next), &self.chord(edge, next, before, &self.x)));
+        }
+    }
+
+    /// A row at an edge of the step at hand, which began in the state `before`, with means and extremes.
+    fn show_measured(
+        &self,
+        row: u64,
+        (edge, next): (u64, u64),
+        before: &State,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+    ) {
+        let Some(gauge) = &self.gauge else { return };
+        let share = if row == edge { 0.0 } else { (row - edge) as f64 / (next - edge) as f64 };
+        let x: State = std::array::from_fn(|k| before[k] + (self.x[k] - before[k]) * share);
+        let now = match row == edge {
+            true => gauge.clone(),
+            false => gauge.after(edge, row, Some(row), &self.chord(edge, row, before, &x)),
+        };
+        let mut reals = self.axis.reals(&x).to_vec();
+        let measured = now.row(row, self.edge_s, &[x[0], x[1]]);
+        tell(self.axis, &measured, self.axis.felt(&x, self.intent_rad_per_s), &mut reals);
+        let controller = &self.controller;
+        let count = Encoder::new(self.direct.plant.count_rad, x[2]).count() - self.start_count;
+        let word = |net| controller.word(net).unwrap_or_else(|| controller.word_at(net, count));
+        let (cycle, words) = (Cycle(row), (0..controller.nets()).map(word).collect::<Vec<_>>());
+        trace.nets(cycle, &words);
+        trace.reals(cycle, &reals);
+        observer.nets(cycle, &words);
+        observer.reals(cycle, &reals);
     }
 
     /// Rows of the trace, and the words at them.

@@ -72,8 +72,7 @@ pub struct ClosedLoop<W, E: World> {
     edge: u64,
     ticks: u64,
     output_changes: u64,
-    stride: u64,
-    next_log: u64,
+    rows: Rows,
     /// What the outputs do up to an edge until which the world goes on by itself.
     repeated: Option<(Repeat<E::Out>, u64)>,
 }
@@ -92,10 +91,34 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             edge: 0,
             ticks: 0,
             output_changes: 0,
-            stride: stride.max(1),
-            next_log: 0,
+            rows: Rows { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None },
             repeated: None,
         }
+    }
+
+    /// The same, in rows that also tell means and extremes.
+    #[must_use]
+    pub fn measured(mut self) -> Self {
+        self.world.measure(self.rows.stride);
+        self.rows.row = Some(Vec::new());
+        self
+    }
+
+    /// The same, with a look at the means of the actuator's torque and of the position from the row at this edge on.
+    #[must_use]
+    pub fn averaged_from(mut self, edge: u64) -> Self {
+        self.rows.window = edge;
+        self
+    }
+
+    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge, by
+    /// the clock period in seconds.
+    #[must_use]
+    pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
+        let before = self.rows.before?;
+        let edges = self.edge.checked_sub(self.rows.window).filter(|edges| *edges > 0)?;
+        let after = self.world.torque_and_angle(self.edge);
+        Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
     }
 
     /// Edges done.
@@ -114,9 +137,15 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     }
 
     /// Runs to `end`, or until the world gives up, or until `control` ends it; says whether it did not.
-    pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool {
+    pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool
+    where
+        W: Clone,
+    {
         if self.edge == 0 {
-            observer.nets(Cycle(0), self.wiring.words());
+            // A copy: what settles between reset and the first edge counts as no use of a word.
+            let mut settled = self.wiring.clone();
+            settled.settle(&self.input);
+            observer.nets(Cycle(0), settled.words());
         }
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
@@ -132,7 +161,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                 }
             }
         }
-        log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
+        self.rows.log(&self.world, self.edge, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
     }
@@ -143,7 +172,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let edge = self.edge + 1;
         self.repeated = None;
         // Until this edge the plant flows as it was driven after the last one.
-        log(&mut self.next_log, self.stride, &self.world, self.edge, observer);
+        self.rows.log(&self.world, self.edge, observer);
         self.world.sense();
         self.world.place(&mut self.input);
         self.edge = edge;
@@ -171,8 +200,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if ahead.is_none() {
             if GLIDE {
-                let (next_log, stride) = (&mut self.next_log, self.stride);
-                self.world.glide(due.min(end), |world, edge| log(next_log, stride, world, edge - 1, observer));
+                let rows = &mut self.rows;
+                self.world.glide(due.min(end), |world, edge| rows.log(world, edge - 1, observer));
             }
             self.advance(due.min(end), observer);
         }
@@ -193,8 +222,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// The world goes to its next change, or to `limit`.
     #[inline(always)]
     fn advance<O: Observe>(&mut self, limit: u64, observer: &mut O) {
-        let (next_log, stride) = (&mut self.next_log, self.stride);
-        self.world.advance(limit, |world, edge| log(next_log, stride, world, edge - 1, observer));
+        let rows = &mut self.rows;
+        self.world.advance(limit, |world, edge| rows.log(world, edge - 1, observer));
     }
 
     /// The datapath, over repeated outputs, to the edge before the world's.
@@ -250,20 +279,46 @@ impl Observe for Everything {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// Shows the plant's outputs up to `edge`, which the world must not have left yet.
-#[inline(always)]
-fn log<O: Observe>(next: &mut u64, stride: u64, world: &impl World, edge: u64, observer: &mut O) {
-    if *next <= edge {
-        show(next, stride, world, edge, observer);
-    }
+/// The rows of a run: the plant's outputs every `stride` edges.
+struct Rows {
+    /// The edge of the next one.
+    next: u64,
+    stride: u64,
+    /// The edge of the row from which torque and position are averaged, and their integrals there.
+    window: u64,
+    before: Option<[f64; 2]>,
+    /// The row at hand, where rows tell means and extremes.
+    row: Option<Vec<f64>>,
 }
 
-#[inline(never)]
-fn show<O: Observe>(next: &mut u64, stride: u64, world: &impl World, edge: u64, observer: &mut O) {
-    // Most often it is one.
-    let count = if edge - *next < stride { 1 } else { (edge - *next) / stride + 1 };
-    world.rows(*next, stride, count, |row, reals| observer.reals(Cycle(row), reals.as_ref()));
-    *next += count * stride;
+impl Rows {
+    /// Shows those up to `edge`, which the world must not have left yet.
+    #[inline(always)]
+    fn log<O: Observe>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+        if self.next <= edge {
+            self.show(world, edge, observer);
+        }
+    }
+
+    #[inline(never)]
+    fn show<O: Observe>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+        if (self.next..=edge).contains(&self.window) {
+            self.before = Some(world.torque_and_angle(self.window));
+        }
+        // Most often it is one.
+        let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
+        if let Some(row) = &mut self.row {
+            for edge in (0..count).map(|index| self.next + index * self.stride) {
+                row.clear();
+                row.extend_from_slice(world.reals(edge).as_ref());
+                world.measured(edge, row);
+                observer.reals(Cycle(edge), row);
+            }
+        } else {
+            world.rows(self.next, self.stride, count, |row, reals| observer.reals(Cycle(row), reals.as_ref()));
+        }
+        self.next += count * self.stride;
+    }
 }
 
 /// Where two drivers first differed.

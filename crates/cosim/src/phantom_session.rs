@@ -6,6 +6,7 @@ use hpu_signal::{Clock, Format, Observe, Ports, Real};
 
 use crate::arm_direct::ArmDirect;
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
+use crate::columns::ARM_ROW;
 use crate::direct::Direct;
 use crate::engine::{Comparison, Control, Driver};
 use crate::host::{COUNTING, Host};
@@ -69,7 +70,7 @@ impl<'s> PhantomSession<'s> {
     /// The constant inputs of the datapath, pins at 0.
     #[must_use]
     pub fn input(&self) -> PhantomIn<i64> {
-        let PhantomWords { low, high, room, stiffness, period } = self.words;
+        let PhantomWords { low, high, room, stiffness, period, .. } = self.words;
         PhantomIn {
             x_low: low,
             x_high: high,
@@ -227,6 +228,19 @@ impl Rig for PhantomSession<'_> {
 
     fn reals(&self) -> &'static [Real] {
         &ARM_REALS
+    }
+
+    fn row(&self) -> &'static [Real] {
+        &ARM_ROW
+    }
+
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
+        let [first, second, third] = self.plant.command_nm;
+        vec![
+            ("command1", "wall_torque1_nm", first),
+            ("command2", "wall_torque2_nm", second),
+            ("command3", "wall_torque3_nm", third),
+        ]
     }
 
     fn has_device(&self) -> bool {

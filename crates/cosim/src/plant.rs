@@ -43,6 +43,8 @@ pub struct Plant {
     pub(crate) count_rad: f64,
     pub(crate) actuator: Actuator,
     pub(crate) edge_s: f64,
+    /// Edges of a period of the modulator whose gates drive the device, if they do.
+    pub(crate) modulator: Option<u64>,
     /// How its device is stepped, if it is.
     pub(crate) stepping: Option<Stepping>,
 }
@@ -56,6 +58,7 @@ impl Plant {
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         let count_rad = scene.encoder.count_rad();
         let actuator = actuator(scene)?;
+        let modulator = scene.modulator_clocks();
         // A step may be longer than what is run of it.
         let (edge_s, horizon) = (scene.clock.period_s(), scene.edges().max(scene.step_clocks()));
         if let scene::Hand::Capture { edges } = &scene.hand {
@@ -66,7 +69,7 @@ impl Plant {
                     (scene.clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
-            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator, edge_s, stepping: None });
+            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator, edge_s, modulator, stepping: None });
         }
         let (hand, path) = match &scene.hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -123,7 +126,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, stepping: stepping(scene) })
+        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping: stepping(scene) })
     }
 
     /// Whether there is a device, and not a recording in its place.

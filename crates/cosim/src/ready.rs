@@ -69,6 +69,22 @@ impl Rig for Ready<'_> {
         forward!(self, rig => rig.reals())
     }
 
+    fn row(&self) -> &'static [Real] {
+        forward!(self, rig => rig.row())
+    }
+
+    fn columns(&self) -> Vec<usize> {
+        forward!(self, rig => rig.columns())
+    }
+
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
+        forward!(self, rig => rig.commands())
+    }
+
+    fn drawn(&self) -> Vec<[usize; 3]> {
+        forward!(self, rig => rig.drawn())
+    }
+
     fn has_device(&self) -> bool {
         forward!(self, rig => rig.has_device())
     }

@@ -8,8 +8,9 @@ use hpu_datapath::{
     AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Instance, Law, MethodLoop, PassiveSpring,
     PassivityController, SampledWall, VirtualCoupling, Wiring,
 };
-use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
+use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
+use crate::contact::{Contact, stride, window_start};
 use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
@@ -153,6 +154,15 @@ pub trait Rig {
     fn wiring(&self) -> &TheLoop;
     /// The continuous outputs of the world.
     fn reals(&self) -> &'static [Real];
+    /// What a row of the trace tells: [`reals`](Self::reals), then what goes on between rows.
+    fn row(&self) -> &'static [Real];
+    /// Those of [`row`](Self::row) that mean something in this scene; none without a device.
+    fn columns(&self) -> Vec<usize> {
+        if self.has_device() { (0..self.row().len()).collect() } else { Vec::new() }
+    }
+    /// Nets that command an actuator, each with the column that tells what they ask for, and how much of it an ulp of
+    /// the word is, positive along the positive direction.
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
     /// Whether there is a device, and not a recording in its place.
     fn has_device(&self) -> bool;
     /// Does something with the wiring and the world.
@@ -175,7 +185,7 @@ pub trait Rig {
 
     /// Edges between rows of the trace.
     fn stride(&self) -> u64 {
-        self.clock().edges(1.0 / self.record().plant_rate_hz).max(1)
+        stride(self.clock(), self.record().plant_rate_hz)
     }
 
     /// An empty trace of the plant and of the nets with these names.
@@ -183,6 +193,16 @@ pub trait Rig {
         let all = self.wiring().nets();
         let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
         Trace::new(self.clock(), self.stride(), (0..self.reals().len()).collect(), picks)
+    }
+
+    /// The same with what pictures draw between rows.
+    fn drawn_trace(&self, nets: &[&str]) -> Trace {
+        self.trace(nets).keeping(&self.drawn())
+    }
+
+    /// Mean, least and greatest values that pictures draw, as columns of a [`row`](Self::row).
+    fn drawn(&self) -> Vec<[usize; 3]> {
+        Vec::new()
     }
 
     /// An empty trace of only what [`judge`](Self::judge) and [`metric`](crate::metric) look at.
@@ -210,25 +230,90 @@ pub(crate) fn run<R: Rig>(
 ) -> Summary {
     let (end, stride, modulated) = (rig.edges(), rig.stride(), rig.gates_drive());
     trace.begin(end / stride + 1);
-    let (mut summary, over) = match rig.direct() {
-        Some(direct) => direct.run(end, stride, trace, observer, control),
+    let from = window_start(end, stride);
+    let (summary, contact, over) = match rig.direct() {
+        Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            rig.visit(Run { driver, end, stride, modulated, observer: Watch { trace, observer }, control })
+            // The first output that a PHANToM is judged by is the number of the joint under test.
+            let contact = Contact::new(&rig.wiring().nets(), from, rig.judged()[0]);
+            let observer = Watch { trace, contact, observer, reals: rig.reals().len() };
+            let edge_s = rig.clock().period_s();
+            rig.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
         }
     };
+    judged(rig, trace, summary, contact, over)
+}
+
+/// A run of a rig's world that another program makes, such as a simulator of VHDL: `play` shows it to the observer as
+/// [`Rig::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as
+/// 0, and judges it.
+///
+/// # Errors
+///
+/// What `play` answers.
+pub fn follow<R: Rig, E>(
+    rig: &R,
+    trace: &mut Trace,
+    observer: &mut dyn Observe,
+    play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
+) -> Result<Summary, E> {
+    trace.begin(rig.edges() / rig.stride() + 1);
+    let contact = Contact::new(&rig.wiring().nets(), window_start(rig.edges(), rig.stride()), rig.judged()[0]);
+    let mut follow = Follow { trace, observer, contact, known: Vec::new() };
+    let (summary, over) = play(&mut follow)?;
+    let contact = follow.contact.edges(summary.edges) as f64;
+    Ok(judged(rig, trace, summary, contact, over))
+}
+
+/// Fills the trace, counts contact and shows everything to an observer, which is shown unknown words too.
+struct Follow<'a> {
+    trace: &'a mut Trace,
+    observer: &'a mut dyn Observe,
+    contact: Contact,
+    known: Vec<i64>,
+}
+
+impl Observe for Follow<'_> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.known.clear();
+        self.known.extend(words.iter().map(|&word| if word == UNKNOWN { 0 } else { word }));
+        self.trace.nets(cycle, &self.known);
+        self.contact.see(cycle.0, &self.known);
+        self.observer.nets(cycle, words);
+    }
+
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.trace.reals(cycle, values);
+        self.observer.reals(cycle, values);
+    }
+}
+
+/// The summary with what the trace of its run says.
+fn judged<R: Rig>(
+    rig: &R,
+    trace: &Trace,
+    mut summary: Summary,
+    contact_edges: f64,
+    over: Option<&'static str>,
+) -> Summary {
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && rig.has_device() {
         summary.verdict = Some(rig.judge(trace, summary.aborted));
+        let window = rig.edges() - window_start(rig.edges(), rig.stride());
+        summary.contact_share = over.is_none().then_some(contact_edges / window as f64);
     }
     summary
 }
 
-/// Fills the trace and shows everything to an observer as well, if there is one.
+/// Fills the trace, counts contact and shows everything to an observer as well, if there is one.
 struct Watch<'a> {
     trace: &'a mut Trace,
+    contact: Contact,
     observer: Option<&'a mut dyn Observe>,
+    /// How many outputs the plant has.
+    reals: usize,
 }
 
 impl Observe for Watch<'_> {
@@ -236,9 +321,13 @@ impl Observe for Watch<'_> {
     fn follows(&self, nets: Range<usize>) -> bool {
         self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
     }
+    fn measures(&self) -> bool {
+        self.trace.keeps_beyond(self.reals) || self.observer.as_ref().is_some_and(|observer| observer.measures())
+    }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.trace.nets(cycle, words);
+        self.contact.see(cycle.0, words);
         if let Some(observer) = &mut self.observer {
             observer.nets(cycle, words);
         }
@@ -268,15 +357,18 @@ impl<'s> Visit<'s> for Compare {
 
 struct Run<'a> {
     driver: Driver,
-    end: u64,
+    /// The edges at which the judged window begins and the run ends.
+    window: (u64, u64),
     stride: u64,
     modulated: bool,
+    edge_s: f64,
     observer: Watch<'a>,
     control: &'a Control,
 }
 
 impl<'s> Visit<'s> for Run<'_> {
-    type Out = (Summary, Option<&'static str>);
+    /// With the edges of contact in the window, and why the world ended it.
+    type Out = (Summary, f64, Option<&'static str>);
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
@@ -287,11 +379,14 @@ impl<'s> Visit<'s> for Run<'_> {
         if !self.modulated {
             wiring.rest_modulator();
         }
-        let mut run = ClosedLoop::new(wiring, world, input, self.stride);
-        let complete = run.run(self.driver, self.end, &mut self.observer, self.control);
+        let (from, end) = self.window;
+        let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
+        let mut run = if self.observer.measures() { run.measured() } else { run };
+        let complete = run.run(self.driver, end, &mut self.observer, self.control);
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {
             verdict: None,
+            contact_share: None,
             aborted: None,
             complete,
             edges: run.edge(),
@@ -304,8 +399,9 @@ impl<'s> Visit<'s> for Run<'_> {
             steps: run.world.steps(),
             redecided: run.world.redecided(),
             energy: run.world.audit(),
-            nets: nets.map(|(signal, usage)| NetUse { signal, usage }).collect(),
+            averages: if complete { run.averages(self.edge_s) } else { None },
+            nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
         };
-        (summary, run.world.over())
+        (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
     }
 }

@@ -7,12 +7,13 @@ use hpu_signal::{Clock, Observe, Real};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
+use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
 use crate::direct::{AxisDirect, Computed, Direct};
 use crate::engine::{Comparison, Control, Driver};
 use crate::method;
 use crate::plant::{Plant, PlantError};
 use crate::rig::{self, Compare, Rig, TheLoop, Visit};
-use crate::scene::{EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
+use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
 use crate::summary::{Abort, Summary};
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Verdict, judge};
@@ -81,6 +82,10 @@ impl<'s> Session<'s> {
         &self.plant
     }
 
+    fn is_mass(&self) -> bool {
+        matches!(self.scene.device, Device::Mass(_))
+    }
+
     /// The scene's words.
     #[must_use]
     pub fn words(&self) -> &LoopWords {
@@ -124,7 +129,26 @@ impl Rig for Session<'_> {
     }
 
     fn reals(&self) -> &'static [Real] {
-        AxisWorld::REALS
+        &self.row()[..AxisWorld::REALS.len()]
+    }
+
+    fn row(&self) -> &'static [Real] {
+        if self.is_mass() { &RAIL_ROW } else { &AXIS_ROW }
+    }
+
+    fn columns(&self) -> Vec<usize> {
+        let all = if self.has_device() { 0..self.row().len() } else { 0..0 };
+        all.filter(|column| !(self.is_mass() && CURRENTS.contains(column))).collect()
+    }
+
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
+        // A positive command turns the bridge, and the amplifier, against the positive direction.
+        let column = if self.is_mass() { "wall_force_n" } else { "wall_torque_nm" };
+        vec![("command", column, -self.words.command_quantum_nm(self.scene))]
+    }
+
+    fn drawn(&self) -> Vec<[usize; 3]> {
+        vec![TORQUE_BETWEEN]
     }
 
     fn has_device(&self) -> bool {
@@ -176,7 +200,14 @@ impl Rig for Session<'_> {
             }
             _ => return None,
         };
+        let ideal = model.encoder == EncoderModel::Ideal;
+        let realised = &self.words.realised;
         Some(Direct::Axis(AxisDirect {
+            touched_rad: if ideal {
+                self.scene.wall.position_rad
+            } else {
+                realised.wall_position_rad + realised.count_rad
+            },
             plant: &self.plant,
             computed,
             schedule: self.words.schedule,

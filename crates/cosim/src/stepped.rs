@@ -5,7 +5,9 @@
 //! sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than most tools are, whose
 //! encoder shows nothing before the step is over.
 
-use hpu_plant::{Axis, Device, Drive, Energy, Event, Feed, Method, Powers, REALS, State, Stepper};
+use hpu_plant::{
+    Axis, Chord, Device, Drive, Energy, Event, Feed, Gauge, Measured, Method, Pace, Powers, REALS, State, Stepper,
+};
 
 /// How a device is stepped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -60,6 +62,8 @@ pub(crate) struct Stepped<'p> {
     steps: u64,
     /// A step has left all that is modelled; the device stays where it was before.
     lost: bool,
+    /// Current and speed between rows, if anybody asked.
+    gauge: Option<Box<Gauge<2>>>,
 }
 
 /// Beyond this angle in rad, or position in m, a step is lost.
@@ -97,7 +101,37 @@ impl<'p> Stepped<'p> {
             initial_j: axis.stored_j(&from),
             steps: 0,
             lost: false,
+            gauge: None,
         }
+    }
+
+    /// From edge 0 on, mean and extremes of current and speed are kept between rows.
+    pub(crate) fn measure(&mut self, pace: Pace) {
+        self.gauge = Some(Box::new(Gauge::new(pace)));
+    }
+
+    /// What the row at an edge tells of current and speed, which go in straight lines over a step.
+    pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
+        let gauge = self.gauge.as_deref()?;
+        let x = self.state(edge);
+        let now = if edge == self.start {
+            gauge.clone()
+        } else {
+            gauge.after(self.start, edge, Some(edge), &self.chord(edge, &x))
+        };
+        Some(now.row(edge, self.edge_s, &[x[0], x[1]]))
+    }
+
+    /// The part of the present step up to an edge, where the state is `x`.
+    fn chord(&self, edge: u64, x: &State) -> Chord<2> {
+        let Self { start, edge_s, from, .. } = *self;
+        Chord { start, edges: edge - start, edge_s, ends: [[from[0], from[1]], [x[0], x[1]]] }
+    }
+
+    /// What is felt at an edge.
+    pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
+        let intent_rad_per_s = self.intent_rad_per_s;
+        self.axis.felt(&self.state(edge), intent_rad_per_s)
     }
 
     #[inline(never)]
@@ -147,6 +181,9 @@ impl<'p> Stepped<'p> {
         let intent = self.intent.take().map(|(since, angle_rad, speed_rad_per_s)| {
             (angle_rad + speed_rad_per_s * ((edge - since) as f64 * self.edge_s), speed_rad_per_s)
         });
+        if let Some((_, speed_rad_per_s)) = intent {
+            self.intent_rad_per_s = speed_rad_per_s;
+        }
         match &mut self.mover {
             Mover::Exact { now, .. } => {
                 if let Some((angle_rad, speed_rad_per_s)) = intent {
@@ -159,7 +196,6 @@ impl<'p> Stepped<'p> {
                 let mut x = self.from;
                 if let Some((angle_rad, speed_rad_per_s)) = intent {
                     x[3] = angle_rad;
-                    self.intent_rad_per_s = speed_rad_per_s;
                     if self.axis.is_prescribed() {
                         (x[1], x[2]) = (speed_rad_per_s, angle_rad);
                     }
@@ -248,8 +284,12 @@ impl<'p> Stepped<'p> {
         if edge != self.start + self.edges {
             return x;
         }
+        if let Some(gauge) = &self.gauge {
+            self.gauge = Some(Box::new(gauge.after(self.start, edge, Some(edge), &self.chord(edge, &x))));
+        }
         match &mut self.mover {
             Mover::Fixed { stepper, energy, feed, powers } => {
+                energy.moved(stepper.step_s(), &self.from, &x);
                 let before = powers.unwrap_or_else(|| stepper.powers(&self.from, feed));
                 let after = stepper.powers(&x, feed);
                 stepper.account(energy, stepper.step_s(), &before, &after);
@@ -279,6 +319,7 @@ impl<'p> Stepped<'p> {
             Mover::Fixed { stepper, energy, feed, .. } => {
                 let mut energy = *energy;
                 let length_s = (edge - self.start) as f64 * self.edge_s;
+                energy.moved(length_s, &self.from, &self.state(edge));
                 let [from, to] = [self.from, self.state(edge)].map(|x| stepper.powers(&x, feed));
                 stepper.account(&mut energy, length_s, &from, &to);
                 energy

@@ -63,6 +63,8 @@ pub struct NetUse {
     pub signal: Signal,
     /// Its range, and for how many edges it had lost bits.
     pub usage: SignalUse,
+    /// Whether lost bits were seen: of VHDL that differs from the emulator only the words are known.
+    pub losses_seen: bool,
 }
 
 /// A run that ended before its time.
@@ -79,6 +81,9 @@ pub struct Abort {
 pub struct Summary {
     /// What became of the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
+    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration: 0 where it is not
+    /// reached. `None` for a run that did not come to its end and for a recording.
+    pub contact_share: Option<f64>,
     /// Why it ended early, if the world ended it.
     pub aborted: Option<Abort>,
     /// Whether nobody stopped it.
@@ -104,6 +109,9 @@ pub struct Summary {
     pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
+    /// Exact means over the part of the run that a verdict is made of: of the actuator's torque or force, and of the
+    /// position; of an axis that came that far.
+    pub averages: Option<[f64; 2]>,
     /// The use of every net.
     pub nets: Vec<NetUse>,
 }
@@ -162,10 +170,11 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         },
         Metric::PeakTorque => trace.greatest_size(TORQUE),
         Metric::SpringOverflowShare => {
-            let spring = summary.nets.iter().find(|net| net.signal.name == "spring")?;
+            let spring = summary.nets.iter().find(|net| net.signal.name == "spring" && net.losses_seen)?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,
+        Metric::ContactShare => summary.contact_share?,
         Metric::Rms => match summary.verdict? {
             Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => rms_m,
             _ => return None,

@@ -22,6 +22,8 @@ pub struct Trace {
     stride: u64,
     rows: usize,
     kept: Vec<usize>,
+    /// Where, among those kept, are mean, least and greatest value of an output.
+    between: Vec<usize>,
     reals: Vec<Vec<f64>>,
     picks: Vec<usize>,
     now: Vec<i64>,
@@ -42,7 +44,12 @@ struct Beyond {
     /// Of each output that is kept: least, greatest, last.
     extremes: Vec<[f64; 3]>,
     judged: Vec<Streamed>,
+    /// Of each output that rows tell means and extremes of: sum of the means, least, greatest of rows that came after
+    /// the last held one.
+    waiting: Vec<[f64; 3]>,
 }
+
+const NOTHING: [f64; 3] = [0.0, f64::INFINITY, f64::NEG_INFINITY];
 
 impl Trace {
     /// Values of all columns together that a bounded trace of usual size may hold: 64 MB.
@@ -57,12 +64,30 @@ impl Trace {
             rows: 0,
             reals: vec![Vec::new(); kept.len()],
             kept,
+            between: Vec::new(),
             now: vec![0; picks.len()],
             words: vec![Vec::new(); picks.len()],
             picks,
             bound: None,
             beyond: None,
         }
+    }
+
+    /// The same with mean, least and greatest value of an output, which are these columns of a row. Where not all rows
+    /// are held, those that are tell of the others too: the mean of their means, the least, the greatest.
+    #[must_use]
+    pub fn keeping(mut self, between: &[[usize; 3]]) -> Self {
+        for columns in between {
+            self.between.push(self.kept.len());
+            self.kept.extend(columns);
+        }
+        self.reals.resize(self.kept.len(), Vec::new());
+        self
+    }
+
+    /// Whether it keeps anything beyond so many columns of a row.
+    pub(crate) fn keeps_beyond(&self, reals: usize) -> bool {
+        self.kept.iter().any(|kept| *kept >= reals)
     }
 
     /// The same, holding at most so many values, whatever the length of the run. A verdict may be made of the outputs `judged`.
@@ -84,6 +109,7 @@ impl Trace {
                 every: 1,
                 extremes: vec![[f64::INFINITY, f64::NEG_INFINITY, f64::NAN]; self.kept.len()],
                 judged: judged.iter().map(|index| Streamed::new(*index, rows)).collect(),
+                waiting: vec![NOTHING; self.between.len()],
             }));
         }
         self.rows = 0;
@@ -108,8 +134,15 @@ impl Trace {
         for judged in &mut beyond.judged {
             judged.add(beyond.came, real(judged.index));
         }
+        for ([sum, least, greatest], &of) in beyond.waiting.iter_mut().zip(&self.between) {
+            let [mean, low, high] = [0, 1, 2].map(|k| real(self.kept[of + k]));
+            (*sum, *least, *greatest) = (*sum + mean, least.min(low), greatest.max(high));
+        }
         if beyond.came.is_multiple_of(beyond.every) {
             if self.bound.as_ref().is_some_and(|(most, _)| self.rows == *most) {
+                for (&of, waiting) in self.between.iter().zip(&mut beyond.waiting) {
+                    join(&mut self.reals[of..of + 3], beyond.every, waiting);
+                }
                 self.reals.iter_mut().for_each(halve);
                 self.words.iter_mut().for_each(halve);
                 self.rows /= 2;
@@ -118,6 +151,14 @@ impl Trace {
             self.rows += 1;
             for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
                 column.push(real(at));
+            }
+            let rows = if beyond.came == 0 { 1 } else { beyond.every };
+            for (waiting, &of) in beyond.waiting.iter_mut().zip(&self.between) {
+                let [sum, least, greatest] = std::mem::replace(waiting, NOTHING);
+                for (column, value) in self.reals[of..].iter_mut().zip([sum / rows as f64, least, greatest]) {
+                    let last = column.len() - 1;
+                    column[last] = value;
+                }
             }
             for ((column, &pick), &now) in self.words.iter_mut().zip(&self.picks).zip(&self.now) {
                 column.push(word(pick, now));
@@ -166,6 +207,12 @@ impl Trace {
     #[must_use]
     pub fn came(&self) -> u64 {
         self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
+    }
+
+    /// Clock edges between rows that are held.
+    #[must_use]
+    pub fn edges_apart(&self) -> u64 {
+        self.every() * self.stride
     }
 
     /// Seconds between rows that are held.
@@ -285,6 +332,19 @@ impl Trace {
     pub fn words(&self, index: usize) -> &[i64] {
         &self.words[index]
     }
+}
+
+/// Lets every second row of mean, least and greatest value tell of the row before it too; the last one, of `every`
+/// rows, waits.
+fn join(columns: &mut [Vec<f64>], every: u64, [sum, low, high]: &mut [f64; 3]) {
+    let [mean, least, greatest] = columns else { unreachable!("three columns") };
+    for row in (2..mean.len()).step_by(2) {
+        mean[row] = 0.5 * (mean[row - 1] + mean[row]);
+        least[row] = least[row].min(least[row - 1]);
+        greatest[row] = greatest[row].max(greatest[row - 1]);
+    }
+    let last = mean.len() - 1;
+    (*sum, *low, *high) = (*sum + every as f64 * mean[last], low.min(least[last]), high.max(greatest[last]));
 }
 
 /// Every second one of a column, from the first.

@@ -9,6 +9,9 @@
 //!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
 //!    (a hand still on its way) falls here too, at 0 Hz.
 //!
+//! The verdict is one on the motion. Whether it is one on the wall is told by the
+//! [contact](crate::Summary::contact_share) in the same window.
+//!
 //! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only
 //! the ends of a frequency's count are then told to one of the rows that are held, and not to one of all.
 //!

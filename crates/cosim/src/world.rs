@@ -49,6 +49,17 @@ pub trait World: Clone {
             show(edge, &self.reals(edge));
         }
     }
+    /// From edge 0 on, keeps what [`measured`](World::measured) tells of the rows at every `stride` edges. A run in
+    /// which nobody asks for that does not pay for it.
+    fn measure(&mut self, _stride: u64) {}
+    /// Adds to a row, at such an edge, what it tells beyond [`reals`](World::reals): means and extremes since the row
+    /// before, and what the hand feels.
+    fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
+    /// The integrals, since the start, of the actuator's torque or force and of the position, at an edge which the
+    /// world has not left yet; of a world with one axis.
+    fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
+        [0.0; 2]
+    }
     /// Where the energy has gone until the present edge.
     fn audit(&self) -> EnergyAudit;
     /// Changes of encoders' counts so far (edges of their lines).

@@ -9,7 +9,8 @@
 //! - **Reset**: every register as its block says. **Overflow**: the position wraps, and `delta` reads through it.
 //! - **VHDL twin**: `hdl/axis_front.vhd`, instances `sync`, `decoder`, `counter`, `offset`, `wall`.
 //! - **Source**: the first five blocks of `hybrid_loop`, Vasudevan et al. 2007.
-//! - **Differs from the hardware**: as those blocks do.
+//! - **Differs from the hardware**: as in synchronizer, quadrature_decoder, position_counter, displacement and
+//!   unilateral.
 
 use hpu_signal::Signal;
 

@@ -11,7 +11,7 @@
 //! - **Overflow**: rounds to the nearest, ties up, then saturates.
 //! - **VHDL twin**: `hdl/biquad.vhd`.
 //! - **Source**: the direct form I of the textbooks.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: five products and their sum take one edge, so no limit on the clock.
 //!
 //! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner far
 //! below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a sixth of

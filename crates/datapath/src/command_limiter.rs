@@ -7,9 +7,9 @@
 //! - **Reset**: all registers 0. **Overflow**: none, `limited` holds every limited value.
 //! - **VHDL twin**: `hdl/command_limiter.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (8); the row is common practice for a path longer than a clock.
-//! - **Differs from the hardware**: with 0, settles at once. With more, synthesis may spread the registers over the logic before
-//!   them (retiming), which no edge shows but those after a reset. Hardware that leaves them out and tells its tools of a path of
-//!   `SETTLING + 1` clocks shows, until the last of these clocks, words that are none of any position.
+//! - **Differs from the hardware**: SETTLING = 0 has no propagation delay. Otherwise synthesis may move the registers
+//!   into the logic before them, which shows only at the first edges after a reset. A design that declares a path of
+//!   several clocks instead of registering it shows intermediate words meanwhile, this one never.
 
 use hpu_signal::Signal;
 

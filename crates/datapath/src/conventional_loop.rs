@@ -7,8 +7,9 @@
 //! - **Reset**, **Overflow**: as the hybrid loop.
 //! - **VHDL twin**: `hdl/conventional_loop.vhd`.
 //! - **Source**: the loop that Vasudevan et al. 2007 compare with.
-//! - **Differs from the hardware**: theirs ran in a computer; here it is the same datapath with a zero-order hold, with
-//!   no computing time of its own.
+//! - **Differs from the hardware**: samples exactly every period; a controller in software has jitter and a computing
+//!   delay. Combinational paths settle within the clock they change in, whatever their length; SETTLING says how much
+//!   later they would.
 
 use crate::haptic_loop::HapticLoop;
 

@@ -6,7 +6,7 @@
 //! - **Overflow**: wraps, which is the point: half a turn and more reads as a distance the other way.
 //! - **VHDL twin**: `hdl/displacement.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Signal};
 

@@ -15,7 +15,7 @@
 //! - **Overflow**: none.
 //! - **VHDL twin**: `hdl/edge_timer.vhd`.
 //! - **Source**: the fixed-position method (Belanger 1992); timeout and reversal as every such timer needs them.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: none known.
 
 use hpu_signal::{Format, Signal};
 

@@ -10,7 +10,7 @@
 //!   `LEAST_CONSERVATIVE`: `E' = clamp((0 if F = 0, else E) + c1 d^2 + F d, 0, max)`, `F' = clamp(f, -b, b)` with
 //!   `b = min(floor(2 sqrt(c1 E')), top)`.
 //!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
-//!   `drag = floor(damping * d)` inside the wall, 0 outside.
+//!   `drag = floor(damping * d)`, within `-top - 1 .. top`, inside the wall, 0 outside.
 //! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory`: `E`, (0,ENERGY_WIDTH,0), or
 //!   (0,ENERGY_WIDTH-BOUND_FRAC,BOUND_FRAC) when `LEAST_CONSERVATIVE`.
 //! - **Latency**: `ROOT_WIDTH/2 + 2` edges from a capture to torque and memory.
@@ -25,7 +25,9 @@
 //!   when a whole number lies between c2 and c1, `c2 <= c1`; where none does, `lo` and `hi`, rounded to whole PWM counts, may
 //!   lead one PWM count beyond the step that c1 allows, and such steps can add up. The motion while the root is computed was
 //!   done on the torque before.
-//! - **Differs from the hardware**: takes the root at the capture and holds torque and memory back; nobody can tell.
+//! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
+//!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
+//!   root are not modelled.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -14,7 +14,7 @@
 //!   below 0.
 //! - **VHDL twin**: `hdl/filtered_difference.vhd`.
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: none known.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -13,7 +13,7 @@
 //! - **Overflow**: motion of half the counter's range in a window aliases.
 //! - **VHDL twin**: `hdl/foaw.vhd`.
 //! - **Source**: Janabi-Sharifi, Hayward and Chen 2000. `NOISE` = 1 count explains a counter at constant speed.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: all windows are tried in one edge, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Signal};
 

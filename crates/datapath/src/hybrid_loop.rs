@@ -9,9 +9,9 @@
 //!   limited.
 //! - **VHDL twin**: `hdl/hybrid_loop.vhd`.
 //! - **Source**: Vasudevan et al. 2007.
-//! - **Differs from the hardware**: the paper's multiplier is asynchronous, without a clock anywhere in the spring's
-//!   path; here pins and counter are clocked, so that the path is continuous to one clock. Whatever it
-//!   takes beyond that is `SETTLING`.
+//! - **Differs from the hardware**: the paper's multiplier is asynchronous, without a clock anywhere in the path of the
+//!   spring; here the encoder's path is clocked, so the spring is continuous to one clock. Combinational paths settle
+//!   within the clock they change in, whatever their length; SETTLING says how much later they would.
 
 use crate::haptic_loop::HapticLoop;
 

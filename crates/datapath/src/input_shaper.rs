@@ -12,7 +12,8 @@
 //! - **VHDL twin**: `hdl/input_shaper.vhd`.
 //! - **Source**: the analog input shaper's Figure 1: two rectifiers, one behind the high-pass, one at the output; a Butterworth
 //!   high-pass of 2.5 Hz, bilinear.
-//! - **Differs from the hardware**: the analog filter neither samples nor rounds.
+//! - **Differs from the hardware**: the published shaper is analog; here the filter samples and rounds, and its
+//!   products take one edge.
 //!
 //! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that made it.
 

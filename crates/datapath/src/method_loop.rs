@@ -8,7 +8,8 @@
 //! - **Reset**: every register as its block says. **Overflow**: the command is limited to full scale.
 //! - **VHDL twin**: `hdl/<law>_loop.vhd`, instances `front`, `law`, `shaper`, `limiter`, `modulator`.
 //! - **Source**: that of the law.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: as in the law and the blocks around it; combinational paths settle within the clock
+//!   they change in, whatever their length.
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 

@@ -19,7 +19,9 @@
 //! - **Known failures**: the floors only take energy out, but the two clamps at 0 do not conserve it: a radicand below 0
 //!   gives the user more than was stored, and engaging inside the wall (`REVIVE`) stores what nobody has given. The rest
 //!   position drifts, as `x` is not the penetration. The motion while the root is computed was done on the torque before.
-//! - **Differs from the hardware**: takes the root at the capture and holds torque and memory back; nobody can tell.
+//! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
+//!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
+//!   root are not modelled.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -6,7 +6,7 @@
 //!   done on the torque that was shown; at most `CREDIT` unless that is 0.
 //!   `q = floor(|W| / |d|)`; `torque = clamp(f + sign(d) q)` if `W < 0` and `d /= 0`, else `f`; `c = torque - f`.
 //!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
-//!   `drag = floor(damping * d)` inside the wall, 0 outside, `top = 2^TORQUE_WIDTH - 1`.
+//!   `drag = floor(damping * d)`, within `-top - 1 .. top`, inside the wall, 0 outside, `top = 2^TORQUE_WIDTH - 1`.
 //! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory` (1,ENERGY_WIDTH-1,0): `W` of the latest
 //!   capture.
 //! - **Latency**: `ENERGY_WIDTH + 2` edges from a capture to its torque.
@@ -21,7 +21,9 @@
 //!   follows it and misses what the hold generates. Energy once taken delays the correction: bounded by `CREDIT`. `EXACT`
 //!   takes all motion between captures as done on one torque: what moves while it computes was done on the one before.
 //!   The floor of `q` leaves less than `|d|` uncorrected, which `W` carries on.
-//! - **Differs from the hardware**: divides at the capture and holds the torque back; nobody can tell.
+//! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
+//!   quotient at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of
+//!   the division are not modelled.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

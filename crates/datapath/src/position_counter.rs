@@ -6,7 +6,7 @@
 //! - **Reset**: 0. **Overflow**: wraps; `displacement` reads through the wrap. A step of -2 counts -2.
 //! - **VHDL twin**: `hdl/position_counter.vhd`.
 //! - **Source**: Vasudevan et al. 2007: 12 bits, 4 x 1024 lines, one wrap a motor revolution.
-//! - **Differs from the hardware**: no index pulse, no preset.
+//! - **Differs from the hardware**: no index pulse and no preset, so zero is wherever the handle was at reset.
 
 use hpu_signal::{Format, Signal};
 

@@ -13,7 +13,7 @@
 //! - **Reset**: phase 0, command 0, legs off, all gates 0. **Overflow**: none; `-2^WIDTH` is 100 %.
 //! - **VHDL twin**: `hdl/pwm.vhd`.
 //! - **Source**: Vasudevan et al. 2007 (12-bit PWM); the two modes of the LMD18200.
-//! - **Differs from the hardware**: gates switch at once; the driver's own delays belong to the bridge.
+//! - **Differs from the hardware**: gates switch at the clock edge, with no driver delay and no rise or fall time.
 
 use hpu_signal::{Format, Signal};
 

@@ -9,7 +9,8 @@
 //! - **Reset**: previous 00, `step` 0, `error` 0, settle counter `SETTLE`. **Overflow**: none.
 //! - **VHDL twin**: `hdl/quadrature_decoder.vhd`.
 //! - **Source**: the usual state table of an incremental encoder.
-//! - **Differs from the hardware**: no digital filter against glitches on the lines.
+//! - **Differs from the hardware**: no digital filter against glitches; the lines of a real encoder also bounce and are
+//!   not exactly 90 degrees apart.
 
 use hpu_signal::{Format, Signal};
 
@@ -85,7 +86,12 @@ impl Block for QuadratureDecoder {
 
     fn outputs(&self) -> Out<Signal> {
         Out {
-            step: Signal::new("step", Format::signed(2), "count", "Motion since the previous edge: -1, 0 or +1"),
+            step: Signal::new(
+                "step",
+                Format::signed(2),
+                "count",
+                "Motion since the previous edge: +1 where b leads a (a b = 00, 01, 11, 10), -1 where a leads b, or 0",
+            ),
             error: Signal::bit("error", "Both lines have changed at one edge since reset: counts were lost"),
         }
     }

@@ -18,7 +18,8 @@
 //! - **VHDL twin**: `hdl/sampled_wall.vhd`.
 //! - **Source**: Colgate and Schenkel 1997 (spring and damper); two rates and negative damping as in Colgate and Brown 1994;
 //!   the estimators as in their blocks.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length.
+//!   With ESTIMATOR 4 the emulator models the ports of the divider, not the registers within.
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal};
 

@@ -5,7 +5,7 @@
 //! - **Latency**: none, combinational. **Reset**: none. **Overflow**: none, `limited` holds every limited value.
 //! - **VHDL twin**: `hdl/saturator.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (8): stall torque at 100 % duty, here on both sides.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Signal};
 

@@ -10,7 +10,8 @@
 //! - **Overflow**: saturates when `OUT_WIDTH` is too narrow.
 //! - **VHDL twin**: `hdl/sequential_divider.vhd`.
 //! - **Source**: the restoring division of the textbooks; it turns the interval of an `edge_timer` into a speed.
-//! - **Differs from the hardware**: divides at the capture and holds the quotient back; nobody can tell.
+//! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the quotient at the
+//!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -8,7 +8,8 @@
 //! - **Reset**: idle, all outputs 0. **Overflow**: none.
 //! - **VHDL twin**: `hdl/square_root.vhd`.
 //! - **Source**: the digit-by-digit root of the textbooks.
-//! - **Differs from the hardware**: computes at the capture and holds the root back; nobody can tell.
+//! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the root at the
+//!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
 use hpu_signal::{Format, Narrowed, Signal};
 

@@ -7,8 +7,8 @@
 //! - **Reset**: all four flip-flops 0. **Overflow**: none.
 //! - **VHDL twin**: `hdl/synchronizer.vhd`.
 //! - **Source**: common practice for asynchronous inputs.
-//! - **Differs from the hardware**: a pin that changes within the set-up window is sampled cleanly, old or new;
-//!   metastability is not modelled.
+//! - **Differs from the hardware**: no flip-flop is ever metastable here: a line that moves at the edge is read as its
+//!   value just before it.
 
 use hpu_signal::Signal;
 

@@ -8,7 +8,7 @@
 //! - **Overflow**: wraps; the default widths cannot overflow.
 //! - **VHDL twin**: `hdl/torque_sum.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eqs. (6), (7). Its Eq. (5) reads tau2 + tau3, a slip for tau1 + tau2.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Signal};
 

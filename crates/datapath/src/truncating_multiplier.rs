@@ -9,8 +9,8 @@
 //! - **VHDL twin**: `hdl/truncating_multiplier.vhd`.
 //! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, of the 24-bit product "the higher 12 bits" eliminated, which is
 //!   [`drop_upper`](TruncatingMultiplier::drop_upper). Its Eq. (8) needs the saturation before that.
-//! - **Differs from the hardware**: settles at once; the paper's device had no multiplier blocks, so that its product
-//!   rippled.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
+//!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

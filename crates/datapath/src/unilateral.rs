@@ -7,7 +7,7 @@
 //! - **Latency**: none, combinational. **Reset**: none. **Overflow**: none.
 //! - **VHDL twin**: `hdl/unilateral.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eqs. (1), (7).
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Signal};
 

@@ -12,7 +12,8 @@
 //! - **Overflow**: saturates when `OUT_WIDTH` is too narrow. Motion of half the counter's range in one sample aliases.
 //! - **VHDL twin**: `hdl/velocity_register.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (4).
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: RESCALED is an addition to the paper's design; its product takes one edge, so no
+//!   limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -19,7 +19,7 @@
 //! - **Known failures**: shows no more than `K_e K_c / (K_e + K_c)`. The gains hold for one period and one coupling, so
 //!   that `stiffness`, `damping` and `period` are to change together with them. A negative extension comes to rest 1 LSB
 //!   below 0.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: all products take one edge, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

@@ -11,7 +11,7 @@
 //! - **Overflow**: motion of half the counter's range in one window aliases.
 //! - **VHDL twin**: `hdl/window_difference.vhd`.
 //! - **Source**: the fixed-time method over several samples; resolution of one count a window.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: none known.
 
 use hpu_signal::{Format, Signal};
 

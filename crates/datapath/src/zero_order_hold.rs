@@ -8,7 +8,8 @@
 //! - **Reset**: `q` 0, countdown 0, so that the first edge samples. **Overflow**: none.
 //! - **VHDL twin**: `hdl/zero_order_hold.vhd`.
 //! - **Source**: the conventional loop that Vasudevan et al. 2007 compare with.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: samples exactly every period; a controller in software has jitter and a computing
+//!   delay.
 
 use hpu_signal::{Format, Signal};
 

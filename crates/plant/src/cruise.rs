@@ -138,6 +138,33 @@ impl<'a> Cruise<'a> {
         from_fn(|k| 1.01 * (most[k] + bulge[k]))
     }
 
+    /// Edges of a period.
+    pub(crate) fn period_edges(&self) -> u64 {
+        self.period.edges
+    }
+
+    /// The pulse or pause that so many edges after the anchor lie in: its first edge, that of the next one, its motion.
+    pub(crate) fn pulse(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, Trajectory<'a>) {
+        let (begun, ended, x, w) = self.phase(smooth, edges);
+        (begun, ended, Self::seen(smooth.system, &x, &w))
+    }
+
+    /// The integrals of the ripple in current and speed over so many edges after the anchor.
+    pub(crate) fn ripple_until(&self, smooth: &Trajectory<'a>, edges: u64) -> [f64; 2] {
+        let (system, duty) = (smooth.system, self.duty);
+        let (pulse, middle, mut falling) = system.glide(&[0.0; 4], &self.rise, duty);
+        falling[CURRENT] -= self.fall;
+        let until = |edges: u64| {
+            if edges <= duty {
+                return system.path(&[0.0; 4], &self.rise, edges);
+            }
+            plus(&pulse.states, &system.path(&middle, &falling, edges - duty))
+        };
+        let (whole, part) = (edges / self.period.edges, edges % self.period.edges);
+        let (period, rest) = (until(self.period.edges), until(part));
+        [CURRENT, SPEED].map(|k| whole as f64 * period[k] + rest[k])
+    }
+
     /// What the gates do so many edges after the anchor, whose own are those of the pulse.
     fn is_pulse(&self, edges: u64) -> bool {
         edges % self.period.edges < self.duty

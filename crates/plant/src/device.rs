@@ -10,6 +10,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::cruise::Cruise;
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
+use crate::gauge::{Flow, Gauge, Measured, Pace, Waves, Whole};
 use crate::guard::{Band, Guard, Limits, Point, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
@@ -25,7 +26,7 @@ pub const REALS: [Real; 4] = [
     Real { name: "current_a", doc: "Motor current" },
     Real { name: "speed_rad_per_s", doc: "Speed of the motor's shaft" },
     Real { name: "angle_rad", doc: "Angle of the motor's shaft" },
-    Real { name: "torque_nm", doc: "Torque of the motor on its shaft" },
+    Real { name: "torque_nm", doc: "Torque of the motor on its shaft, positive along the positive angle" },
 ];
 
 /// What drives an axis.
@@ -68,6 +69,8 @@ pub struct Device<'a> {
     pub(crate) redecided: u64,
     /// What the check of the shaft stays within.
     pub(crate) held: Limits,
+    /// Current and speed between rows, if anybody asked.
+    gauge: Option<Box<Gauge<2>>>,
 }
 
 /// The edge of an event, and the state that the motion brings there.
@@ -111,6 +114,7 @@ impl<'a> Device<'a> {
             noise: [0.0; 3],
             redecided: 0,
             held: Limits::ANY,
+            gauge: None,
         };
         device.shaft = device.shaft_at(&x.into());
         device.enter(0, x.into());
@@ -161,6 +165,73 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn shown(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
+    }
+
+    /// From edge 0 on, mean and extremes of current and speed are kept between rows: see [`measured`](Self::measured).
+    pub fn measure(&mut self, pace: Pace) {
+        self.gauge = Some(Box::new(Gauge::new(pace)));
+    }
+
+    /// What the row at an edge tells of current and speed, exactly: means and extremes since the row before; nothing
+    /// unless [`measure`](Self::measure) asked for it.
+    #[must_use]
+    pub fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
+        let gauge = self.gauge.as_deref()?;
+        let x = self.state(edge);
+        let passed;
+        let gauge = if edge == self.anchor {
+            gauge
+        } else {
+            passed = self.gauge_at(gauge, edge);
+            &passed
+        };
+        Some(gauge.row(edge, self.motion.system().edge_s(), &[x[CURRENT], x[SPEED]]))
+    }
+
+    /// What is felt at an edge: see [`Axis::felt`].
+    #[must_use]
+    pub fn felt(&self, edge: u64) -> [f64; 2] {
+        self.axis.felt(&self.state(edge), self.intent_rad_per_s)
+    }
+
+    /// The gauge at an edge after the anchor.
+    fn gauge_at(&self, gauge: &Gauge<2>, edge: u64) -> Gauge<2> {
+        let guards = [&self.mode.current, &self.mode.speed];
+        let flow = Flow { motion: &self.motion, guards, anchor: self.anchor };
+        match &self.cruise {
+            None => gauge.after(self.anchor, edge, Some(edge), &flow),
+            Some(cruise) => gauge.after(self.anchor, edge, Some(edge), &Waves { cruise, flow }),
+        }
+    }
+
+    /// Takes note of the motion from the anchor to an edge, for rows: before [`account`](Self::account), and not in it, for whom
+    /// it would cost a good part of its registers.
+    #[inline(always)]
+    pub(crate) fn pass(&mut self, edge: u64) {
+        if self.gauge.is_some() && edge != self.anchor {
+            self.pass_measured(edge);
+        }
+    }
+
+    #[cold]
+    fn pass_measured(&mut self, edge: u64) {
+        if let Some(gauge) = self.gauge.as_deref() {
+            self.gauge = Some(Box::new(self.gauge_at(gauge, edge)));
+        }
+    }
+
+    /// Whether rows tell means and extremes.
+    #[inline(always)]
+    pub(crate) fn is_measured(&self) -> bool {
+        self.gauge.is_some()
+    }
+
+    /// Takes note of the course of an edge in which a mode ended.
+    #[cold]
+    pub(crate) fn pass_course(&mut self, edge: u64, course: &Whole<2>) {
+        if let Some(gauge) = &mut self.gauge {
+            **gauge = gauge.after(edge - 1, edge, Some(edge), course);
+        }
     }
 
     /// How often a mode has changed.
@@ -230,6 +301,7 @@ impl<'a> Device<'a> {
             Some(cruise) => self.foresees(cruise, edge, drive),
         };
         if !is_as_it_was {
+            self.pass(edge);
             self.set(edge, drive);
         }
     }
@@ -280,13 +352,18 @@ impl<'a> Device<'a> {
         }
     }
 
+    /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
+    pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        self.pass(edge);
+        self.guide(edge, angle_rad, speed_rad_per_s);
+    }
+
     versions! {
-        /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
-        pub fn intend[intend_fused, intend_native, intend_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
+        fn guide[guide_fused, guide_native, guide_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
     }
 
     #[inline(always)]
-    fn intend_with<P: Product>(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+    fn guide_with<P: Product>(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         let mut x = self.account::<P>(edge);
         x.set(INTENT, angle_rad.into());
         self.intent_rad_per_s = speed_rad_per_s;
@@ -450,6 +527,7 @@ impl<'a> Device<'a> {
             if edge < end {
                 return x;
             }
+            self.pass(edge);
             self.land(edge);
             return *self.motion.anchor();
         }
@@ -460,6 +538,7 @@ impl<'a> Device<'a> {
             let mut watch =
                 Watch { motion: &self.motion, limits: check.limits, noise: *noise, again: &mut self.redecided };
             if check.guard.side(&mut watch, edges, check.guard.value(&x)) != Side::Inside {
+                self.pass(edge - 1);
                 self.change(edge);
                 return *self.motion.anchor();
             }

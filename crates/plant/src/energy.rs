@@ -2,7 +2,7 @@
 
 use crate::double::Doubles;
 use crate::leap::Integrals;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State, plus};
 
 const SOURCE: usize = 0;
 const HAND: usize = 1;
@@ -17,6 +17,8 @@ pub struct Energy {
     totals: [f64; 6],
     rests: [f64; 6],
     exchanged: f64,
+    /// `∫ x dt`.
+    states: State,
 }
 
 /// The powers of one mode, as far as they are constant.
@@ -83,6 +85,7 @@ impl Energy {
         after: &State,
         done: &Integrals,
     ) {
+        self.states = plus(&self.states, &done.states);
         let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
         let speed_squared = done.squares[SPEED];
         let copper = powers.resistance_ohm * current_squared;
@@ -130,6 +133,17 @@ impl Energy {
         let mut flows = [0.0; 6];
         flows[SOURCE] = inductance_h * (to_a - from_a) * (0.5 * (to_a + from_a));
         self.take(flows);
+    }
+
+    /// A step on which the states go in straight lines.
+    pub fn moved(&mut self, length_s: f64, from: &State, to: &State) {
+        self.states = std::array::from_fn(|k| self.states[k] + 0.5 * length_s * (from[k] + to[k]));
+    }
+
+    /// The integrals of current and angle since the start, in A·s and rad·s.
+    #[must_use]
+    pub fn current_and_angle(&self) -> [f64; 2] {
+        [self.states[CURRENT], self.states[ANGLE]]
     }
 
     fn sum(&self, index: usize) -> f64 {

@@ -3,7 +3,7 @@
 use crate::axis::{Axis, Hand};
 use crate::device::{Device, Drive, REALS};
 use crate::energy::{Energy, stored_j};
-use crate::matrix::{ANGLE, CURRENT, SPEED, State};
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Bridge, Circuit};
 
 /// What drives an axis over one step: its circuit as it is at the start, and the hand's speed.
@@ -111,6 +111,31 @@ impl Axis {
     #[must_use]
     pub fn reals(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]
+    }
+
+    /// What is felt in a state: the hand's angle, and its torque on the shaft, positive along the positive angle. A
+    /// hand with an intention is where it means to be, any other where the shaft is. One that imposes the motion bears
+    /// what friction and motor do to it.
+    #[must_use]
+    pub fn felt(&self, x: &State, intent_rad_per_s: f64) -> [f64; 2] {
+        let motor = &self.motor;
+        match self.hand {
+            Hand::Torque(torque_nm) => [x[ANGLE], torque_nm],
+            Hand::Spring(push) => {
+                let spring = push.stiffness_nm_per_rad * (x[INTENT] - x[ANGLE]);
+                [x[INTENT], spring + push.damping_nm_s_per_rad * (intent_rad_per_s - x[SPEED])]
+            }
+            Hand::Prescribed => {
+                let friction_nm = motor.viscous_nm_s_per_rad * x[SPEED] + self.friction_nm(x[SPEED]);
+                [x[ANGLE], friction_nm - motor.torque_constant_nm_per_a * x[CURRENT]]
+            }
+        }
+    }
+
+    /// The torque constant in N·m/A.
+    #[must_use]
+    pub fn torque_constant_nm_per_a(&self) -> f64 {
+        self.motor.torque_constant_nm_per_a
     }
 
     /// Whether the hand imposes the motion.

@@ -285,6 +285,19 @@ impl Guard {
         self.value(w)
     }
 
+    /// The second derivative where the state's slope is `w`.
+    #[inline(always)]
+    pub(crate) fn curvature(&self, w: &State) -> f64 {
+        dot(&self.bend, w)
+    }
+
+    /// Coefficients in the sizes of the slope that bound the second and the fourth derivative over 2^`dyadic` edges,
+    /// where they are tabulated.
+    #[inline(always)]
+    pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[&State; 2]> {
+        self.bounds.get(dyadic).map(|bounds| [&bounds.second, &bounds.fourth])
+    }
+
     /// A bound of the second derivative over 2^`dyadic` edges from where the state's slope is `w`.
     pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
         dot(&self.bounds[dyadic].second, &sizes(w))

@@ -127,6 +127,15 @@ impl Quadrature {
         Self { length_s: leap.length_s, s: Columns::of(&leap.s), forms }
     }
 
+    /// Adds `∫ x dt` over the leap from state `x` with slope `w`.
+    #[inline(always)]
+    pub(crate) fn add_path(&self, x: &State, w: &State, total: &mut State) {
+        let path = self.s.times(w);
+        for k in 0..4 {
+            total[k] += x[k] * self.length_s + path[k];
+        }
+    }
+
     versions! {
         /// Adds the integrals over the leap from state `x` with slope `w`.
         pub(crate) fn add[add_fused, add_native, add_with](self: &Self, x: &State, w: &State, total: &mut Integrals)

@@ -228,6 +228,19 @@ impl Linear {
         (total, x, w)
     }
 
+    /// `∫ x dt` over so many edges from state `x` with slope `w`, in `f64`.
+    pub(crate) fn path(&self, x: &State, w: &State, edges: u64) -> State {
+        let (mut x, mut w, mut total) = (*x, *w, [0.0; 4]);
+        for level in (0..=edges.max(1).ilog2() / BITS).rev() {
+            let digit = (edges >> (level * BITS) & MASK) as usize;
+            if digit != 0 {
+                self.quadrature(level, digit).1.add_path(&x, &w, &mut total);
+                (x, w) = self.turned(level, digit, &x, &w);
+            }
+        }
+        total
+    }
+
     /// What so many edges of a level do, at least one.
     #[inline(always)]
     fn digit(&self, level: u32, digit: usize) -> &Digit {

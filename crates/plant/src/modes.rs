@@ -5,6 +5,7 @@ use crate::axis::{Hand, Shaft};
 use crate::course::Course;
 use crate::device::{Device, Drive};
 use crate::double::{Double, Doubles, Product, versions};
+use crate::gauge::Whole;
 use crate::guard::{Guard, Limits, Side};
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED};
@@ -73,14 +74,24 @@ impl<'a> Device<'a> {
             }
         }
         let (tau_s, mut there, cause, side) = first.expect("a mode ended");
-        self.tally(tau_s.hi, &x, &there, &course.integrals(tau_s.hi, &there.hi));
+        let done = course.integrals(tau_s.hi, &there.hi);
+        self.tally(tau_s.hi, &x, &there, &done);
+        let mut passed = self.is_measured().then_some(Whole::NOTHING);
+        if let Some(passed) = &mut passed {
+            passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
+        }
         self.turn(cause, side, &mut there);
         self.enter_with::<P>(edge - 1, there);
         // The rest of the edge in the new mode, then whatever else is due by then.
         let rest_s = Double::from(edge_s) - tau_s;
         let course = Course::new::<P>(self.motion);
         let mut x = course.at::<P>(rest_s);
-        self.tally(rest_s.hi, &there, &x, &course.integrals(rest_s.hi, &x.hi));
+        let done = course.integrals(rest_s.hi, &x.hi);
+        self.tally(rest_s.hi, &there, &x, &done);
+        if let Some(mut passed) = passed {
+            passed.add(&self.motion, rest_s.hi, [&there.hi, &x.hi], &done.states);
+            self.pass_course(edge, &passed);
+        }
         if self.axis.is_resistive() {
             self.redrive::<P>(edge, x);
         } else {

@@ -7,13 +7,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
-use hpu_datapath::{AnyBlock, registry, variants};
+use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
 
+use crate::around::Around;
 use crate::closed_loop::{LoopJob, LoopLibraries, LoopScene};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::package::package;
 use crate::report::{CheckReport, CheckRow, Tally, tally};
+use crate::sources::sources;
 use crate::stimuli;
 use crate::testbench::{VECTOR_READER, testbench};
 use crate::tool::{Fault, Tool, ToolError};
@@ -31,7 +33,7 @@ pub struct CheckOptions {
     pub blocks: Vec<String>,
     /// Labels of the variants; all when empty.
     pub variants: Vec<String>,
-    /// Scenes whose loops are closed around the VHDL.
+    /// Scenes whose loops are closed around the VHDL, from shortly before they reach their wall.
     pub scenes: Vec<LoopScene>,
     /// Random rows a variant, beside the directed ones (ten times as many for blocks with a PWM).
     pub rows: usize,
@@ -108,7 +110,8 @@ impl<'o> Check<'o> {
     ///
     /// [`GhdlError`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
     pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
-        let scenes = options.scenes.iter().map(LoopJob::new).collect::<Result<Vec<_>, _>>()?;
+        let scenes = options.scenes.iter().map(|scene| LoopJob::new(scene).map(LoopJob::late));
+        let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
         Tool::Ghdl.version().map_err(GhdlError::Tool)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
         for (label, block) in options.wanted() {
@@ -120,7 +123,7 @@ impl<'o> Check<'o> {
             let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
             rows.push(Row { row, clocked, runs: runs as usize, found: BTreeMap::new() });
         }
-        let blocks = if rows.is_empty() { None } else { Some(library(&options.setup)?) };
+        let blocks = if rows.is_empty() { None } else { Some(library(options)?) };
         for scene in &scenes {
             jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(edge_us(scene.wiring), scene.edges) });
             rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
@@ -235,7 +238,7 @@ impl<'o> Check<'o> {
         let said = library.run(&unit, &generics, &[], longest)?;
         library.remove(&file)?;
         let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-        Ok(tally(&said).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
+        Ok(tally(&said, &Around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
     }
 }
 
@@ -297,14 +300,17 @@ fn edge_us(wiring: &str) -> u64 {
     }
 }
 
-/// Analyses all blocks and their testbenches.
-fn library(setup: &Setup) -> Result<Library, GhdlError> {
-    let blocks = registry();
+/// Analyses the blocks that are asked for, what they are made of, and their testbenches.
+fn library(options: &CheckOptions) -> Result<Library, GhdlError> {
+    let wanted = |block: &dyn AnyBlock| options.blocks.iter().any(|name| name == block.name());
+    let blocks: Vec<_> = registry().into_iter().filter(|block| wanted(&**block)).collect();
+    let sources = sources(blocks.iter().map(|block| block.name()), &options.setup.hdl)?;
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
-    packages.extend(blocks.iter().map(|block| (format!("{}_pkg.vhd", block.name()), package(&**block))));
+    let parts = sources.iter().filter_map(|name| block_by_name(name));
+    packages.extend(parts.map(|block| (format!("{}_pkg.vhd", block.name()), package(&*block))));
     let testbench = |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block));
     let testbenches: Vec<_> = blocks.iter().map(|block| testbench(&**block)).collect();
-    Library::analyse(&packages, setup, blocks.iter().map(|block| block.name()), &testbenches)
+    Library::analyse(&packages, &options.setup, sources.iter().map(String::as_str), &testbenches)
 }
 
 /// Whether this is the multiplier whose products are taken all, or in strata.

@@ -6,19 +6,26 @@
 //! net. The library, `libhpu_rtl.so`, is what the program carries, or it is looked for beside the running executable and in
 //! `deps` there, which is where cargo leaves it.
 
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use std::{env, fs};
+use std::{env, fs, thread};
 
 use hpu_cosim::scene::{Experiment, shipped_file};
-use hpu_cosim::{Ready, Rig, TheLoop};
-use hpu_datapath::{block_by_name, registry};
+use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, follow};
+use hpu_datapath::block_by_name;
+use hpu_signal::{Observe, SignalUse};
 
+use crate::around::Around;
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::loop_bench::{LOOP_BRIDGE, loop_bench, probe, probe_instance};
+use crate::motion::{Pipe, Played};
 use crate::package::package;
 use crate::report::{CheckRow, Tally, tally};
+use crate::side::Totals;
+use crate::sources::sources;
 use crate::testbench::VECTOR_READER;
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Header, literal};
@@ -60,15 +67,93 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
     Ok(row)
 }
 
+/// Runs a scene in VHDL and shows the nets of the VHDL, and the world that it drives, to the observer as
+/// [`Rig::run`] shows the emulator's; fills the trace, and judges the motion. Every net is compared with the emulator's
+/// after every edge: one net more than the wiring has, the last, is 1 from the first edge on at which one differed.
+///
+/// A word with an unknown bit is shown as [`UNKNOWN`](hpu_signal::UNKNOWN). Where the VHDL differs, the summary does
+/// not know what its words have lost.
+///
+/// # Errors
+///
+/// As of [`closed_loop`], and when the control has stopped it.
+pub fn run_vhdl(
+    scene: &LoopScene,
+    setup: &Setup,
+    rig: &impl Rig,
+    trace: &mut Trace,
+    observer: &mut dyn Observe,
+    control: &Control,
+) -> Result<(Summary, CheckRow), GhdlError> {
+    let start = Instant::now();
+    let mut job = LoopJob::new(scene)?;
+    Tool::Ghdl.version().map_err(GhdlError::Tool)?;
+    let libraries = LoopLibraries::new(std::slice::from_ref(&job), setup)?;
+    let pipe = Pipe::new(libraries.of(&job).dir())?;
+    job.environment.push(("HPU_LOOP_RECORD", Pipe::NAME.to_string()));
+    let mut row = job.row();
+    let summary = follow(rig, trace, observer, |observer| {
+        let ended = AtomicBool::new(false);
+        let (motion, tally) = thread::scope(|scope| {
+            let ghdl = scope.spawn(|| {
+                let tally = job.run(&libraries);
+                ended.store(true, Ordering::Release);
+                tally
+            });
+            // One net is more than the wiring has: whether any has differed.
+            let columns = (rig.wiring().nets().len() + 1, rig.row().len());
+            let motion = pipe.play(&ended, columns, observer, control);
+            (motion, ghdl.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        });
+        row.add(Ok(tally?), true, start.elapsed().as_secs_f64());
+        let broken_off = || ToolError::new(Tool::Ghdl, "tell its motion", Fault::Silent("motion"), "");
+        let Played { totals, ranges } = motion.ok_or_else(broken_off)?;
+        Ok::<_, GhdlError>(sum_up(rig, totals, &ranges, &row))
+    })?;
+    Ok((summary, row))
+}
+
+/// The summary of a motion that was played, and why it ended early, if it did.
+fn sum_up(rig: &impl Rig, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
+    let losses_seen = row.mismatches == 0;
+    let nets = rig.wiring().nets().into_iter().zip(&totals.uses).zip(ranges);
+    let nets = nets.map(|((signal, &usage), &(min, max))| {
+        let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
+        NetUse { signal, usage, losses_seen }
+    });
+    let summary = Summary {
+        verdict: None,
+        contact_share: None,
+        aborted: None,
+        complete: true,
+        edges: totals.edges,
+        motion_s: 0.0,
+        wall_s: row.seconds,
+        ticks: totals.edges,
+        encoder_edges: totals.encoder_edges,
+        output_changes: totals.output_changes,
+        mode_changes: totals.mode_changes,
+        steps: totals.steps,
+        redecided: totals.redecided,
+        energy: totals.energy,
+        averages: None,
+        nets: nets.collect(),
+    };
+    // One run of a program: nothing is lost by keeping why it ended.
+    (summary, totals.over.map(|why| &*why.leak()))
+}
+
 /// A scene whose wiring is known.
 pub(crate) struct LoopJob {
     pub(crate) wiring: &'static str,
     scene: String,
     pub(crate) edges: u64,
     generics: Vec<(&'static str, String)>,
-    environment: [(&'static str, String); 5],
+    environment: Vec<(&'static str, String)>,
     /// The probe, and the instance of it.
     probe: [String; 2],
+    /// The columns of what is told of a mismatch.
+    around: Around,
 }
 
 impl LoopJob {
@@ -92,7 +177,7 @@ impl LoopJob {
             scene: session.name().to_string(),
             edges: *edges,
             generics,
-            environment: [
+            environment: vec![
                 ("HPU_SCENE_NAME", name.clone()),
                 ("HPU_SCENE_TEXT", text.clone()),
                 ("HPU_SCENE_SET", set.join("\n")),
@@ -100,7 +185,14 @@ impl LoopJob {
                 ("HPU_LOOP_EDGES", edges.to_string()),
             ],
             probe: [probe(session.wiring()), probe_instance(session.wiring())],
+            around: Around::of_loop(wiring.name(), &session.wiring().nets(), session.clock()),
         })
+    }
+
+    /// The same, compared from shortly before the wall is reached.
+    pub(crate) fn late(mut self) -> Self {
+        self.environment.push(("HPU_LOOP_LATE", String::new()));
+        self
     }
 
     pub(crate) fn row(&self) -> CheckRow {
@@ -112,12 +204,14 @@ impl LoopJob {
         let longest = u32::try_from(self.edges).map_or(Duration::MAX, |edges| LONGEST_EDGE.saturating_mul(edges));
         let said = libraries.of(self).run(&unit, &self.generics, &self.environment, longest)?;
         let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-        Ok(tally(&said).filter(|tally| tally.rows == self.edges).ok_or_else(unfinished)?)
+        // A late one has its encoders turned before it.
+        let is_whole = |tally: &Tally| tally.rows >= self.edges || tally.is_over;
+        Ok(tally(&said, &self.around).filter(is_whole).ok_or_else(unfinished)?)
     }
 }
 
-/// The wirings of some scenes, each probed, analysed with all blocks and their testbenches. The probe of a wiring may differ by
-/// scene (a net of one bit is no vector), and then so does the library.
+/// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may
+/// differ by scene (a net of one bit is no vector), and then so does the library.
 pub(crate) struct LoopLibraries(Vec<(Vec<Wired>, Library)>);
 
 /// A wiring with its probe.
@@ -156,18 +250,33 @@ impl LoopLibraries {
     }
 }
 
-/// The scene and the number of edges that the runner asks its child process for.
-pub(crate) fn scene_from_environment() -> Result<(Experiment, u64), String> {
-    let get = |name: &str| env::var(name).map_err(|error| format!("{name}: {error}"));
-    let set = get("HPU_SCENE_SET")?;
-    let overrides: Vec<_> = set
-        .lines()
-        .filter_map(|line| line.split_once('='))
-        .map(|(key, value)| (key.to_string(), value.to_string()))
-        .collect();
-    let scene = parse(&get("HPU_SCENE_NAME")?, &get("HPU_SCENE_TEXT")?, &overrides, get("HPU_SCENE_DATA")?.as_ref())?;
-    let edges = get("HPU_LOOP_EDGES")?.parse().map_err(|error| format!("HPU_LOOP_EDGES: {error}"))?;
-    Ok((scene, edges))
+/// What the runner asks its child process for.
+pub(crate) struct Asked {
+    pub(crate) scene: Experiment,
+    pub(crate) edges: u64,
+    /// Whether to begin shortly before the wall is reached.
+    pub(crate) late: bool,
+    /// Where to record the motion of the VHDL's world.
+    pub(crate) record: Option<PathBuf>,
+}
+
+impl Asked {
+    pub(crate) fn from_environment() -> Result<Self, String> {
+        let get = |name: &str| env::var(name).map_err(|error| format!("{name}: {error}"));
+        let set = get("HPU_SCENE_SET")?;
+        let overrides: Vec<_> = set
+            .lines()
+            .filter_map(|line| line.split_once('='))
+            .map(|(key, value)| (key.to_string(), value.to_string()))
+            .collect();
+        let (name, text, data) = (get("HPU_SCENE_NAME")?, get("HPU_SCENE_TEXT")?, get("HPU_SCENE_DATA")?);
+        Ok(Self {
+            scene: parse(&name, &text, &overrides, data.as_ref())?,
+            edges: get("HPU_LOOP_EDGES")?.parse().map_err(|error| format!("HPU_LOOP_EDGES: {error}"))?,
+            late: env::var_os("HPU_LOOP_LATE").is_some(),
+            record: env::var_os("HPU_LOOP_RECORD").map(PathBuf::from),
+        })
+    }
 }
 
 fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Experiment, String> {
@@ -195,9 +304,9 @@ fn library(group: &[Wired], setup: &Setup) -> Result<Library, GhdlError> {
         benches.push((format!("{name}.vhd"), format!("{}{instance}{}", &text[..end], &text[end..])));
         benches.push((format!("tb_loop_{name}.vhd"), loop_bench(&*by_default)));
     }
-    let blocks = registry().into_iter().map(|block| block.name());
-    let blocks = blocks.filter(|name| TheLoop::all().iter().all(|wiring| wiring.name() != *name));
-    let library = Library::analyse(&packages, setup, blocks, &benches)?;
+    let mut blocks = sources(group.iter().map(|wired| wired.wiring), &setup.hdl)?;
+    blocks.retain(|name| TheLoop::all().iter().all(|wiring| wiring.name() != name));
+    let library = Library::analyse(&packages, setup, blocks.iter().map(String::as_str), &benches)?;
     if setup.library.is_empty() {
         let shared = shared_library()?;
         fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;

@@ -5,9 +5,9 @@
 
 use std::cell::RefCell;
 
-use hpu_cosim::Ready;
+use hpu_cosim::{Ready, Rig};
 
-use crate::closed_loop::scene_from_environment;
+use crate::closed_loop::Asked;
 use crate::lockstep::Lockstep;
 
 thread_local! {
@@ -17,9 +17,15 @@ thread_local! {
 
 /// The scene lives as long as the process.
 fn open() -> Lockstep<'static> {
-    let (scene, edges) = scene_from_environment().unwrap_or_else(|error| panic!("{error}"));
+    let Asked { scene, edges, late, record } = Asked::from_environment().unwrap_or_else(|error| panic!("{error}"));
     let session = Ready::new(Box::leak(Box::new(scene))).unwrap_or_else(|error| panic!("{error}"));
-    Lockstep::new(Box::leak(Box::new(session)), edges)
+    let session: &Ready = Box::leak(Box::new(session));
+    let mut lockstep = Lockstep::new(session, edges, late);
+    if let Some(path) = record {
+        let opened = lockstep.record(&path, session.stride());
+        opened.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+    lockstep
 }
 
 /// A count that VHDL handed over, which is a `natural`.

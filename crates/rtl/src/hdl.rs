@@ -78,6 +78,16 @@ impl fmt::Display for Hdl {
     }
 }
 
+/// What the header of a block's VHDL says of where the block differs from the hardware, on one line; `None` when it says
+/// nothing.
+#[must_use]
+pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
+    let (_, rest) = vhdl.split_once("\n-- differs from the hardware:")?;
+    let lines =
+        rest.lines().enumerate().map_while(|(at, line)| if at == 0 { Some(line) } else { line.strip_prefix("--") });
+    Some(lines.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" "))
+}
+
 /// What VHDL is simulated or synthesised, and how.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Setup {

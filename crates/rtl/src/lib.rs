@@ -3,6 +3,7 @@
 //! Everything flows outward from the port lists of `hpu_datapath`: the VHDL blocks are written by hand from their data
 //! sheets, and this crate holds them to the emulator's bits.
 
+mod around;
 mod check;
 mod closed_loop;
 mod cost;
@@ -11,13 +12,17 @@ mod generated;
 mod ghdl;
 mod hdl;
 mod junit;
+mod late;
 mod lockstep;
 mod loop_bench;
+mod motion;
 mod package;
 mod postures;
 mod reader;
 mod report;
 mod scene;
+mod side;
+mod sources;
 pub mod stimuli;
 pub mod temporary;
 mod testbench;
@@ -25,20 +30,23 @@ mod tool;
 mod vector;
 pub mod wave;
 
+pub use around::{Around, Row};
 pub use check::{Check, CheckOptions, check};
-pub use closed_loop::{LoopScene, closed_loop};
+pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{
-    Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog, vhdl,
+    Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog,
 };
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
-pub use hdl::{Hdl, Setup};
+pub use hdl::{Hdl, Setup, differs_from_the_hardware};
 pub use junit::junit;
+pub use late::{Late, comparison_edges};
 pub use loop_bench::{LOOP_BRIDGE, loop_bench, probe};
 pub use package::package;
 pub use reader::{Problem, VectorError, stimuli_from_csv};
-pub use report::{CheckReport, CheckRow, Mismatch};
+pub use report::{CheckReport, CheckRow, Contact, Mismatch};
 pub use scene::scene_vectors;
+pub use sources::vhdl;
 pub use testbench::{VECTOR_READER, testbench};
 pub use tool::{Fault, TIMEOUT, Tool, ToolError, stop_tools};
 pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal, row_line};

@@ -1,17 +1,20 @@
 //! The emulator's side of a loop closed around VHDL: a plant driven by the VHDL's gates, the emulator beside it with a
-//! plant of its own, and every net compared after every edge.
+//! plant of its own, and every net compared after every edge. What the VHDL's plant does can be recorded.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
 
-use hpu_cosim::{ClosedLoop, Rig, Visit, World};
-use hpu_datapath::{Wiring, flatten};
-use hpu_signal::{Format, Ports, Signal};
+use hpu_cosim::Rig;
+use hpu_signal::{Format, Signal, UNKNOWN};
 
-use crate::report::Mismatch;
+use crate::around::{AFTER, BEFORE};
+use crate::late::{Late, touching};
+use crate::motion::Recorder;
+use crate::side::{Pair, Pairing, Sides, Totals};
+use crate::vector::{digits, hex};
 
-/// Edges that a mismatch is shown with.
-const KEPT: usize = 16;
 /// Bits of a word that cross the border to VHDL at a time.
 const PART_BITS: u32 = 30;
 /// Added to the pins when a word of several bits has changed.
@@ -19,64 +22,20 @@ const WORDS_CHANGED: i32 = 1 << 24;
 /// Parts of the widest word.
 const PARTS: usize = 3;
 
-/// The emulator beside the VHDL, and the world that the VHDL drives, whatever they are.
-trait Pair {
-    /// One edge of the emulator; the words of all nets after it.
-    fn step(&mut self) -> &[i64];
-    /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
-    fn sense(&mut self, input: &mut Vec<i64>);
-    /// The words that the VHDL's nets have, outputs from this index on, drive its world.
-    fn drive(&mut self, outputs: usize, words: &[i64]);
-}
-
-struct Both<W: Wiring, E: World> {
-    emulator: ClosedLoop<W, E>,
-    world: E,
-    input: E::In,
-}
-
-impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E> {
-    fn step(&mut self) -> &[i64] {
-        self.emulator.step(&mut ());
-        self.emulator.wiring.words()
-    }
-
-    fn sense(&mut self, input: &mut Vec<i64>) {
-        self.world.sense();
-        self.world.place(&mut self.input);
-        input.clear();
-        self.input.each(|&word| input.push(word));
-    }
-
-    fn drive(&mut self, outputs: usize, words: &[i64]) {
-        let mut next = words[outputs..].iter();
-        self.world.drive(E::Out::build(|| *next.next().expect("outputs come before other nets")), words);
-    }
-}
-
-/// Makes the pair of a session, and the constant inputs.
-struct Pairing;
-
-impl<'s> Visit<'s> for Pairing {
-    type Out = (Box<dyn Pair + 's>, Vec<i64>);
-    fn visit<E, W>(self, wiring: &W, world: E, mut input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        world.place(&mut input);
-        let emulator = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
-        let words = flatten(&input);
-        (Box::new(Both { emulator, world, input }), words)
-    }
-}
-
 /// The words of all nets after an edge, in the emulator and in the VHDL.
 #[derive(Default)]
 struct Edge {
     edge: u64,
     expected: Vec<i64>,
     got: Vec<Option<i64>>,
+}
+
+/// The first mismatch.
+struct Found {
+    edge: u64,
+    signal: &'static str,
+    expected: String,
+    got: String,
 }
 
 /// VHDL and emulator, edge by edge.
@@ -97,17 +56,40 @@ pub struct Lockstep<'s> {
     edge: u64,
     edges: u64,
     mismatches: u64,
-    first: Option<Mismatch>,
+    first: Option<Found>,
     history: VecDeque<Edge>,
+    /// Nets of which one is not 0 in contact, and the edges in contact so far.
+    touching: Vec<usize>,
+    touched: u64,
+    late: Option<Late>,
+    record: Option<Record>,
+}
+
+/// What the VHDL's world does, on its way out.
+struct Record {
+    to: Recorder,
+    /// Edges between rows of the plant's outputs.
+    stride: u64,
+    /// Whether the VHDL has told a word since the last ones were recorded.
+    is_told: bool,
+    /// The words of its nets, unknown ones as [`UNKNOWN`], and whether they have ever differed.
+    words: Vec<i64>,
+    reals: Vec<f64>,
 }
 
 impl<'s> Lockstep<'s> {
-    /// Both sides of a scene after reset, for so many edges.
+    /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is
+    /// reached.
     #[must_use]
-    pub fn new(session: &'s impl Rig, edges: u64) -> Self {
-        let (pair, input) = session.visit(Pairing);
-        let nets = session.wiring().nets();
+    pub fn new(session: &'s impl Rig, edges: u64, late: bool) -> Self {
+        let late = late.then(|| (edges, session.edges()));
+        let Sides { pair, input, nets, late, homing } =
+            session.visit(Pairing { late, modulated: session.gates_drive() });
         Self {
+            touching: touching(&nets),
+            touched: 0,
+            late,
+            record: None,
             outputs: input.len(),
             told: vec![[-1; PARTS]; nets.len()],
             got: vec![None; nets.len()],
@@ -117,11 +99,23 @@ impl<'s> Lockstep<'s> {
             input,
             pair,
             edge: 0,
-            edges,
+            edges: edges + homing,
             mismatches: 0,
             first: None,
-            history: VecDeque::with_capacity(KEPT),
+            history: VecDeque::with_capacity(BEFORE + AFTER),
         }
+    }
+
+    /// Records what the VHDL's world does in a file or a pipe, with rows of the plant's outputs so many edges apart.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be opened.
+    pub fn record(&mut self, path: &Path, stride: u64) -> io::Result<()> {
+        let words = Vec::with_capacity(self.nets.len() + 1);
+        self.pair.measure(stride);
+        self.record = Some(Record { to: Recorder::open(path)?, stride, is_told: true, words, reals: Vec::new() });
+        Ok(())
     }
 
     /// Part of the word of an input.
@@ -132,9 +126,13 @@ impl<'s> Lockstep<'s> {
     }
 
     /// Flows the world to the next edge: the inputs of one bit which that edge samples, the first port lowest, and
-    /// [`WORDS_CHANGED`] when a wider one has changed; `None` after the last edge.
+    /// [`WORDS_CHANGED`] when a wider one has changed; `None` after the last edge, which a recorded world may bring on.
     pub fn pins(&mut self) -> Option<i32> {
-        if self.edge == self.edges {
+        if self.edge == 0 {
+            self.note();
+        }
+        if self.edge == self.edges || self.is_over() {
+            self.complete();
             return None;
         }
         std::mem::swap(&mut self.before, &mut self.input);
@@ -155,6 +153,9 @@ impl<'s> Lockstep<'s> {
     pub fn tell(&mut self, net: usize, part: usize, word: i32) {
         let format = self.nets[net].format;
         self.told[net][part] = word;
+        if let Some(record) = &mut self.record {
+            record.is_told = true;
+        }
         let parts = format.width().div_ceil(PART_BITS) as usize;
         let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
         let bits = self.told[net][..parts].iter().rev().try_fold(0, whole);
@@ -164,7 +165,8 @@ impl<'s> Lockstep<'s> {
     /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant.
     pub fn compare(&mut self) {
         self.edge += 1;
-        let oldest = if self.history.len() == KEPT { self.history.pop_front() } else { None };
+        // From the first mismatch on, the edges after it are kept too, so many.
+        let oldest = if self.first.is_none() && self.history.len() == BEFORE { self.history.pop_front() } else { None };
         let mut latest = oldest.unwrap_or_default();
         latest.edge = self.edge;
         latest.expected.clear();
@@ -179,40 +181,79 @@ impl<'s> Lockstep<'s> {
             }
         }
         self.mismatches += different;
-        self.history.push_back(latest);
+        if !self.pair.is_homing() {
+            self.touched += u64::from(self.touching.iter().any(|&net| latest.expected[net] != 0));
+        }
         if let (None, Some(net)) = (&self.first, first) {
-            self.first = Some(self.mismatch(net));
+            self.first = Some(self.mismatch(net, &latest));
+        }
+        if self.first.as_ref().is_none_or(|first| self.edge - first.edge <= AFTER as u64) {
+            self.history.push_back(latest);
         }
 
         // An output that is unknown is 0; the comparison has told it already.
         for (word, got) in self.words.iter_mut().zip(&self.got) {
             *word = got.unwrap_or(0);
         }
-        self.pair.drive(self.outputs, &self.words);
+        self.pair.drive(self.outputs, &self.words, self.mismatches == 0);
+        self.note();
     }
 
-    /// The mismatch of a net at the latest edge of the history.
-    fn mismatch(&self, net: usize) -> Mismatch {
-        let format = self.nets[net].format;
-        let latest = self.history.back().expect("the latest edge");
-        Mismatch {
-            row: self.edge,
-            signal: self.nets[net].name.to_string(),
-            expected: shown(format, Some(latest.expected[net])),
-            got: shown(format, latest.got[net]),
-            history: self.history.iter().map(|edge| self.line(edge)).collect(),
+    /// Records what is new at the present edge.
+    fn note(&mut self) {
+        let Some(record) = &mut self.record else { return };
+        // The first edge is recorded in any case: from there on the use of the words is told.
+        if record.is_told || self.edge == 1 {
+            let unknown = |(word, net): (&Option<i64>, &Signal)| match word {
+                Some(word) => *word,
+                None if net.format.width() < 64 => UNKNOWN,
+                None => 0,
+            };
+            record.words.clear();
+            record.words.extend(self.got.iter().zip(&self.nets).map(unknown));
+            record.words.push(i64::from(self.mismatches > 0));
+            record.to.nets(self.edge, &record.words);
+            record.is_told = false;
+        }
+        if self.edge.is_multiple_of(record.stride) {
+            self.pair.reals(self.edge, &mut record.reals);
+            record.to.reals(self.edge, &record.reals);
         }
     }
 
-    /// An edge of the history: every net in hex, with what the VHDL had where that is another word.
+    /// Whether the world has ended a run that is recorded. A mere comparison goes on.
+    fn is_over(&self) -> bool {
+        self.record.is_some() && self.pair.over().is_some()
+    }
+
+    /// Completes the record.
+    fn complete(&mut self) {
+        if let Some(record) = self.record.take() {
+            record.to.complete(&Totals { edges: self.edge, ..self.pair.totals() });
+        }
+    }
+
+    /// The mismatch of a net at the latest edge.
+    fn mismatch(&self, net: usize, latest: &Edge) -> Found {
+        let format = self.nets[net].format;
+        Found {
+            edge: self.edge,
+            signal: self.nets[net].name,
+            expected: shown(format, Some(latest.expected[net])),
+            got: shown(format, latest.got[net]),
+        }
+    }
+
+    /// An edge of the history: every net of the emulator in hex, then every net of the VHDL.
     fn line(&self, Edge { edge, expected, got }: &Edge) -> String {
-        let mut line = format!("edge={edge}");
-        for ((net, &expected), &got) in self.nets.iter().zip(expected).zip(got) {
-            let hex = |word| format!("{:x}", net.format.bits(word));
-            write!(line, " {}={}", net.name, hex(expected)).expect("a string grows");
-            if got != Some(expected) {
-                write!(line, "(vhdl {})", got.map_or("unknown".to_string(), hex)).expect("a string grows");
-            }
+        let mut line = format!("row={edge}");
+        for (net, &word) in self.nets.iter().zip(expected) {
+            write!(line, " {}", hex(net.format, word)).expect("a string grows");
+        }
+        line += " got";
+        for (net, word) in self.nets.iter().zip(got) {
+            let unknown = || "X".repeat(digits(net.format));
+            write!(line, " {}", word.map_or_else(unknown, |word| hex(net.format, word))).expect("a string grows");
         }
         line
     }
@@ -221,11 +262,16 @@ impl<'s> Lockstep<'s> {
     #[must_use]
     pub fn result(&self) -> String {
         let mut text = String::new();
-        if let Some(Mismatch { row, signal, expected, got, history }) = &self.first {
-            text += &format!("MISMATCH row={row} signal={signal} expected={expected} got={got}\n");
-            history.iter().for_each(|line| text += &format!("HISTORY {line}\n"));
+        if let Some(Found { edge, signal, expected, got }) = &self.first {
+            text += &format!("MISMATCH row={edge} signal={signal} expected={expected} got={got}\n");
+            self.history.iter().for_each(|edge| text += &format!("HISTORY {}\n", self.line(edge)));
         }
-        text + &format!("RESULT rows={} mismatches={}\n", self.edge, self.mismatches)
+        text += &format!("RESULT rows={} mismatches={}", self.edge, self.mismatches);
+        if let Some(Late { from_edge, reached, is_long }) = self.late {
+            let reached = reached.map_or("never".to_string(), |edge| edge.to_string());
+            text += &format!(" from={from_edge} reached={reached} long={is_long} touched={}", self.touched);
+        }
+        text + if self.pair.over().is_some() { " over\n" } else { "\n" }
     }
 }
 

@@ -62,12 +62,14 @@ pub fn loop_bench(wiring: &dyn AnyBlock) -> String {
         .collect();
     let numbered = || inputs.iter().enumerate();
     let bits = numbered().filter(|(_, signal)| signal.format.width() == 1);
-    let levels = |indent: &str| -> String {
-        let line = |(place, (_, signal)): (usize, (usize, &Signal))| {
-            format!("{indent}{} <= level(pins, {place});\n", signal.name)
-        };
-        bits.clone().enumerate().map(line).collect()
-    };
+    let levels: String = bits
+        .clone()
+        .enumerate()
+        .map(|(place, (_, signal))| format!("      {} <= level(pins, {place});\n", signal.name))
+        .collect();
+    // Before the first edge the lines are where the encoders are.
+    let first_levels: String =
+        bits.map(|(index, signal)| format!("    {} <= take({index}, 1)(0);\n", signal.name)).collect();
     let words = |indent: &str| -> String {
         let wide = numbered().filter(|(_, signal)| signal.format.width() > 1);
         wide.map(|(index, Signal { name, .. })| format!("{indent}{name} <= take({index}, {name}'length);\n")).collect()
@@ -120,9 +122,7 @@ end architecture;
 ",
         generics = generic_clause(wiring),
         instance = instance(wiring),
-        first_levels = levels("    "),
         first_words = words("    "),
-        levels = levels("      "),
         words = words("        "),
     )
 }

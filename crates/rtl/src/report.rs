@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use crate::around::Around;
+use crate::late::Late;
+
 /// The first row in which VHDL and emulator disagree, or the first edge of a closed loop.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mismatch {
@@ -13,8 +16,24 @@ pub struct Mismatch {
     pub expected: String,
     /// What the VHDL says.
     pub got: String,
-    /// Up to 16 rows that end with this one: the words that went in and were expected, then what came out.
-    pub history: Vec<String>,
+    /// The rows around it.
+    pub around: Around,
+}
+
+/// Contact in a comparison of a closed loop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Contact {
+    /// Where the comparison began, and whether the scene reaches the wall at all.
+    pub late: Late,
+    /// Edges compared at which the datapath saw the wall.
+    pub edges: u64,
+}
+
+impl Contact {
+    /// Whether there had to be contact, and was none.
+    fn is_missing(&self) -> bool {
+        self.late.reached.is_some() && self.late.is_long && self.edges == 0
+    }
 }
 
 /// One configuration of one block, checked.
@@ -32,7 +51,9 @@ pub struct CheckRow {
     pub mismatches: u64,
     /// The first of them.
     pub first: Option<Mismatch>,
-    /// What GHDL said when it did not come to a result.
+    /// Of a loop that is compared from shortly before the wall: what was seen of that.
+    pub contact: Option<Contact>,
+    /// What GHDL said when it did not come to a result, or why the result says too little.
     pub failure: Option<String>,
     /// Seconds taken.
     pub seconds: f64,
@@ -48,6 +69,7 @@ impl CheckRow {
             edges: 0,
             mismatches: 0,
             first: None,
+            contact: None,
             failure: None,
             seconds: 0.0,
         }
@@ -62,6 +84,11 @@ impl CheckRow {
                 self.edges += if clocked { tally.rows } else { 0 };
                 self.mismatches += tally.mismatches;
                 self.first = self.first.take().or(tally.first);
+                self.contact = tally.contact;
+                if tally.contact.is_some_and(|contact| contact.is_missing()) {
+                    let why = "the scene reaches the wall, and at no edge compared was it touched";
+                    self.failure = Some(format!("{why}; compare more of them (--edges)"));
+                }
             }
             Err(said) => self.failure = self.failure.take().or(Some(said)),
         }
@@ -120,9 +147,9 @@ impl fmt::Display for CheckReport {
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { row, signal, expected, got, history } = self;
+        let Self { row, signal, expected, got, around } = self;
         writeln!(f, "  first at {row}: {signal} expected {expected}, got {got}")?;
-        history.iter().try_for_each(|row| writeln!(f, "    {row}"))
+        around.lines(*row).iter().try_for_each(|line| writeln!(f, "    {line}"))
     }
 }
 
@@ -131,23 +158,40 @@ pub(crate) struct Tally {
     pub(crate) rows: u64,
     pub(crate) mismatches: u64,
     pub(crate) first: Option<Mismatch>,
+    pub(crate) contact: Option<Contact>,
+    /// Whether the world ended the run.
+    pub(crate) is_over: bool,
 }
 
-/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one.
-pub(crate) fn tally(said: &str) -> Option<Tally> {
+/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one. `around` has
+/// their columns.
+pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
-    let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?));
-    let history = || said.lines().filter_map(|line| line.strip_prefix("HISTORY ")).map(str::to_string).collect();
+    let history = || around.with(said.lines().filter_map(|line| line.strip_prefix("HISTORY ")));
+    let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?, history));
     Some(Tally {
         rows: number(result, "rows=")?,
         mismatches: number(result, "mismatches=")?,
-        first: first.map(|first| Mismatch { history: history(), ..first }),
+        first,
+        contact: contact(result),
+        is_over: result.ends_with(" over"),
     })
 }
 
+/// `from=<edge> reached=<edge, or never> long=<true or false> touched=<edges>`
+fn contact(result: &str) -> Option<Contact> {
+    let value = |key: &str| result.split(' ').find_map(|word| word.strip_prefix(key));
+    let late = Late {
+        from_edge: value("from=")?.parse().ok()?,
+        reached: value("reached=")?.parse().ok(),
+        is_long: value("long=")?.parse().ok()?,
+    };
+    Some(Contact { late, edges: value("touched=")?.parse().ok()? })
+}
+
 /// `<row> signal=<name> expected=<bits and value> got=<bits and value>`
-fn first(line: &str) -> Option<Mismatch> {
+fn first(line: &str, around: impl Fn() -> Around) -> Option<Mismatch> {
     let (row, line) = line.split_once(" signal=")?;
     let (signal, line) = line.split_once(" expected=")?;
     let (expected, got) = line.split_once(" got=")?;
@@ -156,6 +200,29 @@ fn first(line: &str) -> Option<Mismatch> {
         signal: signal.to_string(),
         expected: expected.to_string(),
         got: got.to_string(),
-        history: Vec::new(),
+        around: around(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(result: &str) -> CheckRow {
+        let mut row = CheckRow::new("hybrid_loop", "hybrid-wall");
+        let around = Around::of_loop("hybrid_loop", &[], hpu_signal::Clock::new(1).expect("a clock"));
+        row.add(Ok(tally(result, &around).expect("a result")), true, 1.0);
+        row
+    }
+
+    #[test]
+    fn a_scene_that_reaches_its_wall_and_is_compared_without_contact_fails() {
+        assert!(row("RESULT rows=9 mismatches=0 from=5 reached=8 long=true touched=6").ok());
+        let empty = row("RESULT rows=9 mismatches=0 from=5 reached=8 long=true touched=0");
+        assert!(!empty.ok() && empty.failure.expect("why").contains("--edges"));
+        // Neither does one that never reaches it, nor so few edges that they may hold no sample.
+        assert!(row("RESULT rows=9 mismatches=0 from=0 reached=never long=true touched=0").ok());
+        assert!(row("RESULT rows=9 mismatches=0 from=5 reached=8 long=false touched=0").ok());
+        assert!(row("RESULT rows=9 mismatches=0").contact.is_none());
+    }
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::format_text::read;
+
 /// A fixed-point word format `(S,I,F)`: `S` sign bit, `I` integer bits, `F` fraction bits; width `S+I+F`, 1 to 64 bits.
 ///
 /// `I` or `F` may be negative (a word whose least significant bit is worth more than 1, or whose most significant one is
@@ -27,6 +29,10 @@ pub struct Format {
     frac: i8,
 }
 
+/// In place of a word that has an unknown bit, as only VHDL has them: no word of fewer than 64 bits is carried like
+/// this.
+pub const UNKNOWN: i64 = i64::MIN;
+
 /// Why a format was refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum FormatError {
@@ -35,7 +41,7 @@ pub enum FormatError {
         /// The format as it was asked for.
         asked: (bool, i32, i32),
     },
-    /// The text is not `(S,I,F)`.
+    /// The text is in no notation that is read.
     Syntax(String),
 }
 
@@ -50,7 +56,9 @@ impl fmt::Display for FormatError {
             ),
             Self::Syntax(text) => write!(
                 f,
-                "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22)"
+                "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in \
+                 (1,9,22); or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, sfix16_En12, \
+                 ufixed(3 downto -8), ap_ufixed<12,4>"
             ),
         }
     }
@@ -147,6 +155,12 @@ impl Format {
         if self.signed { (bits as i64) >> free } else { (bits >> free) as i64 }
     }
 
+    /// Whether a word has the place of one with an unknown bit ([`UNKNOWN`]), which none of 64 bits has.
+    #[must_use]
+    pub const fn is_unknown(self, word: i64) -> bool {
+        word == UNKNOWN && self.width() < 64
+    }
+
     /// The integer that a word stands for, in units of the least significant bit.
     #[must_use]
     pub const fn value(self, word: i64) -> i128 {
@@ -204,17 +218,22 @@ impl fmt::Debug for Format {
     }
 }
 
+/// Reads `(S,I,F)`, and what other tools write; capital and small letters alike:
+///
+/// | text | format | whose |
+/// |---|---|---|
+/// | `UQ4.8` | (0,4,8) | Q notation, unsigned |
+/// | `Q4.8` | (1,4,8), 13 bits | Q notation as TI writes it: the sign bit is *not* among the 4 integer bits |
+/// | `Q4.8 (12 bits, ARM)` | (1,3,8), 12 bits | Q notation as ARM writes it, which counts the sign bit: the width has to say so |
+/// | `sfix16_En12`, `ufix12_En8`, `ufix12`, `ufix8_E2` | (1,3,12), (0,4,8), (0,12,0), (0,10,-2) | MathWorks |
+/// | `Fix_16_12`, `UFix_12_8`, `ufix12_8`, `ufix<12,8>` | (1,3,12), (0,4,8) | the whole width, then the fraction bits |
+/// | `sfixed(3 downto -12)`, `ufixed(3 downto -8)` | (1,3,12), (0,4,8) | VHDL-2008 |
+/// | `ap_fixed<16,4>`, `ap_ufixed<12,4>` | (1,3,12), (0,4,8) | C++ high-level synthesis: the width, then the integer bits |
 impl FromStr for Format {
     type Err = FormatError;
 
     fn from_str(text: &str) -> Result<Self, FormatError> {
-        let syntax = || FormatError::Syntax(text.to_string());
-        let inner = text.trim().strip_prefix('(').and_then(|t| t.strip_suffix(')')).ok_or_else(syntax)?;
-        let numbers: Vec<i32> =
-            inner.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>().map_err(|_| syntax())?;
-        match numbers[..] {
-            [sign @ (0 | 1), int, frac] => Self::new(sign == 1, int, frac),
-            _ => Err(syntax()),
-        }
+        let (signed, int, frac) = read(text).ok_or_else(|| FormatError::Syntax(text.to_string()))?;
+        Self::new(signed, int, frac)
     }
 }

@@ -5,12 +5,13 @@
 
 mod clock;
 mod format;
+mod format_text;
 mod narrow;
 mod notation;
 mod ports;
 
 pub use clock::{Clock, ClockError, Cycle};
-pub use format::{Format, FormatError};
+pub use format::{Format, FormatError, UNKNOWN};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};

@@ -24,6 +24,22 @@ impl Signal {
         Self { name, format, unit, doc }
     }
 
+    /// Whether it counts modulo its width from the place where it began. Its word is unsigned; traces and waveforms
+    /// read it as signed, so that one that passes below zero goes on smoothly.
+    #[must_use]
+    pub fn is_counter(&self) -> bool {
+        !self.format.is_signed() && ["position", "held"].contains(&self.name.trim_end_matches(['1', '2', '3']))
+    }
+
+    /// The value of a word as traces show it.
+    #[must_use]
+    pub fn shown(&self, word: i64) -> f64 {
+        if self.is_counter() {
+            return Format::signed(self.format.width()).wrap(word.into()) as f64;
+        }
+        self.format.to_f64(word)
+    }
+
     /// A one-bit signal.
     #[must_use]
     pub fn bit(name: &'static str, doc: &'static str) -> Self {
@@ -92,6 +108,10 @@ pub trait Observe {
     /// Whether it looks at anything at all. If not, a run leaves it out.
     fn watches(&self) -> bool {
         true
+    }
+    /// Whether the rows of [`reals`](Self::reals) have to tell means and extremes too, after the plant's outputs.
+    fn measures(&self) -> bool {
+        false
     }
     /// Whether it looks at any of these nets. If not, a run may pass over edges at which no others change.
     fn follows(&self, _nets: Range<usize>) -> bool {

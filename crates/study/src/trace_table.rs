@@ -3,7 +3,6 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use hpu_signal::Signal;
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::DoubleType;
 use parquet::errors::ParquetError;
@@ -15,37 +14,35 @@ use parquet::schema::types::Type;
 /// Rows of a group; so many are in memory at a time.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// A Parquet file that rows are added to: the time, the plant's outputs and the values of some nets, each a column of doubles.
-/// Its metadata hold the command, and the unit of each net.
+/// A Parquet file that rows are added to, each value a column of doubles whose name ends in its unit. Its metadata hold
+/// the command, the convention of signs, and a line about each column.
 pub struct TraceTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
     columns: Vec<Vec<f64>>,
 }
 
 impl<W: Write + Send> TraceTable<W> {
-    /// Begins the file.
+    /// Begins the file: columns are a name with its unit, and a line about it.
     ///
     /// # Errors
     ///
     /// What the writer says.
-    pub fn new(out: W, reals: &[&str], nets: &[Signal], command: &str) -> Result<Self, ParquetError> {
-        let names: Vec<&str> =
-            ["time_s"].into_iter().chain(reals.iter().copied()).chain(nets.iter().map(|net| net.name)).collect();
-        let column = |name: &&str| {
+    pub fn new(out: W, columns: &[(String, String)], signs: &str, command: &str) -> Result<Self, ParquetError> {
+        let column = |(name, _): &(String, String)| {
             let column = Type::primitive_type_builder(name, Physical::DOUBLE);
             column.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
         };
-        let fields = names.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let fields = columns.iter().map(column).collect::<Result<Vec<_>, _>>()?;
         let schema = Type::group_type_builder("trace").with_fields(fields).build()?;
-        let units = nets.iter().map(|net| (format!("unit of {}", net.name), net.unit));
-        let metadata = [("command".to_string(), command)].into_iter().chain(units);
-        let metadata = metadata.map(|(key, value)| KeyValue::new(key, value.to_string())).collect();
+        let told = columns.iter().map(|(name, doc)| (&**name, &**doc));
+        let metadata = [("command", command), ("signs", signs)].into_iter().chain(told);
+        let metadata = metadata.map(|(key, value)| KeyValue::new(key.to_string(), value.to_string())).collect();
         let properties = WriterProperties::builder()
             .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
             .set_key_value_metadata(Some(metadata))
             .build();
         let file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
-        Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); names.len()] })
+        Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); columns.len()] })
     }
 
     /// Adds a row: a value for each column, in their order.

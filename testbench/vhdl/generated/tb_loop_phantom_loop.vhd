@@ -73,12 +73,12 @@ begin
   process
     variable pins : integer := 0;
   begin
-    a_pin1 <= level(pins, 0);
-    b_pin1 <= level(pins, 1);
-    a_pin2 <= level(pins, 2);
-    b_pin2 <= level(pins, 3);
-    a_pin3 <= level(pins, 4);
-    b_pin3 <= level(pins, 5);
+    a_pin1 <= take(0, 1)(0);
+    b_pin1 <= take(1, 1)(0);
+    a_pin2 <= take(2, 1)(0);
+    b_pin2 <= take(3, 1)(0);
+    a_pin3 <= take(4, 1)(0);
+    b_pin3 <= take(5, 1)(0);
     x_low <= take(6, x_low'length);
     x_high <= take(7, x_high'length);
     y_low <= take(8, y_low'length);

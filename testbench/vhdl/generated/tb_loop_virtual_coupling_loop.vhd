@@ -62,8 +62,8 @@ begin
   process
     variable pins : integer := 0;
   begin
-    a_pin <= level(pins, 0);
-    b_pin <= level(pins, 1);
+    a_pin <= take(0, 1)(0);
+    b_pin <= take(1, 1)(0);
     reference <= take(2, reference'length);
     stiffness <= take(3, stiffness'length);
     damping <= take(4, damping'length);

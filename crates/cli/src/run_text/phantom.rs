@@ -2,6 +2,7 @@
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
 use hpu_cosim::{PhantomSession, Trace};
+use hpu_signal::Notation;
 
 use crate::units::si;
 
@@ -37,21 +38,21 @@ pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
 }
 
 /// What the words make of stiffness and walls.
-pub fn words(session: &PhantomSession) -> [String; 2] {
+pub fn words(session: &PhantomSession, notation: Notation) -> [String; 2] {
     let (scene, words) = (session.scene(), session.words());
     let formats = &scene.method.config.formats;
     [
         format!(
             "stiffness {} of {} is {}, asked {}",
             words.stiffness,
-            formats.stiffness,
+            notation.of(formats.stiffness),
             si(formats.stiffness.to_f64(words.stiffness), "N/m"),
             si(scene.room.stiffness_n_per_m, "N/m")
         ),
         format!(
             "walls at {} of {}: {}, asked {}",
             words.high,
-            formats.position,
+            notation.of(formats.position),
             si(formats.position.to_f64(words.high), "m"),
             si(scene.room.distance_m, "m")
         ),

@@ -46,10 +46,11 @@ fn a_folder_of_vhdl_is_taken_before_what_is_carried() {
     assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("carried by hpu")));
     let output = in_folder(&program, &dir, &["check", "saturator", "--hdl", "hdl"]);
     assert_refused(&output, 4, &["hdl/", ".vhd: No such file"]);
-    // With a block it is a folder of VHDL, and has to have all.
+    // With a block it is a folder of VHDL, and that is what is checked.
     fs::write(dir.join("hdl/saturator.vhd"), "nonsense").expect("a file");
     let output = in_folder(&program, &dir, &["check", "saturator"]);
-    assert_refused(&output, 4, &["hdl/", ".vhd: No such file"]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("hdl/saturator.vhd:1:1: missing entity"), "{}", stdout(&output));
     let output = run(&["check", "saturator", "--json"]);
     assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("hdl")));
 }

@@ -85,6 +85,9 @@ fn the_ports_of_a_block_are_listed_with_format_unit_and_meaning() {
     assert_eq!(value["ports"][3]["direction"], "out");
     assert_eq!(value["ports"][3]["format"], serde_json::json!([1, 11, 0]));
     assert_eq!(value["generics"]["WIDTH"], 12);
+    let text = "RESCALED is an addition to the paper's design; its product takes one edge, so no limit on the clock.";
+    assert!(said.contains(&format!("differs from the hardware: {text}\n")), "{said}");
+    assert_eq!(value["differs_from_the_hardware"], text);
 }
 
 #[test]
@@ -139,8 +142,18 @@ fn a_word_that_the_emulator_answers_otherwise_is_shown() {
     fs::write(&file, wrong).expect("vectors");
     let output = run(&["vectors", "--verify", text(&file)]);
     assert_eq!(code(&output), 1);
-    let said = format!("{}:4: position is 1 in the file, 0 in the emulator\n", file.display());
-    assert_eq!(stdout(&output), said);
+    let said = |last: &str| {
+        let table = "    row  rst  step  position  position(file)\n    1    1    0     000       000\n    \
+                     2    0    3     fff       fff\n    3    0    1     000       001\n";
+        format!("{}:4: position is 1 in the file, 0 in the emulator\n{table}    {last}\n", file.display())
+    };
+    assert_eq!(stdout(&output), said("-o DIR writes a waveform of rows 1 to 3"));
+    let out = dir.join("out");
+    let save = out.join("position_counter-wrong.vcd.gtkw");
+    let output = run(&["vectors", "--verify", text(&file), "-o", text(&out)]);
+    let waveform = format!("waveform of rows 1 to 3: gtkwave {}", save.display());
+    assert_eq!((code(&output), stdout(&output)), (1, said(&waveform)));
+    assert_eq!(names(&out), ["position_counter-wrong.vcd", "position_counter-wrong.vcd.gtkw"]);
 }
 
 #[test]
@@ -168,6 +181,26 @@ fn a_scene_gives_vectors_of_its_loop_and_of_each_block_in_it() {
     assert!(rows.ends_with("# end 501 rows\n"), "one of reset, 500 edges");
     let arguments = ["vectors", "zero_order_hold", "--set-kind", "scene", "--scene", "wrap-product"];
     assert_refused(&run(&arguments), 2, &["hybrid_loop", "zero_order_hold"]);
+}
+
+#[test]
+fn a_check_tells_how_many_edges_of_each_scene_were_in_contact() {
+    let arguments = ["check", "--scene", "thrown-hybrid", "--scene", "free-motion", "--edges", "3000"];
+    let output = run(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    let line = |scene: &str| said.lines().find(|line| line.contains(scene)).expect("a line").to_string();
+    assert!(said.lines().next().expect("a header").contains(" in contact "), "{said}");
+    assert!(line("free-motion").ends_with("wall not reached"), "{said}");
+    let loops = json(&run(&[&arguments[..], &["--json"]].concat()))["loops"].clone();
+    let (thrown, free) = (&loops[0], &loops[1]);
+    // A third of the edges comes before the wall.
+    let (from, reached) = (thrown["from_edge"].as_u64(), thrown["wall_reached_at_edge"].as_u64());
+    assert_eq!(from.map(|edge| edge + 1000), reached, "{thrown}");
+    let touched = thrown["contact_edges"].as_u64().expect("edges");
+    assert!((1900..=2100).contains(&touched) && line("thrown-hybrid").contains(&format!(" {touched} ")), "{said}");
+    assert_eq!((&free["contact_edges"], &free["from_edge"]), (&0.into(), &0.into()));
+    assert!(free["wall_reached_at_edge"].is_null());
 }
 
 #[test]
@@ -203,6 +236,15 @@ fn a_broken_line_of_vhdl_is_told_with_row_signal_expected_and_got() {
     assert_eq!(code(&output), 1);
     let said = stdout(&output);
     assert!(said.contains("first at ") && said.contains("delta expected ") && said.contains(", got "), "{said}");
+    // The rows have heads, and with a folder a waveform of those around them, which opens ready.
+    assert!(said.contains("    row  reference  delta  delta(vhdl)\n"), "{said}");
+    assert!(said.contains("    -o DIR writes a waveform of rows 1 to 66\n"), "{said}");
+    let out = dir.join("out");
+    let args = ["check", "displacement", "--variant", "default", "--hdl", text(&hdl), "-o", text(&out)];
+    let told = stdout(&run(&args));
+    let save = out.join("displacement-default.vcd.gtkw");
+    assert!(told.contains(&format!("    waveform of rows 1 to 66: gtkwave {}\n", save.display())), "{told}");
+    assert_eq!(names(&out), ["check.json", "check.txt", "displacement-default.vcd", "displacement-default.vcd.gtkw"]);
     assert!(said.contains("3 of 5 differ") || said.contains("3 of 4 differ"), "only its variants: {said}");
     assert!(fs::read_to_string(&junit).expect("a report").contains("<failure "));
 }

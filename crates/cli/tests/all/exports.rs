@@ -153,6 +153,13 @@ fn formats_come_in_every_notation() {
     assert!(table("vhdl").contains("sine         sfixed(9 downto -22) "), "{}", table("vhdl"));
     assert!(table("cpp").contains("valid        ap_ufixed<1,1> "), "{}", table("cpp"));
     assert!(table("q").contains("sine         Q9.22 (32 bits, TI) = Q10.22 (32 bits, ARM) "), "{}", table("q"));
+    assert!(table("sfixed") == table("vhdl") && table("ap_fixed") == table("cpp"));
+    assert_refused(&run(&["block", "--notation", "q"]), 2, &["name a block beside --notation"]);
+    let ran = stdout(&run(&["run", "phantom-thrown", "--edges", "1000", "--notation", "vhdl"]));
+    assert!(ran.contains("words      stiffness 20000 of ufixed(15 downto -2) is 5 kN/m"), "{ran}");
+    assert!(ran.contains("net        cosine3      sfixed(9 downto -22) "), "{ran}");
+    let sines = stdout(&run(&["reproduce", "phantom-sines", "--notation", "cpp"]));
+    assert!(sines.contains(" ap_fixed<32,10> "), "{sines}");
     let ports = json(&run(&["block", "trig_table", "--json"]))["ports"].clone();
     let expected = serde_json::json!({
         "vhdl": "sfixed(15 downto 0)",

@@ -1,6 +1,6 @@
 //! `hpu fit`, and scenes whose model is left open. No test reads a wall time.
 
-use crate::common::{assert_refused, code, json, run, stderr, stdout};
+use crate::common::{assert_refused, code, json, run, scratch, stderr, stdout, text};
 
 #[test]
 fn a_fit_says_what_is_left_out_and_how_to_run_it() {
@@ -24,9 +24,44 @@ fn a_scene_whose_model_is_open_is_run_by_the_one_that_is_chosen() {
     assert_eq!(json(&output)["fitted"]["set"]["model.bridge"], "averaged");
     let said = run(&["run", "bounded-wall-1khz", "--set", "model=auto"]);
     assert!(stdout(&said).contains("left out   the bridge's switching"), "{}", stdout(&said));
+    let said = stdout(&said);
+    let line =
+        |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    assert!(line("judged     ").contains("peak_penetration ") && !line("judged     ").contains("energy"), "{said}");
+    assert!(line("not judged ").contains("energy ") && line("not judged ").contains("accuracy.outputs"), "{said}");
     // A model that is given is not chosen.
     let given = run(&["run", "bounded-wall-1khz", "--set", "model=auto", "--set", "model.bridge=averaged", "--json"]);
     assert!(json(&given)["fitted"].is_null());
+}
+
+#[test]
+fn a_fit_names_what_it_judged_and_tells_how_far_off_the_rest_is() {
+    // A limit cycle's verdict is its amplitude and frequency; where its trace is after 2 s is another matter.
+    let found = json(&run(&["fit", "slow-winding", "--json"]));
+    assert_eq!(found["judged"], serde_json::json!(["peak_penetration", "amplitude", "frequency", "verdict"]));
+    let off = |key: &str, output: &str| found[key][output].as_f64().unwrap_or_else(|| panic!("{output}: {found}"));
+    assert!(off("errors", "amplitude") <= 0.005 && found["errors"]["trace"].is_null(), "{found}");
+    // The same by the two runs themselves: rms of the difference over the range of motion.
+    let dir = scratch("fit-trace");
+    let angles = |name: &str, set: &[String]| {
+        let out = dir.join(name);
+        let mut arguments = vec!["run", "slow-winding", "--no-plot", "-o", text(&out)];
+        set.iter().for_each(|set| arguments.extend(["--set", set]));
+        assert_eq!(code(&run(&arguments)), 0);
+        let trace = std::fs::read_to_string(out.join("trace.csv")).expect("a trace");
+        let column =
+            trace.lines().next().expect("a head").split(',').position(|name| name.starts_with("angle")).expect("it");
+        let angle = |line: &str| line.split(',').nth(column).expect("a cell").parse::<f64>().expect("a number");
+        trace.lines().skip(1).map(angle).collect::<Vec<_>>()
+    };
+    let set = found["set"].as_object().expect("keys");
+    let set: Vec<_> = set.iter().map(|(key, value)| format!("{key}={}", value.as_str().expect("text"))).collect();
+    let (written, fitted) = (angles("written", &[]), angles("fitted", &set));
+    let range = written.iter().copied().fold(f64::MIN, f64::max) - written.iter().copied().fold(f64::MAX, f64::min);
+    let square: f64 = written.iter().zip(&fitted).map(|(a, b)| (a - b) * (a - b)).sum();
+    let rms = (square / written.len() as f64).sqrt() / range;
+    let told = off("errors_not_judged", "trace");
+    assert!(rms > 0.01 && (told - rms).abs() < 1e-3 * rms, "told {told}, is {rms}");
 }
 
 #[test]

@@ -40,6 +40,69 @@ fn options(verb: &[String]) -> BTreeSet<String> {
     words.map(|word| word.trim_end_matches(',').to_string()).collect()
 }
 
+/// What the help of a verb says of one of its options, without line breaks; `None` where the verb has no such option.
+fn said_of(verb: &[String], option: &str) -> Option<String> {
+    let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
+    let help = stdout(&run(&[&verb[..], &["--help"]].concat()));
+    let has = |line: &&str| line.trim_start().starts_with('-') && line.split([' ', ',']).any(|word| word == option);
+    let mut lines = help.lines().skip_while(|line| !has(line));
+    let first = lines.next()?.trim().to_string();
+    let rest =
+        lines.map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("--") && !line.starts_with("-o"));
+    let all = std::iter::once(first).chain(rest.map(str::to_string)).collect::<Vec<_>>().join(" ");
+    Some(all.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+#[test]
+fn options_of_many_verbs_are_the_same_in_all_of_them() {
+    let all = |option: &str| -> Vec<(String, String)> {
+        let said = |verb: &Vec<String>| Some((verb.join(" "), said_of(verb, option)?));
+        verbs().iter().filter_map(said).collect()
+    };
+    let jobs = all("--jobs");
+    let with_jobs = [
+        "check",
+        "map",
+        "chart",
+        "widths",
+        "cost",
+        "reproduce phantom-table-2",
+        "reproduce phantom-ladder",
+        "reproduce phantom-cost",
+        "reproduce phantom-lag",
+        "reproduce hybrid-loop",
+        "reproduce input-shaper",
+        "reproduce criteria",
+        "reproduce power-scaling",
+    ];
+    for verb in with_jobs {
+        let (_, said) = jobs.iter().find(|(of, _)| of == verb).unwrap_or_else(|| panic!("{verb} has no --jobs"));
+        assert_eq!(said, "-j, --jobs <N> Jobs at a time [default: one for each core]", "{verb}");
+        let place: Vec<&str> = verb.split(' ').collect();
+        assert_refused(
+            &run(&[&place[..], &["-j", "0"]].concat()),
+            2,
+            &["'--jobs <N>': write a whole number from 1, as in 2"],
+        );
+    }
+    assert_eq!(jobs.len(), with_jobs.len(), "{jobs:?}");
+    let notation = all("--notation");
+    let with_notation = ["run", "block", "widths", "reproduce phantom-formats", "reproduce phantom-sines"];
+    for verb in with_notation {
+        let (_, said) =
+            notation.iter().find(|(of, _)| of == verb).unwrap_or_else(|| panic!("{verb} has no --notation"));
+        assert_eq!(said, "--notation <NOTATION> How word formats are written [default: triple]", "{verb}");
+        let place: Vec<&str> = verb.split(' ').collect();
+        let refused = run(&[&place[..], &["--notation", "floats"]].concat());
+        assert_refused(
+            &refused,
+            2,
+            &["invalid value 'floats' for '--notation", "possible values: triple, vhdl, cpp, q"],
+        );
+    }
+    assert_eq!(notation.len(), with_notation.len(), "{notation:?}");
+}
+
 fn feed(program: &str, arguments: &[&str], input: &str) -> (bool, String) {
     let mut command = Command::new(program);
     let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();

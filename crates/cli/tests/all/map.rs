@@ -67,7 +67,10 @@ fn a_map_writes_its_tables_and_pictures_and_draws_itself_in_letters() {
     assert_eq!(said.lines().filter(|line| line.starts_with("  |")).count(), 5, "{said}");
     for name in ["map.svg", "energy.svg"] {
         let svg = content(&out, name);
-        assert!(svg.contains("hpu map hybrid-wall --x") && svg.contains("wall.damping in mN.m.s/rad"), "{name}");
+        assert!(
+            svg.contains("hpu map hybrid-wall --x") && svg.contains("wall.damping in mN\u{b7}m\u{b7}s/rad"),
+            "{name}"
+        );
     }
     assert!(content(&out, "map.svg").contains("spectral radius"), "the legend names the curves");
     assert_eq!(rows(&out).len(), 1 + 45);
@@ -80,12 +83,12 @@ fn the_command_in_a_row_runs_that_cell_again_to_the_last_digit() {
     let rows = rows(&out);
     let mut outcomes = Vec::new();
     for line in rows.iter().skip(1) {
-        let fields: Vec<&str> = line.splitn(19, ',').collect();
+        let fields: Vec<&str> = line.splitn(21, ',').collect();
         if fields[6] == "0" || outcomes.contains(&fields[5]) {
             continue;
         }
         outcomes.push(fields[5]);
-        let replay = fields[18].trim_matches('"').replace("\"\"", "\"");
+        let replay = fields[20].trim_matches('"').replace("\"\"", "\"");
         let replay = replay.replacen("hpu", env!("CARGO_BIN_EXE_hpu"), 1) + " --json";
         let output = Command::new("sh").args(["-c", &replay]).current_dir(ROOT).output().expect("a shell");
         assert!([0, 1].contains(&code(&output)), "{replay}: {}", stderr(&output));

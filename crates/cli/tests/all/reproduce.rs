@@ -162,7 +162,7 @@ fn json_is_one_object_with_claims_limits_and_cells() {
     assert_eq!(rung["cells"].as_array().expect("cells").len(), 12);
     assert_eq!(rung["limits"].as_array().expect("limits").len(), 4);
     assert_eq!(rung["printed"]["legible"], 12);
-    assert!(rung["claims"].as_array().expect("claims").iter().any(|claim| claim["name"] == "f"));
+    assert!(rung["claims"].as_array().expect("claims").iter().any(|claim| claim["letter"] == "f"));
     assert_eq!(rung["failures"], serde_json::json!([]));
 }
 

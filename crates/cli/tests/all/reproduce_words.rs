@@ -24,9 +24,13 @@ fn formats_and_sines_write_text_csv_and_pictures_and_print_the_text() {
 }
 
 #[test]
-fn formats_end_with_what_plain_words_cannot_hold() {
+fn formats_end_with_what_plain_words_cannot_hold_and_a_summing_up() {
     let said = stdout(&run(&["reproduce", "phantom-formats"]));
-    assert!(said.trim_end().lines().last().expect("lines").starts_with("Plain (1,9,22) cannot hold the stiffness"));
+    let (found, summed) = said.split_once("\nSumming up: ").expect("a summing-up");
+    assert!(found.trim_end().lines().last().expect("lines").starts_with("Plain (1,9,22) cannot hold the stiffness"));
+    assert!(summed.contains("(a)   not confirmed") && summed.contains("wraps: stiffness\n"), "{summed}");
+    // 88.5 % of the box at 13 bits, as counted.
+    assert!(summed.contains("(b)   confirmed") && summed.contains("13 address bits: 88.5 %"), "{summed}");
     assert!(said.lines().any(|line| line.contains("proved") && line.contains("measured")));
 }
 
@@ -43,6 +47,8 @@ fn json_is_one_object_with_every_signal_and_source() {
     let stiffness = signal("stiffness").expect("a stiffness");
     assert_eq!((&stiffness["overflow"], &stiffness["format"]), (&"wraps".into(), &serde_json::json!([0, 9, 22])));
     assert_eq!(signal("force_x").expect("a force")["proved_error"], serde_json::Value::Null);
+    let findings = result["claims"].as_array().expect("claims").iter().map(|claim| claim["finding"].clone());
+    assert_eq!(findings.collect::<Vec<_>>(), ["not confirmed", "confirmed"]);
     assert_eq!(result["workspace"]["held"].as_array().expect("depths").len(), 5);
 
     let result = json(&run(&["reproduce", "phantom-sines", "--json"]));

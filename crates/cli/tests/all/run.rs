@@ -45,7 +45,7 @@ fn a_recording_has_edges_and_no_outcome() {
 fn every_driver_tells_the_same_run() {
     let told = |driver: &str| {
         let mut value = json(&run(&["run", "wrap-product", "--driver", driver, "--edges", "30000", "--json"]));
-        for key in ["driver", "wall_s", "edges_per_s", "events", "activity", "ticks", "rtl"] {
+        for key in ["driver", "wall_s", "edges_per_s", "events", "activity", "ticks", "rtl", "trace"] {
             value[key].take();
         }
         value
@@ -100,16 +100,41 @@ fn an_unmet_expectation_is_exit_code_1_and_is_shown() {
 }
 
 #[test]
+fn expectations_are_of_the_scene_as_written_unless_they_are_asked_for() {
+    let changed = ["run", "hybrid-wall", "--set", "wall.stiffness=2.5", "--set", "method.pwm.bits=10"];
+    let output = run(&changed);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    let said = stdout(&output);
+    assert!(said.contains("expected   not judged: they are of the scene as written, and --set changes it"), "{said}");
+    let value = json(&run(&[&changed[..], &["--json"]].concat()));
+    assert_eq!(value["expected"], serde_json::json!([]));
+    assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--expect")), "{value}");
+    // Asked for, they bind: where a stiffer wall balances the hand is 17 mrad before.
+    let asked = run(&[&changed[..], &["--expect"]].concat());
+    assert_eq!(code(&asked), 1);
+    assert!(stdout(&asked).contains("1.5333 rad, NOT MET"), "{}", stdout(&asked));
+    // The scene as written is judged, and so is one whose changes no run depends on.
+    for set in [&[][..], &["--set", "accuracy.within=2%"]] {
+        let value = json(&run(&[&["run", "hybrid-wall", "--json"], set].concat()));
+        assert_eq!(value["expected"].as_array().map(Vec::len), Some(2));
+        assert_eq!(value["expected_not_judged"], serde_json::Value::Null);
+    }
+    // A scene without expectations says nothing of them.
+    let none = run(&["run", "hybrid-wall", "--set", "expect={}", "--set", "wall.stiffness=2.5"]);
+    assert!(!stdout(&none).contains("expected"), "{}", stdout(&none));
+}
+
+#[test]
 fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
     let dir = scratch("trace");
     let out = dir.join("out");
     let arguments = ["run", "hybrid-wall", "--set", "run.duration=50 ms", "--no-plot", "-o", text(&out)];
-    assert!(code(&run(&arguments)) <= 1, "the expectations are those of the whole scene");
+    assert_eq!(code(&run(&arguments)), 0);
     let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
     let mut lines = trace.lines();
     let header = lines.next().expect("a header");
-    assert!(header.starts_with("time_s,current_a,speed_rad_per_s,angle_rad,torque_nm,position [count],"), "{header}");
-    assert!(header.ends_with(",command [PWM count]"), "{header}");
+    assert!(header.starts_with("time_s,current_a,speed_rad_per_s,angle_rad,torque_nm,current_mean_a,"), "{header}");
+    assert!(header.ends_with(",command_pwm_count"), "{header}");
     let columns = header.split(',').count();
     let times: Vec<_> = lines
         .map(|line| {
@@ -123,6 +148,32 @@ fn the_trace_has_units_in_its_header_and_a_row_an_interval() {
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).expect("a summary")).expect("JSON");
     assert_eq!(summary["files"].as_array().expect("files").len(), names(&out).len());
+    let told: Vec<_> = summary["trace"]["columns"].as_array().expect("columns").iter().map(|c| &c["name"]).collect();
+    assert_eq!(told, header.split(',').collect::<Vec<_>>());
+    assert!(header.split(',').all(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')), "{header}");
+}
+
+#[test]
+fn a_wall_pushes_back_with_a_negative_torque_in_every_column() {
+    let dir = scratch("signs");
+    let out = dir.join("out");
+    let leaning = ["--set", "device.initial_angle=1.55 rad", "--set", "hand.path=[[0, 1.8]]"];
+    let arguments = ["run", "hybrid-wall", "--set", "run.duration=20 ms", "--no-plot", "--vcd", "-o", text(&out)];
+    assert!(code(&run(&[&arguments[..], &leaning].concat())) <= 1, "the expectations are those of the whole scene");
+    let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
+    let (names, last) = (trace.lines().next().expect("a header"), trace.lines().last().expect("rows"));
+    let of = |name: &str| -> f64 {
+        let at = names.split(',').position(|other| other == name).unwrap_or_else(|| panic!("{name} in {names}"));
+        last.split(',').nth(at).expect("a value").parse().expect("a number")
+    };
+    for name in ["torque_mean_nm", "torque_least_nm", "torque_greatest_nm", "wall_torque_nm"] {
+        assert!(of(name) < 0.0, "{name}: {last}");
+    }
+    for name in ["hand_torque_nm", "command_pwm_count", "penetration_count", "hand_angle_rad"] {
+        assert!(of(name) > 0.0, "{name}: {last}");
+    }
+    let waves = fs::read_to_string(out.join("wave.vcd")).expect("a waveform");
+    assert!(waves.contains("torques and forces are positive along the positive direction"), "{}", &waves[..400]);
 }
 
 #[test]
@@ -134,8 +185,9 @@ fn pictures_come_as_svg_and_as_png_and_tell_the_command_that_made_them() {
     for name in ["position", "torque", "bits", "side-by-side"] {
         let svg = fs::read_to_string(out.join(format!("{name}.svg"))).expect("a picture");
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
-        let command = format!("hpu run wrap-product -o {}", text(&out));
-        assert!(svg.contains(&command), "{name} does not say `{command}`");
+        // Without the folders that are nobody's but one's own.
+        let command = "hpu run wrap-product -o out";
+        assert!(svg.contains(command), "{name} does not say `{command}`");
         let png = fs::read(out.join(format!("{name}.png"))).expect("a picture");
         assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n", "{name}");
     }
@@ -188,6 +240,52 @@ fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet
     assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
     let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
     assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
+    assert!(text.contains("; here: the hand imposes the motion\n"), "{text}");
+}
+
+#[test]
+fn limits_say_of_each_criterion_how_many_assumptions_are_met_and_what_the_scene_has_instead() {
+    let output = run(&["limits", "conventional-wall-1khz"]);
+    let text = stdout(&output);
+    // Of Colgate and Schenkel's six, one by one: the spring is sampled (met), the drive is a motor's, there is no delay
+    // (met), the law is in words, there is no friction (met), the hand is a spring and damper (met).
+    let row = text.lines().find(|line| line.starts_with("colgate_schenkel")).expect("its row");
+    assert_eq!(row.split_once("N.m/rad").expect("a unit").1.split_whitespace().next(), Some("4"), "{row}");
+    assert!(row.contains(" 4 of 6 "), "{row}");
+    assert!(!text.contains(" NO "), "{text}");
+    for (wanted, came) in [
+        ("a spring that is not sampled", "sampled every 0.001 s"),
+        ("a rigid body driven by an ideal force or current", "a motor with a winding, behind a bridge"),
+        ("a wall without damping", "0.0001 N.m.s/rad"),
+        ("pulling as well as pushing", "conventional in words"),
+    ] {
+        let told =
+            |line: &str| line.starts_with('!') && line.contains(wanted) && line.ends_with(&format!("; here: {came}"));
+        assert!(text.lines().any(told), "{wanted}: {text}");
+    }
+    let met = text.lines().filter(|line| line.starts_with(' ') && line.contains("; here: "));
+    assert_eq!(met.count(), 0, "{text}");
+}
+
+#[test]
+fn the_table_of_nets_stays_aligned_whatever_the_words_hold() {
+    let output = run(&["run", "phantom-thrown", "--edges", "1000000"]);
+    let text = stdout(&output);
+    let head = text.lines().find(|line| line.contains("overflowed  unit")).expect("a head");
+    let [min, max, unit] = ["min ", "max ", "unit"].map(|name| head.find(name).expect("a column"));
+    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("net ")).collect();
+    // Words of 22 fraction bits need more digits than a column is wide.
+    assert!(
+        rows.iter().any(|row| row.contains("e-05") || row.split_whitespace().any(|cell| cell.len() > 18)),
+        "{text}"
+    );
+    for row in rows {
+        // Numbers end where their heads do, and the unit begins below its own.
+        for end in [min + 3, max + 3] {
+            assert!(row.as_bytes()[end - 1].is_ascii_digit() && row.as_bytes()[end] == b' ', "{row}\n{head}");
+        }
+        assert!(row.as_bytes()[unit - 1] == b' ' && row.as_bytes()[unit] != b' ', "{row}\n{head}");
+    }
 }
 
 #[test]

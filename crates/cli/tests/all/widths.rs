@@ -152,7 +152,7 @@ fn bad_questions_are_refused() {
     refused(&narrow, 4, "does not fit (0,3,0)");
     refused(&["hybrid-wall", "wrap-product", "--price"], 2, "--price takes one scene");
     refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
-    refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: sfixed, ap_fixed, q");
+    refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: triple, vhdl, cpp, q");
 }
 
 #[test]
@@ -202,4 +202,67 @@ fn a_proof_goes_out_for_gappa() {
     assert_eq!(code(&written), 0, "{}", stderr(&written));
     assert_eq!(std::fs::read_to_string(dir.join("wrap-product.g")).expect("text"), printed);
     assert_refused(&run(&["widths", "wrap-product", "hybrid-wall", "--gappa"]), 2, &["--gappa takes one scene"]);
+}
+
+#[test]
+fn each_page_says_for_what_it_holds() {
+    let page = stdout(&run(&["widths", "hybrid-wall"]));
+    assert!(page.contains("needs, together: hold for this motion of this scene alone"), "{page}");
+    let page = stdout(&run(&["widths", "hybrid-wall", "stiff-hybrid"]));
+    assert!(page.contains("needs, together: hold for the motions of these scenes alone"), "{page}");
+    let vary = ["--vary", "velocity_bits=9..11", "--vary", "position_bits=11..12"];
+    let search = |more: &[&str]| {
+        let output = run(&[&["widths", "hybrid-wall"][..], more, &["--search"], &vary].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stdout(&output)
+    };
+    let alone = search(&[]);
+    assert!(alone.contains("holds for  error and stiffness: this motion of this scene alone"), "{alone}");
+    assert!(alone.contains("words: what these motions put into them"), "{alone}");
+    let more = search(&["stiff-hybrid", "--also", "wall.stiffness=2.5; hand.stiffness=0.6", "--proved"]);
+    for words in [
+        "run on     hybrid-wall: settled\n           stiff-hybrid: settled\n",
+        "           hybrid-wall with wall.stiffness=2.5; hand.stiffness=0.6: settled\n",
+        "holds for  error and stiffness: the motions of these 4 scenes\n",
+        "           position and velocity: every motion within the device's limits",
+    ] {
+        assert!(more.contains(words), "{words}: {more}");
+    }
+    for line in more.lines().filter(|line| !line.contains("hpu run")) {
+        assert!(line.chars().count() <= 120, "{line}");
+    }
+}
+
+#[test]
+fn a_search_for_the_proved_range_takes_the_words_that_hold_it() {
+    let vary = ["--vary", "velocity_bits=9..11", "--vary", "position_bits=11..12"];
+    let value = widths(&[&["hybrid-wall", "--search", "--also", "wall.stiffness=2.5", "--proved"][..], &vary].concat());
+    let scenes = value["scenes"].as_array().expect("scenes");
+    assert_eq!(scenes.len(), 2);
+    let page = widths(&["hybrid-wall", "--no-trials"]);
+    for (scene, net) in scenes.iter().flat_map(|scene| ["delta", "velocity"].map(|net| (scene, net))) {
+        let ends = |value: &Value| [0, 1].map(|end| value[end].as_f64().expect("a number"));
+        let ([low, high], [least, most]) = (ends(&scene["proved"][net]), ends(&signal(&page, net)["measured"]));
+        assert!(low <= least && most <= high, "{net}: {scene}");
+    }
+    // Of 11 and 12 bits of position, and 9 to 11 of velocity: -1992 takes 12, and 367 takes 10.
+    assert_eq!(value["designs"], 6);
+    let refused = value["refused"].as_array().expect("reasons");
+    let counts: Vec<_> = refused.iter().map(|row| (row["reason"].as_str(), row["designs"].as_u64())).collect();
+    let because = |key: &str| format!("hybrid-wall: method.{key}: too few bits for the range proved");
+    let [position, velocity] = ["position_bits", "velocity_bits"].map(because);
+    assert_eq!(counts, [(Some(&*position), Some(3)), (Some(&*velocity), Some(1))]);
+}
+
+#[test]
+fn searches_of_several_scenes_are_refused_with_what_to_write() {
+    let refused = |args: &[&str], code, words: &str| {
+        assert_refused(&run(&[&["widths"], args].concat()), code, &[words]);
+    };
+    refused(&["hybrid-wall", "--also", "wall.stiffness=2"], 2, "--search");
+    refused(&["hybrid-wall", "--search", "--also", "wall.stiffness"], 2, "write KEY=VALUE");
+    refused(&["hybrid-wall", "--search", "--also", "wall.stifness=2"], 4, "--also 'wall.stifness=2': ");
+    refused(&["hybrid-wall", "conventional-wall-1khz", "--search"], 4, "\"hybrid\" and \"conventional\"");
+    refused(&["thrown-hybrid", "--search", "--proved"], 4, "no limit of the travel is proved");
+    refused(&["phantom-thrown", "--search", "--proved"], 2, "leave out the other scenes, --also and --proved");
 }

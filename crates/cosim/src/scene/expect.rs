@@ -56,13 +56,15 @@ pub enum Metric {
     SpringOverflowShare,
     /// Changes of the encoder's lines.
     EncoderEdges,
+    /// Share of the judged window in which the wall sees penetration, 0 to 1.
+    ContactShare,
     /// rms about the steady value at the end of a drop test, m.
     Rms,
 }
 
 impl Metric {
     /// Those of an axis.
-    pub const OF_AN_AXIS: [Self; 8] = [
+    pub const OF_AN_AXIS: [Self; 9] = [
         Self::FinalAngle,
         Self::PeakAngle,
         Self::PeakPenetration,
@@ -71,6 +73,7 @@ impl Metric {
         Self::PeakTorque,
         Self::SpringOverflowShare,
         Self::EncoderEdges,
+        Self::ContactShare,
     ];
 
     /// Its key in a scene.
@@ -85,6 +88,7 @@ impl Metric {
             Self::PeakTorque => "peak_torque",
             Self::SpringOverflowShare => "spring_overflow_share",
             Self::EncoderEdges => "encoder_edges",
+            Self::ContactShare => "contact_share",
             Self::Rms => "rms",
         }
     }

@@ -5,10 +5,14 @@
 //! validated before anything runs. Quantities are numbers in SI units or strings with a unit (`"25.175 MHz"`). Angles are
 //! those of the motor's shaft, positive into the wall; the wheel turns by the shaft's angle over `wheel_ratio`.
 //!
+//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or as other tools write it: `"UQ4.8"`,
+//! `"ufix12_En8"` and what else [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's, whose 4 integer bits leave out the
+//! sign bit.
+//!
 //! | Section | Keys, `[default]` |
 //! |---|---|
 //! | (top) | `about` |
-//! | `[device]` `kind = "motor"` | `resistance` \[2.3457 Ohm\], `inductance` \[0.226 mH\], `torque_constant` \[25.9 mN.m/A\], `rotor_inertia` \[13.7 g.cm2\], `viscous_friction` \[1.3e-6 N.m.s/rad\], `coulomb_friction` \[0\], `wheel_ratio` \[7\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
+//! | `[device]` `kind = "motor"` | `motor`, the name of one whose data are known (`vasudevan_2007`); without it, or beside it for another value, `resistance`, `inductance`, `torque_constant`, `rotor_inertia`, `viscous_friction` \[0, or the motor's\]; `coulomb_friction` \[0\], `wheel_ratio` \[1\], `wheel_inertia` \[0\], `initial_angle` \[0\], `initial_speed` \[0\], `initial_current` \[0\] |
 //! | `[device]` `kind = "mass"` | `mass`, `damping`, `coulomb` \[0\], `initial_position` \[0\], `initial_speed` \[0\] |
 //! | `[encoder]` | of a motor `lines` \[1024\], decoded x4; of a mass `resolution`, the length of a count |
 //! | `[amplifier]` of a mass | `full_scale`, the force of `2^bits` PWM counts |
@@ -23,7 +27,7 @@
 //! | … `energy_bounding` | `form` \[`c1_c2`\] (`force_bound`), `c1`, `c2` \[`c1`\], `bound_format` \["(0,10,4)"\], `energy_bits` \[32\] |
 //! | … `passive_spring` | `alpha` \[1\], `beta` \[1\] in `scale_format` \["(0,8,8)"\], `revive` \[true\], `extension_frac` \[8\] |
 //! | `[method.shaper]` behind a law, if there is one | `cutoff` of the digital input shaper |
-//! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\] |
+//! | `[method.pwm]` | `bits` \[12\], `mode` \[`sign_magnitude`\] (`locked_antiphase`), `duty` \[`latched`\] (`immediate`), `off` \[`brake`\] (`float`), `dead_time` \[0\]; its frequency is `clock.frequency / 2^bits` |
 //! | `[wall]` | `position`, `stiffness`, `damping` \[0\] |
 //! | `[wall.ramp]` if it changes | `stiffness` at the end, or `scale` of a `passive_spring` (its `beta`), `from`, `to`: the word goes there in a straight line |
 //! | `[hand]` `kind = "none"` | |
@@ -83,6 +87,7 @@ mod accuracy;
 mod expect;
 mod law;
 mod model;
+mod parameter;
 mod parts;
 pub mod phantom;
 mod quantity;
@@ -101,6 +106,7 @@ pub use accuracy::{Accuracy, Output};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
+pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{
     Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Loop, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record,
     Run, Units, Wall,
@@ -111,7 +117,9 @@ pub use phantom::{
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
-pub use words::{LoopWords, Realised};
+pub use words::{LoopWords, Miss, Realised};
+
+use std::sync::Arc;
 
 use hpu_datapath::Estimator;
 use hpu_signal::Clock;
@@ -223,6 +231,15 @@ impl Experiment {
         }
     }
 
+    /// Every parameter of the run, as the scene was read, and who said it.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        match self {
+            Self::Axis(scene) => &scene.parameters,
+            Self::Phantom(scene) => &scene.parameters,
+        }
+    }
+
     /// By what models of it are compared.
     #[must_use]
     pub fn accuracy(&self) -> &Accuracy {
@@ -268,6 +285,8 @@ pub struct Scene {
     pub accuracy: Accuracy,
     /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
     pub auto: bool,
+    /// Every parameter of the run, as the scene was read, and who said it.
+    pub parameters: Arc<[Parameter]>,
     places: Places,
 }
 
@@ -311,6 +330,14 @@ impl Scene {
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
+    }
+
+    /// Clocks of a period of the modulator whose gates drive the device, if they do; periods begin at the edges after
+    /// its multiples.
+    #[must_use]
+    pub fn modulator_clocks(&self) -> Option<u64> {
+        let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;
+        switches.then(|| 1 << self.method.pwm.bits)
     }
 
     /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.

@@ -15,14 +15,18 @@
 //! | `[expect]` | `outcome` (`passive`, `non_passive`, `highly_unstable`), `rms` as `{ value, tolerance }` |
 //! | `[accuracy]` | `outputs` \[by the verdict\] (`trace`, `rms`, `verdict`), `within` \[1 %\] |
 
+use std::sync::Arc;
+
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Clock;
 
 use super::accuracy::Accuracy;
 use super::expect::Expect;
 use super::model::Solver;
+use super::parameter::Parameter;
 use super::parts::{Record, Run};
 use super::source::{Places, SceneError};
+use super::words::Miss;
 
 /// What computes the wall's force, and how often.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -250,6 +254,8 @@ pub struct PhantomScene {
     pub accuracy: Accuracy,
     /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
     pub auto: bool,
+    /// Every parameter of the run, as the scene was read, and who said it.
+    pub parameters: Arc<[Parameter]>,
     pub(super) places: Places,
 }
 
@@ -264,6 +270,8 @@ pub struct PhantomWords {
     pub room: i64,
     /// The stiffness.
     pub stiffness: i64,
+    /// The stiffness misses what is asked for by more than [`Miss::FLAGGED`].
+    pub stiffness_miss: Option<Miss>,
     /// Sample period in clocks.
     pub period: i64,
 }
@@ -332,11 +340,13 @@ impl PhantomScene {
             return Err(self.places.error("room.stiffness", reason));
         }
         let bits = self.room.walls.iter().enumerate().map(|(bit, &there)| i64::from(there) << bit);
+        let by_words = !self.platform.is_host() && self.model.law == PhantomLaw::Words;
         Ok(PhantomWords {
             low: -(wall as i64),
             high: wall as i64,
             room: bits.sum(),
             stiffness: stiffness as i64,
+            stiffness_miss: if by_words { Miss::of(asked, formats.stiffness) } else { None },
             period: self.period_clocks() as i64,
         })
     }

@@ -1,7 +1,8 @@
 //! Physical quantities as people write them: a number in SI units, or a string with a unit.
 //!
 //! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and `2`
-//! square alike. The decimal part of the scaling is done on the text, so `"25.175 MHz"` is exactly 25 175 000.
+//! square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is done
+//! on the text, so `"25.175 MHz"` is exactly 25 175 000.
 
 use std::f64::consts::PI;
 
@@ -99,10 +100,15 @@ impl Dimension {
 
     fn unit(&self, symbol: &str) -> Option<(f64, i32)> {
         self.units.iter().find_map(|unit| {
-            let prefix = symbol.strip_suffix(unit.symbol)?;
+            let prefix = before(symbol, unit.symbol)?;
             let (_, scale) = PREFIXES.iter().find(|(p, _)| *p == prefix)?;
             (prefix.is_empty() || unit.prefixed).then_some((unit.factor, unit.exponent + scale))
         })
+    }
+
+    /// The SI unit; empty for a plain number.
+    pub fn si_unit(&self) -> &'static str {
+        if self.si == "1" { "" } else { self.si }
     }
 
     /// What may be written instead: "N.m/rad, mN.m/rad or a number in N.m/rad".
@@ -118,6 +124,14 @@ impl Dimension {
         let number = if self.si == "1" { "a number".to_string() } else { format!("a number in {}", self.si) };
         format!("{} or {number}", symbols.join(", "))
     }
+}
+
+/// What stands before a unit at the end of a symbol, which may leave out the unit's dots.
+fn before<'s>(symbol: &'s str, unit: &str) -> Option<&'s str> {
+    unit.chars().rev().try_fold(symbol, |rest, letter| match (rest.strip_suffix(letter), letter) {
+        (None, '.') => Some(rest),
+        (rest, _) => rest,
+    })
 }
 
 /// Bytes of the longest prefix that is a decimal number (an `e` counts when digits follow it).
@@ -179,6 +193,29 @@ mod tests {
         assert_eq!(MASS.parse("75 g"), Some(0.075));
         assert_eq!(RATIO.parse("12 %"), Some(0.12));
         assert_eq!(ANGLE.parse("-180 deg"), Some(-PI));
+    }
+
+    #[test]
+    fn the_dots_of_a_product_may_be_left_out() {
+        assert_eq!(TORQUE.parse("1.2 mNm"), Some(0.0012));
+        assert_eq!(TORSIONAL_STIFFNESS.parse("2 Nm/rad"), Some(2.0));
+        assert_eq!(TORSIONAL_DAMPING.parse("0.1 mNms/rad"), Some(1e-4));
+        assert_eq!(TORSIONAL_DAMPING.parse("0.1 mNm.s/rad"), Some(1e-4));
+        assert_eq!(TORQUE_CONSTANT.parse("25 mNm/A"), Some(0.025));
+        assert_eq!(INERTIA.parse("10.3 gcm²"), Some(10.3e-7));
+        assert_eq!(DAMPING.parse("3 Ns/m"), Some(3.0));
+        // No dot is taken from another place, and no unit of another dimension comes in.
+        for (dimension, text) in [(&TORQUE, "1 N..m"), (&TORQUE, "1 .Nm"), (&FORCE, "1 Nm"), (&FREQUENCY, "1 H.z")] {
+            assert_eq!(dimension.parse(text), None, "{text}");
+        }
+        // Without its dot no unit is another one of its dimension, whatever the prefix.
+        for dimension in ALL {
+            for (index, unit) in dimension.units.iter().enumerate() {
+                let bare = unit.symbol.replace('.', "");
+                let found = dimension.unit(&bare).expect("the unit");
+                assert_eq!(found, (unit.factor, unit.exponent), "{} of unit {index}", unit.symbol);
+            }
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, amplifier, bridge, device, encoder};
 use super::read_hand::{Load, hand};
-use super::read_method::method;
+use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::section::Sense::{Any, NotNegative, Positive, Within};
@@ -21,6 +21,10 @@ use crate::session::SessionError;
 
 pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
+    if root.has("pwm") {
+        let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
+        return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
+    }
     root.accept(&[
         "about",
         "device",
@@ -44,7 +48,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
-    let parts = Scene {
+    let mut parts = Scene {
         name: scene_name(file),
         about,
         device,
@@ -61,8 +65,10 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         expect: expect(&root.section("expect")?, axis)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
         auto: source.auto,
-        places: source.places,
+        parameters: [].into(),
+        places: source.places.clone(),
     };
+    parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts)?;
     Ok(parts)
 }
@@ -70,6 +76,25 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
 pub(super) fn scene_name(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.strip_suffix(".toml").unwrap_or(name).to_string()
+}
+
+/// Sections and keys that are read but that no run of the scene uses.
+fn unused(scene: &Scene) -> Vec<&'static str> {
+    let mut unused = vec!["about", "expect", "accuracy"];
+    if matches!(scene.hand, Hand::Prescribed { .. }) {
+        unused.extend(["device.initial_angle", "device.initial_position", "device.initial_speed"]);
+    }
+    if matches!(scene.device, Device::Mass(_)) {
+        unused.extend(["bridge", "model.bridge", "model.winding"]);
+    }
+    let scaled = matches!(scene.method.kind, Loop::Law(LawMethod::PassiveSpring { .. }));
+    if scene.method.reference_rate_hz.is_none() && !scaled {
+        unused.push("method.scale_format");
+    }
+    if scene.model.datapath != Datapath::Linear {
+        unused.push("model.delay");
+    }
+    unused
 }
 
 /// A start that the hand overrules is refused, not ignored.
@@ -275,7 +300,7 @@ fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
             Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => axis.position,
             Metric::Frequency => &q::FREQUENCY,
             Metric::PeakTorque => axis.effort,
-            Metric::SpringOverflowShare | Metric::EncoderEdges => &q::RATIO,
+            Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => &q::RATIO,
             Metric::Rms => unreachable!("not of an axis"),
         };
         let number = s.section(metric.name())?;

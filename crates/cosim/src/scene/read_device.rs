@@ -1,9 +1,10 @@
 //! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
 
+use super::parameter::{Origin, ParameterValue};
 use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
 use super::quantity::{self as q, Dimension};
 use super::section::Section;
-use super::section::Sense::{Any, NotNegative, Positive, Within};
+use super::section::Sense::{self, Any, NotNegative, Positive, Within};
 use super::source::SceneError;
 
 /// The dimensions of a device's motion.
@@ -41,11 +42,56 @@ pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError>
     Ok((Device::Mass(mass), &RAIL))
 }
 
-/// The defaults are assumed values of a 22 W motor whose stall torque at 24 V is the published 265 mN·m
-/// (Vasudevan et al. 2007); no data sheet of that winding was at hand.
+/// A motor whose data a scene can name: what its winding and its rotor are.
+#[derive(Clone, Copy, PartialEq)]
+struct Named {
+    name: &'static str,
+    resistance_ohm: f64,
+    inductance_h: f64,
+    torque_constant_nm_per_a: f64,
+    rotor_inertia_kg_m2: f64,
+    viscous_friction_nm_s_per_rad: f64,
+}
+
+/// Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
+/// sheet of that winding was at hand.
+static VASUDEVAN_2007: Named = Named {
+    name: "vasudevan_2007",
+    resistance_ohm: 25.9e-3 * 24.0 / 0.265,
+    inductance_h: 0.226e-3,
+    torque_constant_nm_per_a: 25.9e-3,
+    rotor_inertia_kg_m2: 1.37e-6,
+    viscous_friction_nm_s_per_rad: 1.3e-6,
+};
+
+/// One of a motor's own data: the scene's, or else that of the motor that the scene names.
+fn datum(
+    s: &Section,
+    key: &str,
+    dimension: &'static Dimension,
+    sense: Sense,
+    named: Option<(&'static str, f64)>,
+) -> Result<f64, SceneError> {
+    if let (None, false) = (named, s.has(key)) {
+        let reason = format!(
+            "missing; write {} as {}, or name the motor: motor = \"{}\"",
+            dimension.name,
+            dimension.accepted(),
+            VASUDEVAN_2007.name
+        );
+        return Err(s.error(key, reason));
+    }
+    let value = s.quantity(key, dimension, sense, named.map(|(_, value)| value))?;
+    if let Some((name, _)) = named {
+        s.note(key, ParameterValue::Number(value), dimension.si_unit(), Origin::Motor(name));
+    }
+    Ok(value)
+}
+
 fn motor(s: &Section) -> Result<Motor, SceneError> {
     s.accept(&[
         "kind",
+        "motor",
         "resistance",
         "inductance",
         "torque_constant",
@@ -58,20 +104,27 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
         "initial_speed",
         "initial_current",
     ])?;
-    let resistance_ohm = 25.9e-3 * 24.0 / 0.265;
+    let named =
+        if s.has("motor") { Some(s.choice("motor", &[(VASUDEVAN_2007.name, VASUDEVAN_2007)], None)?) } else { None };
+    let of = |value: fn(&Named) -> f64| named.as_ref().map(|named| (named.name, value(named)));
+    let viscous = of(|named| named.viscous_friction_nm_s_per_rad);
     Ok(Motor {
-        resistance_ohm: s.quantity("resistance", &q::RESISTANCE, Positive, Some(resistance_ohm))?,
-        inductance_h: s.quantity("inductance", &q::INDUCTANCE, Positive, Some(0.226e-3))?,
-        torque_constant_nm_per_a: s.quantity("torque_constant", &q::TORQUE_CONSTANT, Positive, Some(25.9e-3))?,
-        rotor_inertia_kg_m2: s.quantity("rotor_inertia", &q::INERTIA, Positive, Some(1.37e-6))?,
-        viscous_friction_nm_s_per_rad: s.quantity(
-            "viscous_friction",
-            &q::TORSIONAL_DAMPING,
-            NotNegative,
-            Some(1.3e-6),
+        resistance_ohm: datum(s, "resistance", &q::RESISTANCE, Positive, of(|named| named.resistance_ohm))?,
+        inductance_h: datum(s, "inductance", &q::INDUCTANCE, Positive, of(|named| named.inductance_h))?,
+        torque_constant_nm_per_a: datum(
+            s,
+            "torque_constant",
+            &q::TORQUE_CONSTANT,
+            Positive,
+            of(|named| named.torque_constant_nm_per_a),
         )?,
+        rotor_inertia_kg_m2: datum(s, "rotor_inertia", &q::INERTIA, Positive, of(|named| named.rotor_inertia_kg_m2))?,
+        viscous_friction_nm_s_per_rad: match viscous {
+            Some(_) => datum(s, "viscous_friction", &q::TORSIONAL_DAMPING, NotNegative, viscous)?,
+            None => s.quantity("viscous_friction", &q::TORSIONAL_DAMPING, NotNegative, Some(0.0))?,
+        },
         coulomb_friction_nm: s.quantity("coulomb_friction", &q::TORQUE, NotNegative, Some(0.0))?,
-        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Within(1e-3, 1e4), Some(7.0))?,
+        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Within(1e-3, 1e4), Some(1.0))?,
         wheel_inertia_kg_m2: s.quantity("wheel_inertia", &q::INERTIA, NotNegative, Some(0.0))?,
         initial_angle_rad: s.quantity("initial_angle", &q::ANGLE, Any, Some(0.0))?,
         initial_speed_rad_per_s: s.quantity("initial_speed", &q::ANGULAR_SPEED, Any, Some(0.0))?,

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::parameter::{Origin, ParameterValue};
 use super::parts::{Hand, PathPoint};
 use super::quantity as q;
 use super::read_device::Axis;
@@ -95,5 +96,9 @@ fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
         }
         path.push(PathPoint { time_s, angle_rad });
     }
+    let points = path.iter().map(|point| format!("[{}, {}]", number(point.time_s), number(point.angle_rad)));
+    let text = format!("[{}]", points.collect::<Vec<_>>().join(", "));
+    let unit = if axis.position.si == "m" { "s, m" } else { "s, rad" };
+    s.note("path", ParameterValue::Text(text), unit, Origin::Scene);
     Ok(path)
 }

@@ -36,6 +36,9 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
         let reason = "not causal: it needs the position to which its own force leads; write \"passive_spring\"";
         return Err(s.error("kind", reason));
     }
+    if s.has("pwm_frequency") {
+        return Err(s.unknown("pwm_frequency", PWM_FREQUENCY));
+    }
     let kind = s.choice("kind", &kinds, None)?;
     match law::keys(kind) {
         // A law's velocity is as wide as its position, and the shaper stands behind a law.
@@ -81,7 +84,14 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
     })
 }
 
+/// Why no scene has a key for the frequency of its PWM.
+pub(super) const PWM_FREQUENCY: &str =
+    "a PWM's frequency is clock.frequency / 2^method.pwm.bits, as in 50 MHz / 2^12 = 12.207 kHz; set these two keys";
+
 fn pwm(s: &Section) -> Result<Pwm, SceneError> {
+    if s.has("frequency") {
+        return Err(s.unknown("frequency", PWM_FREQUENCY));
+    }
     s.accept(&["bits", "mode", "duty", "off", "dead_time"])?;
     Ok(Pwm {
         bits: s.bits("bits", 24, 12)?,

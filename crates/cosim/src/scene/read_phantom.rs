@@ -30,7 +30,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
     let (platform, irregularity) = platform(&root.section("platform")?)?;
     let device = root.section("device")?;
     let drop = drop(&device, &root.section("drop")?)?;
-    let scene = PhantomScene {
+    let mut scene = PhantomScene {
         name: scene_name(file),
         about,
         drop,
@@ -45,10 +45,27 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         expect: expect(&root.section("expect")?)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM)?,
         auto: source.auto,
-        places: source.places,
+        parameters: [].into(),
+        places: source.places.clone(),
     };
+    scene.parameters = source.parameters.take(&unused(&scene)).into();
     agree(&scene)?;
     Ok(scene)
+}
+
+/// Sections and keys that are read but that no run of the scene uses.
+fn unused(scene: &PhantomScene) -> Vec<&'static str> {
+    let mut unused = vec!["about", "expect", "accuracy"];
+    if scene.platform != Platform::Pmos1 {
+        unused.extend(["platform.jitter", "platform.missed"]);
+    }
+    if scene.model.transmission_n_per_m == 0.0 {
+        unused.extend(["model.transmission_damping", "model.motor_share"]);
+    }
+    if !scene.platform.is_host() {
+        unused.extend(["model.delay", "model.latency"]);
+    }
+    unused
 }
 
 /// The tip must be able to come to every wall that is there, within the tables and the joints' limits.
@@ -186,7 +203,7 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Words {
     Fitted,
     Narrow,

@@ -3,6 +3,7 @@
 use hpu_signal::{Format, FormatError};
 use toml_edit::{Item, TableLike, Value};
 
+use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
 use super::quantity::Dimension;
 use super::source::{Places, SceneError, join};
 use crate::message::{excerpt, number};
@@ -47,7 +48,7 @@ impl Sense {
         if value.abs() <= most && least.is_none_or(|least| value == 0.0 || value >= least) {
             return None;
         }
-        let unit = if dimension.si == "1" { "" } else { dimension.si };
+        let unit = dimension.si_unit();
         let [low, high] = [least.unwrap_or(-most), most].map(number);
         let zero = if matches!(self, Self::NotNegative | Self::UpTo(_)) { "0, or " } else { "" };
         let accepted = format!("{zero}{low} to {high} {unit}");
@@ -58,13 +59,14 @@ impl Sense {
 /// One table of the scene. A table that is not there reads as an empty one.
 pub(super) struct Section<'a> {
     places: &'a Places,
+    parameters: &'a Parameters,
     path: String,
     table: Option<&'a dyn TableLike>,
 }
 
 impl<'a> Section<'a> {
-    pub fn root(places: &'a Places, table: &'a dyn TableLike) -> Self {
-        Self { places, path: String::new(), table: Some(table) }
+    pub fn root(places: &'a Places, parameters: &'a Parameters, table: &'a dyn TableLike) -> Self {
+        Self { places, parameters, path: String::new(), table: Some(table) }
     }
 
     pub fn key(&self, key: &str) -> String {
@@ -87,7 +89,7 @@ impl<'a> Section<'a> {
                 }
             },
         };
-        Ok(Section { places: self.places, path: self.key(key), table })
+        Ok(Section { places: self.places, parameters: self.parameters, path: self.key(key), table })
     }
 
     pub fn get(&self, key: &str) -> Option<&'a Item> {
@@ -96,6 +98,11 @@ impl<'a> Section<'a> {
 
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_some()
+    }
+
+    /// A key that there is not, and what to write instead.
+    pub fn unknown(&self, key: &str, instead: &str) -> SceneError {
+        self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
     }
 
     /// Refuses every key but these.
@@ -110,7 +117,30 @@ impl<'a> Section<'a> {
         Err(self.places.key_error(&self.key(unknown), reason))
     }
 
-    pub fn choice<T: Copy>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError> {
+    /// Notes what a parameter is, as it is used: by this origin, or by that of its key where it is given.
+    pub fn note(&self, key: &str, value: ParameterValue, unit: &'static str, otherwise: Origin) {
+        let path = self.key(key);
+        let origin = if self.has(key) { self.places.origin(&path) } else { otherwise };
+        self.parameters.note(Parameter { key: path, value, unit, origin });
+    }
+
+    fn noted<T>(&self, key: &str, value: T, unit: &'static str, shown: impl FnOnce(&T) -> ParameterValue) -> T {
+        self.note(key, shown(&value), unit, Origin::Default);
+        value
+    }
+
+    pub fn choice<T>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError>
+    where
+        T: Copy + PartialEq,
+    {
+        let chosen = self.chosen(key, options, default)?;
+        if let Some((name, _)) = options.iter().find(|(_, option)| *option == chosen) {
+            self.note(key, ParameterValue::Text((*name).to_string()), "", Origin::Default);
+        }
+        Ok(chosen)
+    }
+
+    fn chosen<T: Copy>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError> {
         let accepted = || options.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         match (self.get(key), default) {
             (None, Some(default)) => Ok(default),
@@ -129,13 +159,14 @@ impl<'a> Section<'a> {
         sense: Sense,
         default: Option<f64>,
     ) -> Result<f64, SceneError> {
-        match (self.get(key), default) {
-            (None, Some(default)) => Ok(default),
+        let value = match (self.get(key), default) {
+            (None, Some(default)) => default,
             (None, None) => {
-                Err(self.error(key, format!("missing; write {} as {}", dimension.name, dimension.accepted())))
+                return Err(self.error(key, format!("missing; write {} as {}", dimension.name, dimension.accepted())));
             }
-            (Some(item), _) => self.quantity_of(key, item, dimension, sense),
-        }
+            (Some(item), _) => self.quantity_of(key, item, dimension, sense)?,
+        };
+        Ok(self.noted(key, value, dimension.si_unit(), |value| ParameterValue::Number(*value)))
     }
 
     pub fn quantity_of(&self, key: &str, item: &Item, dimension: &Dimension, sense: Sense) -> Result<f64, SceneError> {
@@ -155,8 +186,19 @@ impl<'a> Section<'a> {
     }
 
     pub fn integer(&self, key: &str, least: u64, most: u64, default: Option<u64>) -> Result<u64, SceneError> {
+        self.whole(key, least, most, default, "")
+    }
+
+    fn whole(
+        &self,
+        key: &str,
+        least: u64,
+        most: u64,
+        default: Option<u64>,
+        unit: &'static str,
+    ) -> Result<u64, SceneError> {
         let accepted = format!("a whole number from {least} to {most}");
-        match (self.get(key), default) {
+        let number = match (self.get(key), default) {
             (None, Some(default)) => Ok(default),
             (None, None) => Err(self.error(key, format!("missing; write {accepted}"))),
             (Some(item), _) => item
@@ -164,36 +206,44 @@ impl<'a> Section<'a> {
                 .and_then(|number| u64::try_from(number).ok())
                 .filter(|number| (least..=most).contains(number))
                 .ok_or_else(|| self.error(key, format!("{} is not {accepted}", shown(item)))),
-        }
+        }?;
+        Ok(self.noted(key, number, unit, |number| ParameterValue::Integer(*number)))
     }
 
     /// A width of 2 bits or more: a one-bit port is no vector.
     pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
-        let bits = self.integer(key, 2, u64::from(most), Some(u64::from(default)))?;
+        let bits = self.whole(key, 2, u64::from(most), Some(u64::from(default)), "bit")?;
         Ok(bits as u32)
     }
 
     pub fn flag(&self, key: &str, default: bool) -> Result<bool, SceneError> {
-        match self.get(key) {
-            None => Ok(default),
+        let flag = match self.get(key) {
+            None => default,
             Some(item) => {
-                item.as_bool().ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item))))
+                item.as_bool().ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item))))?
             }
-        }
+        };
+        Ok(self.noted(key, flag, "", |flag| ParameterValue::Flag(*flag)))
     }
 
     pub fn text(&self, key: &str, what: &str) -> Result<&'a str, SceneError> {
-        match self.get(key) {
+        let text = match self.get(key) {
             None => Err(self.error(key, format!("missing; write {what}"))),
             Some(item) => item
                 .as_str()
                 .filter(|text| !text.trim().is_empty())
                 .ok_or_else(|| self.error(key, format!("{} is not {what}", shown(item)))),
-        }
+        }?;
+        Ok(self.noted(key, text, "", |text| ParameterValue::Text((*text).to_string())))
     }
 
     /// The format of a gain: unsigned, no bit worth less than the fraction bits say.
     pub fn gain_format(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
+        let format = self.gain_format_of(key, default)?;
+        Ok(self.noted(key, format, "", |format| ParameterValue::Text(format.to_string())))
+    }
+
+    fn gain_format_of(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
         let Some(item) = self.get(key) else {
             return Format::new(false, default.0, default.1).map_err(|error| self.error(key, error.to_string()));
         };
@@ -203,9 +253,20 @@ impl<'a> Section<'a> {
         let format: Format = text.parse().map_err(|error: FormatError| self.error(key, error.to_string()))?;
         if format.is_signed() || format.frac() < 0 || !(2..=32).contains(&format.width()) {
             let rule = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
-            return Err(self.error(key, format!("{format}: {rule}")));
+            return Err(self.error(key, format!("{}: {rule}", format_read(text, format))));
         }
         Ok(format)
+    }
+}
+
+/// A format, and what it was read from where that is another notation.
+fn format_read(text: &str, format: Format) -> String {
+    match text.trim() {
+        text if text.starts_with('(') => format.to_string(),
+        text if text.starts_with(['Q', 'q']) && !text.contains('(') => {
+            format!("`{text}` is {format}, {} bits, as TI writes it; ARM counts the sign bit too", format.width())
+        }
+        text => format!("`{text}` is {format}"),
     }
 }
 

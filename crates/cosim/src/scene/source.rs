@@ -5,6 +5,7 @@ use std::fmt;
 
 use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
+use super::parameter::{Origin, Parameters};
 use super::section::Section;
 use crate::message::excerpt;
 
@@ -58,17 +59,26 @@ impl Places {
         self.error_in(&self.keys, key, reason.into())
     }
 
+    /// Who gave a key's value, which somebody gave.
+    pub fn origin(&self, key: &str) -> Origin {
+        let by_override = self.place_in(&self.values, key).starts_with(OVERRIDE);
+        if by_override { Origin::Set } else { Origin::Scene }
+    }
+
     /// A key that was not given is missing from the innermost section that was.
     fn error_in(&self, places: &BTreeMap<String, String>, key: &str, reason: String) -> SceneError {
+        SceneError { place: self.place_in(places, key), key: key.to_string(), reason }
+    }
+
+    fn place_in(&self, places: &BTreeMap<String, String>, key: &str) -> String {
         let mut path = key;
-        let place = loop {
+        loop {
             match (places.get(path), path.rfind(['.', '['])) {
-                (Some(place), _) => break place.clone(),
+                (Some(place), _) => return place.clone(),
                 (None, Some(end)) => path = &path[..end],
-                (None, None) => break format!("{}:1:1", self.file),
+                (None, None) => return format!("{}:1:1", self.file),
             }
-        };
-        SceneError { place, key: key.to_string(), reason }
+        }
     }
 
     fn note(&mut self, text: &str, path: &str, key: Option<&Key>, item: &Item) {
@@ -103,6 +113,8 @@ impl Places {
 pub(super) struct Source {
     document: DocumentMut,
     pub places: Places,
+    /// What was read so far.
+    pub parameters: Parameters,
     /// Whether the scene leaves its model to `hpu fit`: `model = "auto"`.
     pub auto: bool,
 }
@@ -116,7 +128,7 @@ impl Source {
         })?;
         let mut places = Places { file: file.to_string(), keys: BTreeMap::new(), values: BTreeMap::new() };
         places.note(text, "", None, document.as_item());
-        let mut source = Self { document: document.into_mut(), places, auto: false };
+        let mut source = Self { document: document.into_mut(), places, parameters: Parameters::default(), auto: false };
         for (key, value) in overrides {
             source.set(key, value)?;
         }
@@ -152,7 +164,7 @@ impl Source {
     }
 
     pub fn root(&self) -> Section<'_> {
-        Section::root(&self.places, self.document.as_table())
+        Section::root(&self.places, &self.parameters, self.document.as_table())
     }
 }
 

@@ -4,7 +4,8 @@ use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use super::source::SceneError;
-use super::{Device, LawMethod, Loop, Scene};
+use super::{Datapath, Device, LawMethod, Loop, Scene};
+use crate::law_loop::COMMAND_BITS;
 use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
 
@@ -43,12 +44,56 @@ pub struct Realised {
     pub stiffness_nm_per_rad: f64,
     /// Relative rounding error of the stiffness; 0 for no stiffness.
     pub stiffness_error: f64,
+    /// The stiffness misses what is asked for by more than [`Miss::FLAGGED`].
+    pub stiffness_miss: Option<Miss>,
     /// The wall's damping.
     pub damping_nm_s_per_rad: f64,
     /// Relative rounding error of the damping, by the gain's and the scale's words together; 0 for no damping.
     pub damping_error: f64,
     /// Sample rate.
     pub sample_rate_hz: f64,
+}
+
+impl LoopWords {
+    /// Torque or force that one count of the command asks for: the quantum of PWM counts, or that of a law in floats,
+    /// whose command is finer.
+    #[must_use]
+    pub fn command_quantum_nm(&self, scene: &Scene) -> f64 {
+        let counts = match scene.model.datapath {
+            Datapath::Law => 2f64.powi(self.config.pwm.width.cast_signed() - COMMAND_BITS.cast_signed()),
+            Datapath::Words | Datapath::Linear => 1.0,
+        };
+        counts * self.realised.torque_quantum_nm
+    }
+}
+
+/// A value that its nearest word misses by more than a tolerable share.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Miss {
+    /// Relative error of the nearest word.
+    pub error: f64,
+    /// The format with the fewest more fraction bits whose nearest word is near enough; `None` when that has more than
+    /// 32 bits.
+    pub format: Option<Format>,
+}
+
+impl Miss {
+    /// A relative error above this is told.
+    pub const FLAGGED: f64 = 0.02;
+
+    /// The miss of a value in a format that holds it, if it is one.
+    pub(crate) fn of(value: f64, format: Format) -> Option<Self> {
+        let error = |format: Format| relative_error((value / format.lsb()).round() * format.lsb(), value);
+        if error(format).abs() <= Self::FLAGGED {
+            return None;
+        }
+        let wider = (format.frac() + 1..).map(|frac| Format::new(false, format.int(), frac).ok());
+        let wider = wider.map_while(|format| format.filter(|format| format.width() <= 32));
+        Some(Self {
+            error: error(format),
+            format: wider.into_iter().find(|format| error(*format).abs() <= Self::FLAGGED),
+        })
+    }
 }
 
 impl Scene {
@@ -123,6 +168,7 @@ impl Scene {
                 count_rad,
                 wall_position_rad: wall_counts * count_rad,
                 stiffness_nm_per_rad,
+                stiffness_miss: Miss::of(spring.1 / stiffness_unit, method.stiffness_format),
                 stiffness_error: relative_error(stiffness_nm_per_rad, spring.1),
                 damping_nm_s_per_rad,
                 damping_error: relative_error(damping_nm_s_per_rad, damper.1),

@@ -1,7 +1,9 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
+mod between_rows;
 mod bounded;
 mod common;
+mod contact;
 mod cruise;
 mod drivers;
 mod energy;

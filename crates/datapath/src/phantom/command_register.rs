@@ -10,7 +10,8 @@
 //! - **Reset**: `q` 0, countdown `DELAY`. **Overflow**: none.
 //! - **VHDL twin**: `hdl/command_register.vhd`.
 //! - **Source**: the sampled loop of Sevcik et al. 2009.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: loads exactly every period, without jitter; the conversion time of the D/A
+//!   converter is not in it.
 
 use hpu_signal::{Format, Signal};
 

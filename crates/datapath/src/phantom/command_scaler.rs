@@ -8,7 +8,7 @@
 //! - **Overflow**: saturates. [`eval`](CommandScaler::eval) tells it.
 //! - **VHDL twin**: `hdl/command_scaler.vhd`.
 //! - **Source**: the output stage of Sevcik et al. 2009.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

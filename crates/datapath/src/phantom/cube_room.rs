@@ -11,7 +11,7 @@
 //! - **Overflow**: saturates at the limit. [`eval`](CubeRoom::eval) tells it as overflow.
 //! - **VHDL twin**: `hdl/cube_room.vhd`.
 //! - **Source**: the cube of Sevcik et al. 2009.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

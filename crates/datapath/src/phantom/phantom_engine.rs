@@ -16,7 +16,9 @@
 //! - **Overflow**: as in the blocks it replaces.
 //! - **VHDL twin**: `hdl/phantom_engine.vhd`.
 //! - **Source**: a shared datapath as a smaller FPGA would need for Sevcik et al. 2009.
-//! - **Differs from the hardware**: computes at the capture and holds the words back; nobody can tell.
+//! - **Differs from the hardware**: the paper does not say how its logic is shared. The emulator computes the words at
+//!   the start edge and shows them 32 edges later: the ports are exact at every edge, the registers of the multiplier
+//!   are not modelled.
 
 use hpu_signal::{Format, Narrowed, Ports, Signal};
 

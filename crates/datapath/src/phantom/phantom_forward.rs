@@ -10,7 +10,7 @@
 //!   alone.
 //! - **VHDL twin**: `hdl/phantom_forward.vhd`.
 //! - **Source**: the kinematics of Çavuşoğlu et al. 2002, as used by Sevcik et al. 2009.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Signal};
 

@@ -9,7 +9,8 @@
 //! - **VHDL twin**: `hdl/phantom_io.vhd`; the instances and nets have the names of [`Wiring`]'s. The `period` of `hold` is
 //!   tied to 1 there and connected to no net here.
 //! - **Source**: the host platforms that Sevcik et al. 2009 compare with.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: the bus between host and FPGA is not in it; the time it takes is a part of the
+//!   host's delay.
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 

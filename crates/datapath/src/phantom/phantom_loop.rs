@@ -7,8 +7,8 @@
 //! - **Reset**: all registers 0. **Overflow**: of its blocks.
 //! - **VHDL twin**: `hdl/phantom_loop.vhd`; the instances and nets have the names of [`Wiring`](crate::Wiring)'s.
 //! - **Source**: Sevcik et al. 2009.
-//! - **Differs from the hardware**: the combinational path settles within one clock, whatever the clock; `DELAY` is there
-//!   so that a synthesis may be told that it has several.
+//! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length;
+//!   DELAY is the time a real one would be given.
 
 /// See the [module](self).
 pub type PhantomLoop = super::phantom_wiring::PhantomWiring<false>;

@@ -11,7 +11,7 @@
 //! - **Overflow**: wraps. [`eval`](PhantomTorque::eval) tells what was lost on the way to each torque.
 //! - **VHDL twin**: `hdl/phantom_torque.vhd`.
 //! - **Source**: the Jacobian of those kinematics (Çavuşoğlu et al. 2002), as used by Sevcik et al. 2009.
-//! - **Differs from the hardware**: settles at once.
+//! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Signal};
 

@@ -11,7 +11,7 @@
 //! - **Overflow**: none, `x` and `y` stay within `TRIG_FRAC+GUARD+3` bits.
 //! - **VHDL twin**: `hdl/trig_cordic.vhd`.
 //! - **Source**: Volder 1959; an alternative to the tables of Sevcik et al. 2009.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: all rotations settle within one clock, so no limit on the clock.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

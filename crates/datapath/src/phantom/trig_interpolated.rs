@@ -12,7 +12,7 @@
 //!   `pi/2 2^-(QUARTER_WIDTH+REST_WIDTH)` dropped, and `STEP`.
 //! - **VHDL twin**: `hdl/trig_interpolated.vhd`.
 //! - **Source**: the usual interpolated table; an alternative to the tables of Sevcik et al. 2009.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: multipliers and table settle within one clock, so no limit on the clock.
 
 use hpu_signal::{Format, Rounding};
 

@@ -8,7 +8,7 @@
 //! - **Overflow**: none. Off by at most half an LSB and half a step, `pi/4 2^-QUARTER_WIDTH`, and by what `STEP` is off.
 //! - **VHDL twin**: `hdl/trig_quarter.vhd`.
 //! - **Source**: the usual direct digital synthesis; an alternative to the tables of Sevcik et al. 2009.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: multiplier and table settle within one clock, so no limit on the clock.
 
 use hpu_signal::{Format, Rounding};
 

@@ -7,7 +7,7 @@
 //! - **Overflow**: none. Off by at most half an LSB.
 //! - **VHDL twin**: `hdl/trig_table.vhd`.
 //! - **Source**: the look-up tables of Sevcik et al. 2009.
-//! - **Differs from the hardware**: nothing known.
+//! - **Differs from the hardware**: the paper's table covers its own workspace, whose size in counts it does not give.
 
 use std::sync::Arc;
 

@@ -5,6 +5,7 @@ use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, d
 use super::series::{Series, Start};
 use super::{Arm, ArmEnergy};
 use crate::Band;
+use crate::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 
 /// A segment lasts at most this long, so that rounding stays that of small times, unless all is at rest.
 const LONGEST_S: f64 = 1.0;
@@ -65,6 +66,38 @@ pub struct ArmMotion<'a> {
     initial_j: f64,
     mode_changes: u64,
     segments: u64,
+    /// The motors' torques between rows, if anybody asked.
+    gauge: Option<Box<Gauge<3>>>,
+}
+
+/// The motors' torques along a segment. They follow their commands through a lag of the first order, which turns
+/// nowhere:
+/// `lag' = -lag / T`, so `∫ lag = T (lag(0) - lag(t))`.
+struct Torques<'m, 'a>(&'m ArmMotion<'a>);
+
+impl Torques<'_, '_> {
+    fn between(&self, from: Option<u64>, to: Option<u64>) -> [(f64, Lanes); 2] {
+        let motion = self.0;
+        let times = [from.map_or(0.0, |edge| motion.time_s(edge)), to.map_or(motion.end_s, |edge| motion.time_s(edge))];
+        times.map(|t| (t, value(&motion.series.lag[..=motion.series.powers], t)))
+    }
+}
+
+impl Stretch<3> for Torques<'_, '_> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 3] {
+        let [(start_s, early), (end_s, late)] = self.between(from, to);
+        let lag_s = self.0.arm.model.amplifier_s;
+        std::array::from_fn(|i| self.0.start.u[i] * (end_s - start_s) + lag_s * (early[i] - late[i]))
+    }
+
+    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 3] {
+        let ends = self.between(from, to);
+        std::array::from_fn(|i| {
+            let mut extent = Extent::NONE;
+            ends.iter().for_each(|(_, lag)| extent.take(self.0.start.u[i] + lag[i]));
+            extent
+        })
+    }
 }
 
 fn lanes([a, b, c]: [f64; 3]) -> [f64; 4] {
@@ -97,6 +130,7 @@ impl<'a> ArmMotion<'a> {
             initial_j: arm.stored_j(&start),
             mode_changes: 0,
             segments: 0,
+            gauge: None,
         };
         motion.begin(0, 0.0, start, None);
         motion.mode_changes = 0;
@@ -215,6 +249,7 @@ impl<'a> ArmMotion<'a> {
             return;
         }
         let t = self.time_s(edge);
+        self.pass(edge, Some(edge));
         let mut x = self.account(t);
         if self.arm.model.amplifier_s > 0.0 {
             x.lag = std::array::from_fn(|i| x.lag[i] + (x.u[i] - u[i]));
@@ -234,6 +269,35 @@ impl<'a> ArmMotion<'a> {
             motor_speeds_rad_per_s: joints(x.w),
             torques_nm: std::array::from_fn(|i| x.u[i] + x.lag[i]),
             stuck: self.holds.map(|hold| hold == Hold::Stuck),
+        }
+    }
+
+    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
+    /// [`measured`](Self::measured).
+    pub fn measure(&mut self, pace: Pace) {
+        self.gauge = Some(Box::new(Gauge::new(pace)));
+    }
+
+    /// What the row at an edge tells of the motors' torques, exactly: means and extremes since the row before; nothing
+    /// unless [`measure`](Self::measure) asked for it.
+    #[must_use]
+    pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
+        let gauge = self.gauge.as_deref()?;
+        let torques_nm = self.state(edge).torques_nm;
+        let now = if self.time_s(edge) == 0.0 {
+            gauge.clone()
+        } else {
+            gauge.after(self.anchor, edge, Some(edge), &Torques(self))
+        };
+        Some(now.row(edge, self.arm.edge_s, &torques_nm))
+    }
+
+    /// Takes note of the torques up to an edge on the segment, or up to its end.
+    fn pass(&mut self, now: u64, to: Option<u64>) {
+        if let Some(gauge) = &self.gauge
+            && to.is_none_or(|edge| self.time_s(edge) > 0.0)
+        {
+            self.gauge = Some(Box::new(gauge.after(self.anchor, now, to, &Torques(self))));
         }
     }
 
@@ -292,6 +356,7 @@ impl<'a> ArmMotion<'a> {
             series.extend(arm, start, holds, ORDER);
             return self.look_ahead(self.end_s);
         }
+        self.pass(self.end_edge, None);
         let mut x = self.account(self.end_s);
         let mut broke = None;
         match self.end {

@@ -18,6 +18,7 @@ use super::friction::{Hold, Pose};
 use super::kinematics::Sines;
 use super::series::Start;
 use super::{Arm, ArmEnergy, ArmState};
+use crate::gauge::{Chord, Gauge, Measured, Pace};
 use crate::{Band, Method};
 
 /// Angles and speeds of the links, those of the motors, torques: three of each.
@@ -81,6 +82,8 @@ pub struct SteppedArm<'a> {
     mode_changes: u64,
     steps: u64,
     lost: bool,
+    /// The motors' torques between rows, if anybody asked.
+    gauge: Option<Box<Gauge<3>>>,
 }
 
 fn along(x: &State, slope: &State, by: f64) -> State {
@@ -124,6 +127,7 @@ impl<'a> SteppedArm<'a> {
             mode_changes: 0,
             steps: 0,
             lost: false,
+            gauge: None,
         };
         stepped.initial_j = stepped.stored(&from);
         stepped.rub = stepped.rubs(&from, [0.0; 3]);
@@ -134,6 +138,7 @@ impl<'a> SteppedArm<'a> {
     pub fn step(&mut self, edge: u64) -> [f64; 3] {
         while self.start + self.edges <= edge {
             self.begin();
+            self.pass();
             let Some(step) = self.step.take() else { unreachable!("it has begun") };
             self.mode_changes += step.changes;
             (self.start, self.from, self.rub) = (self.start + self.edges, step.to, step.rub);
@@ -144,6 +149,43 @@ impl<'a> SteppedArm<'a> {
             self.begin();
         }
         self.now(edge)[P]
+    }
+
+    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
+    /// [`measured`](Self::measured).
+    pub fn measure(&mut self, pace: Pace) {
+        self.gauge = Some(Box::new(Gauge::new(pace)));
+    }
+
+    /// What the row at an edge of the present step tells of the motors' torques, which go in straight lines over a
+    /// step; nothing unless [`measure`](Self::measure) asked for it.
+    #[must_use]
+    pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
+        let gauge = self.gauge.as_deref()?;
+        let torques_nm = self.now(edge)[TORQUE];
+        let edges = edge - self.start;
+        let now = if edges == 0 {
+            gauge.clone()
+        } else {
+            let ends = [self.from[TORQUE], torques_nm];
+            gauge.after(
+                self.start,
+                edge,
+                Some(edge),
+                &Chord { start: self.start, edges, edge_s: self.arm.edge_s, ends },
+            )
+        };
+        Some(now.row(edge, self.arm.edge_s, &torques_nm))
+    }
+
+    /// Takes note of the torques over the step that ends.
+    fn pass(&mut self) {
+        if let (Some(gauge), Some(step)) = (&self.gauge, &self.step) {
+            let Self { start, edges, .. } = *self;
+            let chord = Chord { start, edges, edge_s: self.arm.edge_s, ends: [self.from[TORQUE], step.to[TORQUE]] };
+            let end = start + edges;
+            self.gauge = Some(Box::new(gauge.after(start, end, Some(end), &chord)));
+        }
     }
 
     /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at which

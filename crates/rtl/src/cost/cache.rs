@@ -10,9 +10,10 @@ use hpu_datapath::AnyBlock;
 use sha2::{Digest, Sha256};
 
 use super::entry::{self, Content};
-use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions, vhdl};
+use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
 use crate::ghdl::GhdlError;
 use crate::hdl::Setup;
+use crate::sources::vhdl;
 use crate::temporary::{self, Temporary, sweep_files};
 use crate::vector::literal;
 

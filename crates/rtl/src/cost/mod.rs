@@ -16,7 +16,6 @@ mod cache;
 mod entry;
 mod error;
 mod said;
-mod sources;
 mod verilog;
 
 use std::collections::BTreeMap;
@@ -30,13 +29,12 @@ use hpu_datapath::AnyBlock;
 
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
+use crate::sources::library;
 use crate::tool::{self, Fault, Tool, ToolError};
 use said::{cell_counts, fmax, is_full, sum, used_cells};
-use sources::library;
 
 pub use cache::Cache;
 pub use error::CostError;
-pub use sources::vhdl;
 
 /// Logic cells of the HX8K.
 pub const HX8K_CELLS: u64 = 7680;

@@ -121,6 +121,11 @@ pub(crate) fn digits(format: Format) -> usize {
     format.width().div_ceil(4) as usize
 }
 
+/// A word in hex, all of its digits.
+pub(crate) fn hex(format: Format, word: i64) -> String {
+    format!("{:0digits$x}", format.bits(word), digits = digits(format))
+}
+
 impl Vectors {
     /// Feeds a block, from its present state, and records what it answers: one row a stimulus.
     pub fn record(block: &mut dyn AnyBlock, stimuli: impl IntoIterator<Item = Stimulus>) -> Self {
@@ -155,8 +160,8 @@ impl Vectors {
         for row in &self.rows {
             let mut gap = "";
             for (column, &word) in self.header.columns().zip(row) {
-                let (bits, digits) = (column.format.bits(word), digits(column.format));
-                write!(text, "{gap}{bits:0digits$x}").expect("a string grows");
+                let bits = hex(column.format, word);
+                write!(text, "{gap}{bits}").expect("a string grows");
                 gap = " ";
             }
             text.push('\n');

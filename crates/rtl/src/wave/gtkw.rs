@@ -5,11 +5,13 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Format, Signal};
 
+use super::layout::DIFFERS;
 use super::timescale::Timescale;
 use super::{Layout, Scope, Source, Var};
 
 /// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last group.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 8] = [
+    ("VHDL and emulator", &[DIFFERS]),
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
     ("Position", &["position", "count", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
     ("Sines", &["sine", "cosine", "valid"]),
@@ -43,8 +45,6 @@ const CURVES: [&str; 19] = [
     "host",
     "command",
 ];
-/// Unsigned counters read as signed: one that passes below zero goes on smoothly.
-const COUNTERS: [&str; 2] = ["position", "held"];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h); the save file has them in hexadecimal.
 const DECIMAL: u32 = 1 << 2;
@@ -70,12 +70,13 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
 /// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
 /// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
-/// `span` filling the window.
+/// `span` filling the window, and the primary marker at an edge, if there is one to mark.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
-pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
-    let mut file = header(layout, dump, clock, span);
+pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
+    let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
+    let mut file = header(&tree, dump, clock, span, marker);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
         let all = || layout.nets.iter().enumerate();
@@ -88,7 +89,7 @@ pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> St
     write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
-    write_group(&mut file, "Plant", reals);
+    write_group(&mut file, "Plant: torques and forces positive along the positive position", reals);
     file
 }
 
@@ -97,18 +98,20 @@ fn base(name: &str) -> &str {
     name.trim_end_matches(['1', '2', '3'])
 }
 
-fn header(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>) -> String {
+/// What a save file begins with: the window, open scopes of the hierarchy, and a marker, if any.
+pub(super) fn header(tree: &[&str], dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
     // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
-    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} -1", SIZE.0, SIZE.1);
-    for scope in layout.scopes() {
-        let _ = writeln!(text, "[treeopen] {}.", scope.name);
+    let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} {marker}", SIZE.0, SIZE.1);
+    for scope in tree {
+        let _ = writeln!(text, "[treeopen] {scope}.");
     }
     let _ = writeln!(text, "[sst_width] {TREE_WIDTH}\n[signals_width] {NAMES_WIDTH}\n[sst_expanded] 1");
     text
@@ -123,20 +126,36 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 }
 
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
-    let Signal { name, format, unit, .. } = &layout.nets[index];
-    let flags = match *format {
-        Format::BIT => BINARY | RIGHT,
-        _ if format.is_signed() || COUNTERS.contains(&base(name)) => SIGNED | RIGHT,
-        _ => DECIMAL | RIGHT,
-    };
+    let net @ Signal { name, format, unit, .. } = &layout.nets[index];
+    let flags = word_flags(net);
     let flags = if CURVES.contains(&base(name)) { flags | STEP | FULL_SCALE } else { flags };
-    let alias = (*unit != "1").then(|| format!("{name} ({unit})"));
+    let read = if net.is_counter() { ", read as signed" } else { "" };
+    let alias = (*unit != "1").then(|| format!("{name} ({unit}{read})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
+}
+
+/// How a word is written: a bit as a bit, a number in decimal.
+pub(super) fn word_flags(net: &Signal) -> u32 {
+    match net.format {
+        Format::BIT => BINARY | RIGHT,
+        format if format.is_signed() || net.is_counter() => SIGNED | RIGHT,
+        _ => DECIMAL | RIGHT,
+    }
 }
 
 /// A trace, or nothing when the layout does not show the source.
 fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<String>) -> Option<String> {
     let (path, name) = layout.scopes().iter().find_map(|scope| find(scope, source))?;
+    let mut text = line(&format!("{path}.{name}"), flags, frac, alias);
+    if flags & (STEP | INTERPOLATED) != 0 {
+        let _ = writeln!(text, "@{STRETCH:x}");
+        text.push_str(&"-\n".repeat(STRETCH_ROWS));
+    }
+    Some(text)
+}
+
+/// A trace of the variable at a path.
+pub(super) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> String {
     let mut text = if frac > 0 {
         format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
     } else {
@@ -145,12 +164,8 @@ fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<S
     if let Some(alias) = alias {
         let _ = write!(text, "+{{{alias}}} ");
     }
-    let _ = writeln!(text, "{path}.{name}");
-    if flags & (STEP | INTERPOLATED) != 0 {
-        let _ = writeln!(text, "@{STRETCH:x}");
-        text.push_str(&"-\n".repeat(STRETCH_ROWS));
-    }
-    Some(text)
+    let _ = writeln!(text, "{path}");
+    text
 }
 
 /// The first variable that shows a source, with the path of its scope.

@@ -57,7 +57,7 @@ pub struct Layout {
 
 /// Makes the layout of a session.
 struct Laying {
-    has_device: bool,
+    reals: &'static [Real],
 }
 
 impl<'s> Visit<'s> for Laying {
@@ -67,8 +67,18 @@ impl<'s> Visit<'s> for Laying {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        Layout::new(wiring, if self.has_device { E::REALS } else { &[] })
+        Layout::new(wiring, self.reals)
     }
+}
+
+/// The name of the net that says whether VHDL has differed.
+pub(super) const DIFFERS: &str = "differs";
+
+/// The net that a [run of VHDL](crate::run_vhdl) shows after the wiring's: 1 from the first edge on at which a net
+/// differed from the emulator's.
+#[must_use]
+pub fn differs() -> Signal {
+    Signal::bit(DIFFERS, "A net has differed from the emulator's")
 }
 
 /// A net was asked for that the wiring does not have.
@@ -152,7 +162,8 @@ impl Layout {
     /// The hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
     pub fn of(session: &impl Rig) -> Self {
-        session.visit(Laying { has_device: session.has_device() })
+        let reals = if session.has_device() { session.reals() } else { &[] };
+        session.visit(Laying { reals })
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two
@@ -160,6 +171,16 @@ impl Layout {
     #[must_use]
     pub fn with_clock(mut self) -> Self {
         self.scopes.iter_mut().for_each(Scope::add_clock);
+        self
+    }
+
+    /// The same with the net that a [run of VHDL](crate::run_vhdl) has beyond the wiring's, in a scope `comparison`: 1
+    /// from the first edge on at which a net differed from the emulator's.
+    #[must_use]
+    pub fn with_comparison(mut self) -> Self {
+        let var = Var::new(DIFFERS, Format::BIT, Source::Net(self.nets.len()));
+        self.nets.push(differs());
+        self.scopes.push(Scope::new("comparison", false, [var].into_iter()));
         self
     }
 

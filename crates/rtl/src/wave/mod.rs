@@ -2,7 +2,8 @@
 //!
 //! A [`Layout`] says which variables a file has; it is the hierarchy that GHDL shows for the same design, with the
 //! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats; [`gtkw`] arranges
-//! it on the screen. [`Recording::aside`] lets them write on a thread of their own.
+//! it on the screen. [`Recording::aside`] lets them write on a thread of their own. [`mismatch_vcd`] writes the rows
+//! around a mismatch, with the words of both sides.
 //!
 //! A file's unit of time is the longest power of ten in which every edge of the clock, and the middle between two, is a whole
 //! number (10 ns at 50 MHz); of a clock that has none it is a picosecond, and edges are rounded down to it. The words after an
@@ -12,6 +13,7 @@ mod aside;
 mod fst;
 mod gtkw;
 mod layout;
+mod mismatch;
 mod recording;
 mod timescale;
 mod vcd;
@@ -20,7 +22,9 @@ pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
 
-pub use self::layout::{Layout, Scope, Source, UnknownNet, Var};
+pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
+
+pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
 pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
 pub use self::vcd::{Vcd, VcdFile};
 

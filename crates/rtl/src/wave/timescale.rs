@@ -1,5 +1,7 @@
 //! The unit in which a file counts its times.
 
+use std::fmt;
+
 use hpu_signal::{Clock, Cycle};
 
 /// The longest power of ten in which every edge of a clock, and the middle between two, is a whole number: 10 ns at
@@ -38,6 +40,13 @@ impl Timescale {
     /// When an edge is, in the largest of ps, ns, us and ms that the unit is not below.
     pub fn in_thousands(self, cycle: Cycle) -> u64 {
         self.at(cycle) * 10u64.pow(self.power % 3)
+    }
+}
+
+impl fmt::Display for Timescale {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let unit = ["ps", "ns", "us", "ms"][self.power as usize / 3];
+        write!(f, "{} {unit}", 10u32.pow(self.power % 3))
     }
 }
 

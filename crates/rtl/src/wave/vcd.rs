@@ -2,7 +2,8 @@
 
 use std::io::{self, BufWriter, IntoInnerError, Write};
 
-use hpu_signal::Clock;
+use hpu_cosim::SIGNS;
+use hpu_signal::{Clock, UNKNOWN};
 use vcd::{IdCode, TimescaleUnit, VarType, Writer};
 
 use super::timescale::Timescale;
@@ -52,6 +53,9 @@ impl<W: Write> Vcd<W> {
         if let Some(channels) = layout.channels {
             let frequency_mhz = clock.frequency_hz() as f64 / 1e6;
             header.comment(&format!("Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"))?;
+        }
+        if !layout.reals.is_empty() {
+            header.comment(SIGNS)?;
         }
         let power = Timescale::of(clock).power();
         header.timescale(10u32.pow(power % 3), UNITS[power as usize / 3])?;
@@ -110,8 +114,9 @@ impl<W: Write> Sink for VcdFile<W> {
 
     fn word(&mut self, slot: usize, word: i64) -> io::Result<()> {
         let Column { width, end } = &self.vars[slot];
-        let mut text = [0; 64];
-        let digits = digits(*width, word, &mut text);
+        let mut text = [b'x'; 64];
+        let is_unknown = word == UNKNOWN && *width < 64;
+        let digits = if is_unknown { &text[..*width as usize] } else { digits(*width, word, &mut text) };
         let (start, end): (&[u8], _) = if *width == 1 { (b"", &end.as_bytes()[1..]) } else { (b"b", end.as_bytes()) };
         [start, digits, end].iter().try_for_each(|part| self.out.write_all(part))
     }

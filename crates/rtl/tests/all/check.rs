@@ -4,7 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hpu_rtl::{Check, CheckOptions, Fault, check, junit};
+use hpu_cosim::scene::{Experiment, shipped};
+use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_rtl::wave::{mismatch_gtkw, mismatch_vcd};
+use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
+use hpu_signal::{Cycle, Observe};
+
+use crate::read_back;
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -62,7 +68,39 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     assert_eq!((first.row, first.signal.as_str()), (2, "delta"));
     assert_eq!(first.expected, "111111111111 (-1)");
     assert_eq!(first.got, "000000000001 (1)");
-    assert_eq!(first.history, ["row=1 000 000 000 got 000", "row=2 000 001 fff got 001"]);
+    let (columns, rows) = first.around.table(first.row);
+    assert_eq!(columns, ["row", "position", "reference", "delta", "delta(vhdl)"]);
+    assert_eq!(rows, [["1", "000", "000", "000", "000"], ["2", "000", "001", "fff", "001"]]);
+    let told = "  first at 2: delta expected 111111111111 (-1), got 000000000001 (1)
+    row  reference  delta  delta(vhdl)
+    1    000        000    000
+    2    001        fff    001
+    unchanged: position=000
+";
+    assert_eq!(first.to_string(), told);
+    // The rows after it are for the waveform, read by somebody else's parser: a row takes 10 ns.
+    assert_eq!(first.around.rows.len(), 2 + 64);
+    let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
+    let at = |name: &str, time_ns: u64| {
+        let before = changes[name].iter().take_while(|(time_ps, _)| *time_ps <= 1000 * time_ns);
+        before.last().map(|(_, bits)| bits.as_str())
+    };
+    assert_eq!(at("displacement.row", 20), Some(&*format!("{:032b}", 2)));
+    assert_eq!(at("displacement.reference", 20), Some("000000000001"));
+    assert_eq!(at("displacement.emulator.delta", 20), Some("111111111111"));
+    assert_eq!(at("displacement.vhdl.delta", 20), Some("000000000001"));
+    assert_eq!(["displacement.differs"; 2].map(|name| at(name, 20)), [Some("1"); 2]);
+    assert_eq!((at("displacement.differs", 10), at("displacement.differs", 19)), (Some("0"), Some("0")));
+    assert!(!changes.contains_key("displacement.clk") && at("displacement.row", 660).is_some());
+    // The save file has a marker at row 2 and names what the waveform has.
+    let save = mismatch_gtkw(&first.around, first.row, "x.vcd");
+    assert!(
+        save.contains("[dumpfile] \"/x.vcd\"")
+            && save.lines().any(|line| line.starts_with('*') && line.ends_with(" 20")),
+        "{save}"
+    );
+    assert!(save.contains("+{delta (emulator)} displacement.emulator.delta[11:0]\n"), "{save}");
+    assert!(save.contains("+{delta (vhdl)} displacement.vhdl.delta[11:0]\n"), "{save}");
 }
 
 #[test]
@@ -73,11 +111,116 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
     fs::remove_dir_all(hdl).expect("removed");
     let first = report.rows[0].first.as_ref().expect("a first mismatch");
     assert_eq!(first.signal, "position");
-    let last = format!("row={} ", first.row);
-    assert!(first.history.last().expect("the row itself").starts_with(&last), "{first}");
-    assert!(first.history.len() <= 16);
+    let (columns, rows) = first.around.table(first.row);
+    assert_eq!(columns[..4], ["row", "rst", "step", "position"], "{first}");
+    assert_eq!(rows.last().expect("the row itself")[0], first.row.to_string(), "{first}");
+    assert!(rows.len() <= 16);
+    // The counter without its reset has unknown bits, and the waveform says so.
+    let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
+    assert_eq!(changes["position_counter.vhdl.position"][0].1, "xxxxxxxxxxxx");
+    assert_eq!(changes["position_counter.emulator.position"][0].1, "000000000000");
+    assert_eq!(changes["position_counter.clk"][..2], [(5_000, "0".into()), (10_000, "1".into())]);
     let xml = junit(&report);
     assert!(xml.contains("<failure message=\"first at "), "{xml}");
+}
+
+/// The whole of a shipped scene, from which a comparison of so many edges takes its stretch.
+fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+    let (name, text) = (format!("{name}.toml"), shipped.text.to_string());
+    let data = project().join("testbench/scenes");
+    (LoopScene { name, text, overrides: Vec::new(), data, edges }, shipped.parse(&[]).expect("a scene"))
+}
+
+/// The first edge at which one of some nets is not 0. What nets settle to before the first edge is no contact.
+struct First {
+    nets: Vec<usize>,
+    at: Option<u64>,
+}
+
+impl Observe for First {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.at.is_none() && cycle.0 > 0 && self.nets.iter().any(|&net| words[net] != 0) {
+            self.at = Some(cycle.0);
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+impl First {
+    /// By the driver that ticks every edge.
+    fn of(names: &[&str], experiment: &Experiment) -> Option<u64> {
+        let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
+        let nets = rig.wiring().nets();
+        let nets = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
+        let mut first = Self { nets, at: None };
+        rig.run(Driver::Clock, &mut rig.brief_trace(), &mut first, &Control::default());
+        first.at
+    }
+}
+
+#[test]
+fn a_loop_is_compared_where_its_scene_touches_the_wall() {
+    let cases: [(&str, &[&str], u64); 4] = [
+        // The spring sees the position at once, the conventional wall only at its samples, 50 000 edges apart.
+        ("thrown-hybrid", &["penetration"], 9000),
+        ("leak-bounce", &["penetration"], 80_000),
+        ("phantom-thrown", &["contact"], 9000),
+        ("phantom-thrown-rtos", &["host1", "host2", "host3"], 9000),
+    ];
+    let all: Vec<_> = cases.iter().map(|(name, _, edges)| loop_scene(name, *edges)).collect();
+    let never = loop_scene("free-motion", 3000).0;
+    let scenes = all.iter().map(|(scene, _)| scene.clone()).chain([never]).collect();
+    let options = CheckOptions { blocks: Vec::new(), scenes, ..CheckOptions::new(project().join("hdl")) };
+    let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
+    assert!(report.ok(), "{report}");
+    for (((_, experiment), (name, nets, edges)), row) in all.iter().zip(cases).zip(&report.loops) {
+        let reached = First::of(nets, experiment).expect("the wall is reached");
+        let Contact { late, edges: touched } = row.contact.expect("a loop tells of contact");
+        assert_eq!(late.reached, Some(reached), "{name}");
+        let before = reached - late.from_edge;
+        assert!(before >= edges / 3 && before < edges, "{name}: {before} edges before the wall");
+        // What is left to move is moved as in the scene: the wall comes when it came, within a hundredth of the way
+        // (and a period of the host, whose commands are late by one).
+        let expected = edges - before;
+        assert!(touched.abs_diff(expected) <= before / 100 + 2500, "{name}: {touched} of {expected} edges in contact");
+    }
+    let free = report.loops.last().expect("a row").contact.expect("a loop tells of contact");
+    assert_eq!((free.late.from_edge, free.late.reached, free.edges), (0, None, 0));
+}
+
+#[test]
+fn vhdl_that_is_wrong_in_contact_alone_is_caught_in_a_scene_whose_hand_arrives_late() {
+    let hdl =
+        broken("late", "unilateral.vhd", "penetration <= delta;", "penetration <= '0' & delta(delta'high downto 1);");
+    let (scene, experiment) = loop_scene("hybrid-wall", 3000);
+    let options = CheckOptions { blocks: Vec::new(), scenes: vec![scene], ..CheckOptions::new(&hdl) };
+    let report = check(&options).unwrap_or_else(|error| panic!("{error}"));
+    fs::remove_dir_all(hdl).expect("removed");
+    let row = &report.loops[0];
+    let first = row.first.as_ref().expect("a mismatch");
+    assert_eq!((first.signal.as_str(), first.expected.as_str()), ("penetration", "000000000001 (1)"));
+    // The hand arrives after millions of edges; a thousand of them are compared before.
+    assert!(row.contact.expect("contact").late.from_edge > 7_000_000 && experiment.edges() > 50_000_000);
+    assert!(first.row.abs_diff(1000) <= 10, "{}", first.row);
+}
+
+#[test]
+fn a_check_of_a_block_needs_that_block_s_files_alone() {
+    let folder = std::env::temp_dir().join(format!("hpu-test-{}-alone", std::process::id()));
+    fs::create_dir_all(&folder).expect("a temporary directory");
+    let copy = |name: &str| fs::copy(project().join("hdl").join(name), folder.join(name)).expect("a copy");
+    copy("displacement.vhd");
+    copy("axis_front.vhd");
+    let checked = |block: &str| check(&CheckOptions { blocks: vec![block.to_string()], ..CheckOptions::new(&folder) });
+    let report = checked("displacement");
+    let refused = checked("axis_front").expect_err("its parts are missing").to_string();
+    fs::remove_dir_all(&folder).expect("removed");
+    assert!(report.as_ref().is_ok_and(hpu_rtl::CheckReport::ok), "{report:?}");
+    assert!(
+        refused.contains("synchronizer.vhd: No such file") && refused.contains("axis_front.vhd instantiates it"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! JUnit XML stays well formed whatever a testbench or GHDL says.
 
-use hpu_rtl::{CheckReport, CheckRow, Mismatch, junit};
+use hpu_rtl::{Around, CheckReport, CheckRow, Column, Mismatch, Row, junit};
+use hpu_signal::{Clock, Format};
 
 fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRow {
     CheckRow {
@@ -10,6 +11,7 @@ fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRo
         edges: 100,
         mismatches: u64::from(first.is_some()),
         first,
+        contact: None,
         failure: failure.map(str::to_string),
         seconds: 0.25,
     }
@@ -22,7 +24,15 @@ fn a_report_is_a_suite_with_a_case_a_configuration_and_special_characters_as_ent
         signal: "a_high".to_string(),
         expected: "1 (1)".to_string(),
         got: "U".to_string(),
-        history: vec!["row=7 \"<&>'".to_string()],
+        around: Around {
+            name: "pwm",
+            beside: "<vhdl>",
+            counted: "row",
+            columns: vec![Column { name: "a_high", format: Format::BIT, unit: "1" }],
+            inputs: 0,
+            clock: Clock::new(1_000_000).expect("a clock"),
+            rows: vec![Row { number: 7, expected: vec!["1".to_string()], got: vec!["\"<&>'".to_string()] }],
+        },
     };
     let report = CheckReport {
         rows: vec![row("default", None, None), row("8_bit", Some(first), None)],
@@ -36,7 +46,8 @@ fn a_report_is_a_suite_with_a_case_a_configuration_and_special_characters_as_ent
 <testcase classname=\"pwm\" name=\"default\" time=\"0.250\"/>
 <testcase classname=\"pwm\" name=\"8_bit\" time=\"0.250\"><failure message=\"first at 7: a_high expected 1 (1), got U\">  \
 first at 7: a_high expected 1 (1), got U
-    row=7 &quot;&lt;&amp;&gt;&apos;
+    row  a_high  a_high(&lt;vhdl&gt;)
+    7    1       &quot;&lt;&amp;&gt;&apos;
 </failure></testcase>
 <testcase classname=\"pwm\" name=\"hybrid-wall\" time=\"0.250\"><failure message=\"ghdl: &lt;bound check&gt; &amp; ?\">\
 ghdl: &lt;bound check&gt; &amp; ?</failure></testcase>

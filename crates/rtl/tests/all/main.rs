@@ -7,6 +7,7 @@ mod cost_cache;
 mod cost_verilog;
 mod exports;
 mod generics;
+mod headers;
 mod junit;
 mod phantom_loops;
 mod phantom_waves;

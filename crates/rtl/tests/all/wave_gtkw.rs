@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Cycle, Format, Real};
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 
 fn save(layout: &Layout) -> String {
-    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000))
+    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000), None)
 }
 
 fn config() -> LoopConfig {
@@ -58,7 +58,8 @@ fn groups_open_and_close_in_the_order_of_the_signal_flow() {
     let lines: Vec<&str> = save.lines().collect();
     let with =
         |flags: &str| -> Vec<&str> { lines.windows(2).filter(|pair| pair[0] == flags).map(|pair| pair[1]).collect() };
-    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", "-Plant"];
+    let plant = "-Plant: torques and forces positive along the positive position";
+    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", plant];
     assert_eq!(with("@800200"), groups);
     assert_eq!(with("@1000200"), groups);
 }
@@ -94,4 +95,14 @@ fn an_analyser_has_a_trace_a_channel() {
     let hybrid = HybridLoop::new(config()).expect("valid");
     let layout = Layout::analyser(&hybrid, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
     assert_eq!(traces(&save(&layout)), ["libsigrok.A", "libsigrok.B"]);
+}
+
+#[test]
+fn a_comparison_with_vhdl_comes_first_and_its_first_difference_is_marked() {
+    let layout = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS).with_comparison();
+    let clock = Clock::new(50_000_000).expect("valid");
+    let save = gtkw(&layout, "run.fst", clock, Cycle(0)..Cycle(100), Some(Cycle(7)));
+    // Edge 7 at 50 MHz is at 140 ns, and GTKWave counts nanoseconds.
+    assert!(save.lines().any(|line| line.starts_with('*') && line.ends_with(" 140")), "{save}");
+    assert_eq!(traces(&save)[0], "comparison.differs");
 }

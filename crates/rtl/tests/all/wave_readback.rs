@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
-use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
+use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::read_back::{self, Changes};
 
@@ -31,7 +31,8 @@ fn wiring() -> HybridLoop {
     HybridLoop::new(LoopConfig::default()).expect("the default is valid")
 }
 
-/// Each net through all zeros, all ones, each single bit and then pseudo-random words; each for several edges.
+/// Each net through all zeros, all ones, each single bit and then pseudo-random and unknown words; each for several
+/// edges.
 fn events(nets: &[Signal]) -> Vec<Event> {
     let mut state = 1u64;
     let mut random = || {
@@ -54,6 +55,7 @@ fn events(nets: &[Signal]) -> Vec<Event> {
         });
         let words = nets.iter().enumerate().map(|(index, net)| match &last {
             Some(last) if hold(index) => last[index],
+            Some(_) if (step + 3 * index as u64).is_multiple_of(17) => UNKNOWN,
             _ => net.format.from_bits(bits(&mut random)),
         });
         let words = words.collect();
@@ -82,6 +84,9 @@ fn record(events: &[Event], out: &mut impl Observe) {
 /// The word's two's complement bits, from its integer value alone.
 fn bits(net: &Signal, word: i64) -> String {
     let width = net.format.width();
+    if word == UNKNOWN {
+        return "x".repeat(width as usize);
+    }
     format!("{:0width$b}", i128::from(word).rem_euclid(1 << width), width = width as usize)
 }
 

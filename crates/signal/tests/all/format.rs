@@ -42,7 +42,9 @@ fn a_refusal_says_what_would_be_accepted() {
     assert_eq!(refused("(0,0,0)"), "format (0,0,0) has 0 bits; a word has 1 to 64");
     for text in ["(2,3,4)", "1,9,22", "(1,9)", "(1,9,22,0)", "(1,nine,22)", "", "()"] {
         let message = format!(
-            "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22)"
+            "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in (1,9,22); \
+             or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, sfix16_En12, \
+             ufixed(3 downto -8), ap_ufixed<12,4>"
         );
         assert_eq!(refused(text), message);
     }

@@ -80,3 +80,49 @@ fn words_whose_point_lies_outside_of_them_are_written_with_negative_numbers() {
     assert_eq!(told("(0,12,-4)"), "(0,12,-4); ufixed(11 downto 4); ap_ufixed<8,12>; UQ12.-4 (8 bits)");
     assert_eq!(told("(0,1,0)"), "(0,1,0); ufixed(0 downto 0); ap_ufixed<1,1>; UQ1.0 (1 bit)");
 }
+
+#[test]
+fn every_notation_that_is_written_is_read_back() {
+    for format in formats() {
+        for notation in Notation::ALL {
+            let text = notation.of(format);
+            assert_eq!(text.parse(), Ok(format), "{text}");
+            text.split(" = ").for_each(|part| assert_eq!(part.parse(), Ok(format), "{part}"));
+        }
+    }
+}
+
+#[test]
+fn formats_of_other_tools_are_read_as_these_define_them() {
+    let read = |text: &str| text.parse::<Format>().map(|format| format.to_string()).ok();
+    // The sign bit of Q4.8 is beside the integer bits for TI, among them for ARM: then the width has to say so.
+    for (text, format) in [
+        ("Q4.8", "(1,4,8)"),
+        ("q4.8", "(1,4,8)"),
+        ("Q0.15", "(1,0,15)"),
+        ("UQ4.8", "(0,4,8)"),
+        ("Q4.8 (13 bits)", "(1,4,8)"),
+        ("Q4.8 (12 bits)", "(1,3,8)"),
+        ("Q4.8 (12 bits, ARM)", "(1,3,8)"),
+        // MathWorks: the width, then the exponent of the least significant bit, n for a negative one.
+        ("sfix16_En12", "(1,3,12)"),
+        ("ufix12_En8", "(0,4,8)"),
+        ("ufix12", "(0,12,0)"),
+        ("sfix8_E2", "(1,9,-2)"),
+        ("sfix8_En10", "(1,-3,10)"),
+        // System Generator: the width, then the place of the binary point.
+        ("Fix_16_12", "(1,3,12)"),
+        ("UFix_12_8", "(0,4,8)"),
+        ("ufix12_8", "(0,4,8)"),
+        ("ufix<12,8>", "(0,4,8)"),
+        ("sfix<16, 12>", "(1,3,12)"),
+    ] {
+        assert_eq!(read(text).as_deref(), Some(format), "{text}");
+    }
+    // A width that neither reading has, the wrong owner of a width, and slopes and biases, are none.
+    let wrong =
+        ["Q4.8 (14 bits)", "Q4.8 (12 bits, TI)", "Q4.8 (13 bits, ARM)", "UQ4.8 (13 bits)", "UQ4.8 (12 bits, ARM)"];
+    for text in wrong.into_iter().chain(["Q4", "Q4.8 = Q5.8", "sfix16_S2_B3", "fix16_", "ufix<12>", "sfixed(3,-8)"]) {
+        assert_eq!(read(text), None, "{text}");
+    }
+}

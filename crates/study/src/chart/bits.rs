@@ -2,14 +2,15 @@
 
 use hpu_cosim::NetUse;
 
-use super::canvas::{Anchor, BLUE, Canvas, GRID, HEIGHT, INK, QUIET, RED, WIDTH};
+use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
+use super::series::{BLUE, Look, RUST, SAND};
 use super::words::COMMAND;
 use super::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;
 
-/// Every traced word as steps, the edges at which it had overflowed in red, and the share of its format that it used.
+/// Every traced word as steps, the edges at which it had overflowed shaded, and the share of its format that it used.
 pub(super) fn bits(run: &Run) -> Picture {
     let uses: Vec<&NetUse> = nets(run.scene)
         .iter()
@@ -29,12 +30,16 @@ pub(super) fn bits(run: &Run) -> Picture {
         let panel = Panel { left: 170, top, right: RIGHT, bottom: top + pitch - 66, x, y };
         let overflows = run.overflowed(name);
         let overflowed = run.trace.times_s().zip(overflows.iter().copied());
-        panel.shade(&mut canvas, overflowed.clone(), RED, 0.22);
+        panel.shade(&mut canvas, overflowed.clone(), SAND);
         let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };
-        above.shade(&mut canvas, overflowed, RED, 1.0);
+        above.shade(&mut canvas, overflowed, RUST.color);
         limits(&panel, &mut canvas, used);
-        let name = format!("{} {} in {}", used.signal.name, used.signal.format, unit(used));
-        panel.frame(&mut canvas, &[(&name, BLUE)], last.then_some("time in s"));
+        let name = format!("{} {}", used.signal.name, used.signal.format);
+        let mut legend = vec![(name.as_str(), Look::Line(BLUE))];
+        if used.usage.overflowed > 0 {
+            legend.push(("overflowed", Look::Area(SAND)));
+        }
+        panel.frame(&mut canvas, &legend, last.then_some("time in s"), &unit(used));
         panel.steps(&mut canvas, words, BLUE, 3);
         gauge(&panel, &mut canvas, used, run.summary.edges);
     }
@@ -77,17 +82,20 @@ fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
     let (min, max) = (format.min() as f64, format.max() as f64);
     let at = |word: i64| left + ((word as f64 - min) / (max - min) * f64::from(right - left)).round() as i32;
     let (top, bottom) = (panel.top + 4, panel.top + 34);
-    canvas.fill([(left, top), (right, bottom)], GRID, 1.0);
+    canvas.fill([(left, top), (right, bottom)], GRID);
     let used = net.usage;
-    let color = if used.overflowed > 0 { RED } else { BLUE };
+    let color = if used.overflowed > 0 { RUST.color } else { BLUE.color };
+    if used.overflowed > 0 {
+        canvas.declare("range used, with overflow", Look::Area(color));
+    }
     if used.min <= used.max {
-        canvas.fill([(at(used.min), top), (at(used.max).max(at(used.min) + 3), bottom)], color, 1.0);
+        canvas.fill([(at(used.min), top), (at(used.max).max(at(used.min) + 3), bottom)], color);
         let range = format!("{} \u{2026} {} of {} \u{2026} {}", used.min, used.max, format.min(), format.max());
         canvas.text((left, bottom + 28), range.replace('-', "\u{2212}"), 26, QUIET, Anchor::Left);
     }
     if used.overflowed > 0 {
         let text = format!("overflowed: {} of the edges", share(used.overflowed, edges));
-        canvas.text((left, bottom + 64), text, 26, RED, Anchor::Left);
+        canvas.text((left, bottom + 64), text, 26, INK, Anchor::Left);
     } else if used.rounded > 0 {
         let text = format!("rounded: {} of the edges", share(used.rounded, edges));
         canvas.text((left, bottom + 64), text, 26, QUIET, Anchor::Left);

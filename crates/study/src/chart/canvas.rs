@@ -6,7 +6,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::Picture;
+use super::series::Look;
+use super::{Key, Picture};
 
 /// Width of a page in marks' pixels; a browser shows it at half of that.
 pub(super) const WIDTH: i32 = 2400;
@@ -17,27 +18,23 @@ pub(super) const HEIGHT: i32 = 1440;
 const FAMILY: &str = "DejaVu Sans, sans-serif";
 
 pub(super) const INK: RGBColor = RGBColor(34, 38, 46);
-pub(super) const QUIET: RGBColor = RGBColor(112, 120, 132);
+/// Texts that stand back: ticks, conditions, the command.
+pub(super) const QUIET: RGBColor = RGBColor(90, 97, 108);
 pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
-pub(super) const BLUE: RGBColor = RGBColor(28, 98, 184);
-pub(super) const ORANGE: RGBColor = RGBColor(217, 119, 6);
-pub(super) const RED: RGBColor = RGBColor(214, 40, 40);
-pub(super) const GREEN: RGBColor = RGBColor(34, 139, 94);
-/// Green behind green.
-pub(super) const PALE: RGBColor = RGBColor(168, 213, 191);
-pub(super) const WALL: RGBColor = RGBColor(139, 109, 78);
 
-/// Where a text's given point lies.
+/// How a text stands to its given point, which is at the middle of its height; `Up` is centred and read from below.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Anchor {
     Left,
     Centre,
     Right,
+    Up,
 }
 
 enum Mark {
     Line { points: Vec<(i32, i32)>, color: RGBColor, width: u32 },
-    Fill { corners: [(i32, i32); 2], color: RGBColor, alpha: f64 },
+    Fill { corners: [(i32, i32); 2], color: RGBColor },
+    Shape { corners: Vec<(i32, i32)>, color: RGBColor },
     Dot { at: (i32, i32), radius: i32, color: RGBColor, width: u32 },
     Text { at: (i32, i32), text: String, size: i32, bold: bool, color: RGBColor, anchor: Anchor },
 }
@@ -46,6 +43,8 @@ enum Mark {
 #[derive(Default)]
 pub(super) struct Canvas {
     marks: Vec<Mark>,
+    keys: Vec<Key>,
+    panels: usize,
 }
 
 fn font(size: i32, bold: bool) -> FontDesc<'static> {
@@ -68,11 +67,27 @@ impl Canvas {
         self.marks.push(Mark::Line { points, color, width });
     }
 
-    pub fn fill(&mut self, corners: [(i32, i32); 2], color: RGBColor, alpha: f64) {
-        self.marks.push(Mark::Fill { corners, color, alpha });
+    pub fn fill(&mut self, corners: [(i32, i32); 2], color: RGBColor) {
+        self.marks.push(Mark::Fill { corners, color });
     }
 
-    /// A disc, or a ring of some width with white within.
+    /// A filled polygon.
+    pub fn shape(&mut self, corners: Vec<(i32, i32)>, color: RGBColor) {
+        self.marks.push(Mark::Shape { corners, color });
+    }
+
+    /// Begins another panel: what is declared from here on shares it.
+    pub fn panel(&mut self) {
+        self.panels += 1;
+    }
+
+    /// Says what a look stands for in this panel.
+    pub fn declare(&mut self, name: &str, look: Look) {
+        let (RGBColor(r, g, b), marker) = (look.color(), look.marker());
+        self.keys.push(Key { name: name.to_string(), color: [r, g, b], marker, panel: self.panels });
+    }
+
+    /// A disc, or a ring of some width.
     pub fn dot(&mut self, at: (i32, i32), radius: i32, color: RGBColor, width: u32) {
         self.marks.push(Mark::Dot { at, radius, color, width });
     }
@@ -107,7 +122,7 @@ impl Canvas {
         let mut writer = encoder.write_header().expect("memory takes all");
         writer.write_image_data(&rgb).expect("memory takes all");
         writer.finish().expect("memory takes all");
-        Picture { name, svg, png }
+        Picture { name, svg, png, keys: self.keys.clone() }
     }
 
     fn paint<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, joined: bool) {
@@ -129,16 +144,19 @@ fn draw<DB: DrawingBackend>(
             let pieces = points.windows(if joined { points.len().max(1) } else { 2 });
             pieces.into_iter().try_for_each(|piece| area.draw(&PathElement::new(piece, color.stroke_width(*width))))
         }
-        Mark::Fill { corners, color, alpha } => area.draw(&Rectangle::new(*corners, color.mix(*alpha).filled())),
+        Mark::Fill { corners, color } => area.draw(&Rectangle::new(*corners, color.filled())),
+        Mark::Shape { corners, color } => area.draw(&Polygon::new(corners.as_slice(), color.filled())),
         Mark::Dot { at, radius, color, width: 0 } => area.draw(&Circle::new(*at, *radius, color.filled())),
         Mark::Dot { at, radius, color, width } => area.draw(&Circle::new(*at, *radius, color.stroke_width(*width))),
         Mark::Text { at, text, size, bold, color, anchor } => {
             let across = match anchor {
                 Anchor::Left => HPos::Left,
-                Anchor::Centre => HPos::Center,
+                Anchor::Centre | Anchor::Up => HPos::Center,
                 Anchor::Right => HPos::Right,
             };
-            let style = font(*size, *bold).color(color).pos(Pos::new(across, VPos::Center));
+            let font = font(*size, *bold);
+            let font = if *anchor == Anchor::Up { font.transform(FontTransform::Rotate270) } else { font };
+            let style = font.color(color).pos(Pos::new(across, VPos::Center));
             area.draw(&Text::new(text.as_str(), *at, style))
         }
     }

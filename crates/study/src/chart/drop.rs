@@ -5,8 +5,9 @@ use std::ops::Range;
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{Summary, Trace, Verdict};
 
-use super::canvas::{BLUE, Canvas, GREEN, HEIGHT, ORANGE, WALL, WIDTH};
+use super::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
 use super::panel::{Panel, around};
+use super::series::{BLUE, Look, ORANGE, SHADE};
 use super::{Picture, page, rate, thinned};
 
 /// Length of the close-up of the end.
@@ -49,16 +50,17 @@ fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, 
 /// The last stretch of a run.
 fn ending(summary: &Summary) -> Range<f64> {
     let end_s = summary.motion_s.max(1e-6);
-    (end_s - END_S).max(0.0)..end_s
+    // Of a short trial a part, so that two panels never show the same.
+    end_s - END_S.min(0.25 * end_s)..end_s
 }
 
 /// A wall below its height.
 fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
     if height > panel.y.start {
-        canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], WALL, 0.16);
+        canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], SHADE);
         // A wall that begins above the panel has no face to show in it.
         if panel.y.contains(&height) {
-            canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], WALL, 3);
+            canvas.line(vec![panel.at(panel.x.start, height), panel.at(panel.x.end, height)], QUIET, 3);
         }
     }
 }
@@ -72,7 +74,9 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     let y = around(tip_mm.clone().map(|point| point.1).chain([floor_mm]), 0.06);
     let top = Panel { left: 170, top: 210, right: WIDTH - 120, bottom: 740, x: 0.0..summary.motion_s.max(1e-6), y };
     wall(&top, floor_mm, &mut canvas);
-    top.frame(&mut canvas, &[("the tip's coordinate in mm", BLUE), ("wall", WALL)], Some("time in s"));
+    let legend = [("the tip", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+    let y_label = format!("{} of the tip in mm", scene.drop.axis.name());
+    top.frame(&mut canvas, &legend, Some("time in s"), &y_label);
     top.curve(&mut canvas, tip_mm, BLUE, 3);
 
     let x = ending(summary);
@@ -84,10 +88,14 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     let y = if y.end - y.start < 100.0 { middle - 50.0..middle + 50.0 } else { y };
     let bottom = Panel { left: 170, top: 920, right: WIDTH - 120, bottom: HEIGHT - 150, x: x.clone(), y };
     wall(&bottom, 0.0, &mut canvas);
-    let legend = [("above the wall in \u{b5}m", BLUE), ("as the encoders' counts tell it", ORANGE)];
-    bottom.frame(&mut canvas, &legend, Some("time in s: the end of the trial"));
+    let legend = [
+        ("the tip", Look::Line(BLUE)),
+        ("as the encoders' counts tell it", Look::Line(ORANGE)),
+        ("inside the wall", Look::Area(SHADE)),
+    ];
+    bottom.frame(&mut canvas, &legend, Some("time in s: the end of the trial"), "height above the wall in \u{b5}m");
+    bottom.curve(&mut canvas, above(axis), BLUE, 5);
     bottom.steps(&mut canvas, above(3 + axis), ORANGE, 3);
-    bottom.curve(&mut canvas, above(axis), BLUE, 3);
     canvas.render("drop")
 }
 
@@ -103,12 +111,9 @@ fn force(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) 
     for (x, top, bottom, x_label) in panels {
         let y = around(came.clone().filter(|(t, _)| x.contains(t)).map(|point| point.1).chain([0.0]), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 120, bottom, x, y };
-        panel.frame(
-            &mut canvas,
-            &[("torque of the motor under test, at its joint, in mN\u{b7}m", GREEN)],
-            Some(x_label),
-        );
-        panel.steps(&mut canvas, came.clone(), GREEN, 3);
+        let legend = [("of the motor under test, at its joint", Look::Line(BLUE))];
+        panel.frame(&mut canvas, &legend, Some(x_label), "torque in mN\u{b7}m");
+        panel.steps(&mut canvas, came.clone(), BLUE, 3);
     }
     canvas.render("force")
 }

@@ -1,12 +1,12 @@
 //! What each bit of a loop is worth: the error of the outputs against the width, a line a knob.
 
-use plotters::style::RGBColor;
-
 use crate::widths::search::{Found, Line, Width};
 
-use super::canvas::{Anchor, BLUE, Canvas, GREEN, GRID, HEIGHT, INK, ORANGE, PALE, QUIET, RED, WALL, WIDTH};
-use super::map::shortened;
+use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use super::log_panel::through;
 use super::panel::Panel;
+use super::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
+use super::stiffness_by_cost::widths;
 use super::{Picture, page};
 
 const LEFT: i32 = 190;
@@ -16,28 +16,28 @@ const BOTTOM: i32 = HEIGHT - 160;
 /// Height of the bands for errors that have no logarithm.
 const BAND: i32 = 120;
 
-const fn color(width: Width) -> RGBColor {
+const fn style(width: Width) -> Style {
     match width {
         Width::Position => BLUE,
-        Width::StiffnessInt => RED,
+        Width::StiffnessInt => RUST,
         Width::StiffnessFrac => ORANGE,
-        Width::DampingInt => WALL,
-        Width::DampingFrac => RGBColor(128, 64, 144),
+        Width::DampingInt => LILAC,
+        Width::DampingFrac => PURPLE,
         Width::Velocity => GREEN,
-        Width::Pwm => INK,
+        Width::Pwm => BLACK,
     }
 }
 
 /// The picture of a search's errors: bits across, error up, all other widths as the reference has them.
 #[must_use]
 pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
-    let outputs: Vec<_> = found.outputs.iter().map(|output| output.name().replace('_', " ")).collect();
+    let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
     let conditions = format!(
-        "up: the worst of {} against the reference, {}; one width varied at a time; measured",
+        "the worst of {}, against {}; one width varied at a time",
         outputs.join(", "),
-        widths(&found.reference.design.to_string())
+        widths(&found.reference)
     );
-    let mut canvas = page(&format!("{scene}: error against width"), &conditions, &shortened(command));
+    let mut canvas = page(&format!("{scene}: error against width"), &conditions, command);
     let all = || found.lines.iter().flat_map(|line| &line.errors);
     let (least, most) =
         all().fold((i32::MAX, i32::MIN), |(least, most), (bits, _)| (least.min(*bits), most.max(*bits)));
@@ -54,57 +54,47 @@ pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     frame(&mut canvas, &panel, least..=most);
     // Lines that lie upon each other are parted by some pixels.
     let count = found.lines.len() as i32;
+    let mut legend = LEFT;
     for (index, line) in found.lines.iter().enumerate() {
         let aside = 6 * (2 * index as i32 - count + 1);
-        draw(&mut canvas, &panel, line, aside, LEFT + 320 * index as i32);
+        draw(&mut canvas, &panel, line, (aside, 4 * (2 * index as i32 - count + 1)));
+        legend = entry(&mut canvas, (legend, 210), (line.width.key(), Look::Line(style(line.width))), 24);
     }
     canvas.render("error-by-width")
 }
 
-/// A design as a page has it: single spaces.
-fn widths(design: &str) -> String {
-    design.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 fn frame(canvas: &mut Canvas, panel: &Panel, bits: std::ops::RangeInclusive<i32>) {
-    canvas.fill([(LEFT, panel.bottom), (RIGHT, BOTTOM)], PALE, 0.45);
-    canvas.fill([(LEFT, TOP), (RIGHT, panel.top)], RED, 0.10);
+    canvas.fill([(LEFT, panel.bottom), (RIGHT, BOTTOM)], SHADE);
+    canvas.fill([(LEFT, TOP), (RIGHT, panel.top)], SHADE);
     for decade in panel.y.start as i32..=panel.y.end as i32 {
         let (_, y) = panel.at(panel.x.start, f64::from(decade));
         canvas.line(vec![(LEFT, y), (RIGHT, y)], GRID, 2);
         let percent = libm::exp10(f64::from(decade + 2));
-        canvas.text((LEFT - 14, y), format!("{percent} %"), 26, QUIET, Anchor::Right);
+        canvas.text((LEFT - 14, y), percent.to_string(), 26, QUIET, Anchor::Right);
     }
     for bits in bits {
         let (x, _) = panel.at(f64::from(bits), panel.y.start);
         canvas.line(vec![(x, TOP), (x, BOTTOM)], GRID, 2);
         canvas.text((x, BOTTOM + 28), bits.to_string(), 26, QUIET, Anchor::Centre);
     }
-    canvas.text((LEFT + 16, BOTTOM - 24), "0: the same outputs to the last digit", 24, INK, Anchor::Left);
-    canvas.text((LEFT + 16, TOP + 24), "another verdict", 24, INK, Anchor::Left);
+    canvas.text((LEFT + 16, BOTTOM - 16), "0: the same outputs to the last digit", 24, INK, Anchor::Left);
+    canvas.text((LEFT + 16, TOP + 16), "another verdict", 24, INK, Anchor::Left);
+    panel.y_name(canvas, "error in % of the reference's output");
     canvas.text(((LEFT + RIGHT) / 2, BOTTOM + 70), "bits of the width that is varied", 26, INK, Anchor::Centre);
 }
 
-fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, aside: i32, legend: i32) {
-    let color = color(*width);
-    canvas.fill([(legend, 206), (legend + 30, 214)], color, 1.0);
-    canvas.text((legend + 42, 210), width.key(), 26, color, Anchor::Left);
+fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, (aside, lane): (i32, i32)) {
+    let style = style(*width);
     let place = |(bits, error): &(i32, Option<f64>)| {
         let error = (*error)?;
         let (x, y) = panel.at(f64::from(*bits), if error > 0.0 { libm::log10(error) } else { 0.0 });
         let y = match error {
-            0.0 => BOTTOM - BAND / 2,
+            0.0 => BOTTOM - BAND / 2 + lane,
             error if error.is_finite() => y,
-            _ => TOP + BAND / 2,
+            _ => TOP + BAND / 2 + lane,
         };
         Some((x + aside, y))
     };
     let pixels: Vec<_> = errors.iter().map(place).collect();
-    for run in pixels.split(Option::is_none) {
-        let run: Vec<_> = run.iter().flatten().copied().collect();
-        for &(x, y) in &run {
-            canvas.fill([(x - 8, y - 8), (x + 8, y + 8)], color, 1.0);
-        }
-        canvas.line(run, color, 4);
-    }
+    through(canvas, &pixels, style);
 }

@@ -2,12 +2,13 @@
 
 use crate::reproduce::formats::{Fate, Formats};
 
-use super::canvas::{Anchor, BLUE, Canvas, GRID, INK, PALE, QUIET, RED, WIDTH};
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use super::panel::Panel;
+use super::series::{BLUE, Look, RUST, SKY, entry};
 use super::{Picture, page};
 
 const LEFT: i32 = 190;
-const TOP: i32 = 270;
+const TOP: i32 = 300;
 const BOTTOM: i32 = 1270;
 /// Powers of two that are shown.
 const POWERS: std::ops::Range<f64> = -26.0..20.0;
@@ -16,9 +17,17 @@ const POWERS: std::ops::Range<f64> = -26.0..20.0;
 /// greatest value the signal, on a logarithmic axis.
 #[must_use]
 pub fn formats(all: &[Formats], command: &str) -> Picture {
-    let conditions = "pale: the word, from its last place to its end; blue: the signal, from the proved error to the \
-                      greatest value; red: does not fit, or nothing is known";
+    let conditions =
+        "a word reaches from its last place to its end, a signal from its proved error to its greatest value";
     let mut canvas = page("PHANToM: words, and what is proved of the signals in them", conditions, command);
+    let mut x = 60;
+    for of in [
+        ("word", Look::Area(SKY)),
+        ("signal in it", Look::Area(BLUE.color)),
+        ("signal that does not fit, or of which nothing is known", Look::Area(RUST.color)),
+    ] {
+        x = entry(&mut canvas, (x, 164), of, 26);
+    }
     let signals: Vec<_> =
         all.first().map_or(&[][..], |formats| &formats.rows).iter().map(|row| row.proved.name).collect();
     let height = (BOTTOM - TOP) / (signals.len() as i32).max(1);
@@ -36,7 +45,7 @@ pub fn formats(all: &[Formats], command: &str) -> Picture {
         bars(&panel, &mut canvas, formats, height);
     }
     let middle = (LEFT + WIDTH - 40) / 2;
-    let label = "power of two of the value, in the unit of the signal (1, m, N/m, N, N.m, DAC count)";
+    let label = "power of two of the value, in the unit of the signal (1, m, N/m, N, N\u{b7}m, DAC count)";
     canvas.text((middle, BOTTOM + 76), label, 26, INK, Anchor::Centre);
     canvas.render("formats")
 }
@@ -55,13 +64,13 @@ fn bars(panel: &Panel, canvas: &mut Canvas, formats: &Formats, height: i32) {
         let across = |power: f64| panel.at(power, 0.0).0;
         let format = row.proved.format;
         let (last, end) = (f64::from(-format.frac()), f64::from(format.int()));
-        canvas.fill([(across(last), top), (across(end), bottom)], PALE, 1.0);
+        canvas.fill([(across(last), top), (across(end), bottom)], SKY);
         let error = row.proved.error;
         // An exact word begins at its last place.
         let (from, known) = if error > 0.0 { (libm::log2(error), error.is_finite()) } else { (last, true) };
-        let color = if known && row.fate() != Fate::Wraps { BLUE } else { RED };
+        let color = if known && row.fate() != Fate::Wraps { BLUE.color } else { RUST.color };
         let from = if known { from } else { last };
         let inner = [(across(from), top + 9), (across(libm::log2(row.size())), bottom - 9)];
-        canvas.fill(inner, color, 1.0);
+        canvas.fill(inner, color);
     }
 }

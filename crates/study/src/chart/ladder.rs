@@ -1,13 +1,15 @@
 //! The ladder of models: which claims each rung reproduces, and how stiff its walls may be.
 
 use hpu_cosim::scene::Direction;
+use plotters::style::RGBColor;
 
 use crate::reproduce::Agreement;
 use crate::reproduce::ladder::Summary;
 
-use super::canvas::{Anchor, Canvas, GRID, INK, PALE, QUIET, RED, WIDTH};
-use super::log_panel::{color, decades, dotted, legend, log_panel};
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
+use super::log_panel::{decades, dotted, legend, log_panel, style};
 use super::panel::Panel;
+use super::series::{BLANK, Look, SAND, SKY};
 use super::{Picture, page};
 
 const LEFT: i32 = 400;
@@ -22,7 +24,7 @@ const ROW: i32 = 50;
 #[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
-    let mut canvas = page(title, "each model has all that those above it have", command);
+    let mut canvas = page(title, "each model has all that those above it have; ?: its table does not tell", command);
     let claims = &rungs[0].claims;
     let width = (WIDTH - 60 - LEFT) / (claims.len() as i32 + 1);
     let column = |index: i32| LEFT + index * width;
@@ -36,17 +38,28 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
         let Agreement { legible, same } = rung.agreement;
         canvas.text((column(0) + width / 2, y), format!("{same}/{legible}"), 26, INK, Anchor::Centre);
         for (index, claim) in (1..).zip(&rung.claims) {
-            let (text, fill, alpha) = match claim.met {
-                Some(true) => ("met", PALE, 1.0),
-                Some(false) => ("not", RED, 0.22),
-                None => ("?", GRID, 1.0),
-            };
-            canvas.fill([(column(index) + 3, top + 3), (column(index + 1) - 3, top + ROW - 3)], fill, alpha);
+            let (text, fill) = verdict(claim.met);
+            canvas.fill([(column(index) + 3, top + 3), (column(index + 1) - 3, top + ROW - 3)], fill);
             canvas.text((column(index) + width / 2, y), text, 26, INK, Anchor::Centre);
+        }
+    }
+    for met in [Some(true), Some(false), None] {
+        if rungs.iter().flat_map(|rung| &rung.claims).any(|claim| claim.met == met) {
+            let (text, fill) = verdict(met);
+            canvas.declare(text, Look::Area(fill));
         }
     }
     stiffest(&mut canvas, rungs);
     canvas.render("ladder")
+}
+
+/// How a claim's cell is written and filled.
+fn verdict(met: Option<bool>) -> (&'static str, RGBColor) {
+    match met {
+        Some(true) => ("met", SKY),
+        Some(false) => ("not", SAND),
+        None => ("?", BLANK),
+    }
 }
 
 /// A column's head: its name, and a few words in lines that fit.
@@ -74,13 +87,20 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
     let vertical = log_panel([(LEFT, top), (WIDTH - 320, 1310)], 1.0..10.0, 0.5 * first..1.5 * last);
     let panel = Panel { x: -0.5..rungs.len() as f64 - 0.5, ..vertical };
     decades(&panel, canvas);
-    let name = format!("stiffest wall in N/m up to which all is passive, along {} (at the foot: none)", axis.name());
+    let name = format!(
+        "stiffest wall up to which all is passive along {}; \u{201c}none\u{201d}: not even the softest",
+        axis.name()
+    );
     canvas.text((LEFT, top - 34), name, 28, INK, Anchor::Left);
+    panel.y_name(canvas, "stiffness in N/m");
+    let (_, foot) = panel.at(panel.x.start, libm::log10(0.5 * first));
+    canvas.text((panel.left - 14, foot), "none", 26, QUIET, Anchor::Right);
     for (index, rung) in rungs.iter().enumerate() {
         let (x, _) = panel.at(index as f64, panel.y.start);
         canvas.line(vec![(x, panel.top), (x, panel.bottom)], GRID, 2);
         canvas.text((x, panel.bottom + 30), rung.rung.name, 26, INK, Anchor::Centre);
     }
+    canvas.text(((panel.left + panel.right) / 2, panel.bottom + 66), "model", 26, INK, Anchor::Centre);
     // Side by side, so that equal limits do not hide each other.
     let count = table.platforms.len() as f64;
     for (place, &platform) in table.platforms.iter().enumerate() {
@@ -93,7 +113,7 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
                 Some((index as f64 + shift, libm::log10(limit.passive_n_per_m.unwrap_or(0.5 * first))))
             })
             .collect();
-        dotted(&panel, canvas, &points, color(platform));
+        dotted(&panel, canvas, &points, style(platform));
     }
     legend(canvas, &table.platforms, (WIDTH - 280, top + 20));
 }

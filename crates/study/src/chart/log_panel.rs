@@ -5,20 +5,21 @@ use std::ops::Range;
 use hpu_cosim::scene::Platform;
 use plotters::style::RGBColor;
 
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET};
+use super::canvas::{Anchor, Canvas, GRID, QUIET};
 use super::panel::Panel;
+use super::series::{BLACK, BLUE, GREEN, LILAC, Look, MAROON, ORANGE, PURPLE, RUST, Style, entry, mark};
 
-/// One colour a platform: the families of the paper in shades.
-pub(super) fn color(platform: Platform) -> RGBColor {
+/// One look a platform: cold colours for the real-time system, warm ones for the FPGA.
+pub(super) fn style(platform: Platform) -> Style {
     match platform {
-        Platform::Pmos1 => INK,
-        Platform::Rtos(1) => RGBColor(146, 193, 235),
-        Platform::Rtos(5) => RGBColor(86, 152, 214),
-        Platform::Rtos(10) => RGBColor(28, 98, 184),
-        Platform::Rtos(_) => RGBColor(14, 52, 110),
-        Platform::Fpga(20) => RGBColor(240, 178, 84),
-        Platform::Fpga(100) => RGBColor(217, 119, 6),
-        Platform::Fpga(_) => RGBColor(170, 50, 10),
+        Platform::Pmos1 => BLACK,
+        Platform::Rtos(1) => LILAC,
+        Platform::Rtos(5) => GREEN,
+        Platform::Rtos(10) => BLUE,
+        Platform::Rtos(_) => PURPLE,
+        Platform::Fpga(20) => ORANGE,
+        Platform::Fpga(100) => RUST,
+        Platform::Fpga(_) => MAROON,
     }
 }
 
@@ -44,22 +45,27 @@ pub(super) fn decades(panel: &Panel, canvas: &mut Canvas) {
     }
 }
 
-/// A line through points with a dot at each; it is broken where there is none.
-pub(super) fn dotted(panel: &Panel, canvas: &mut Canvas, points: &[Option<(f64, f64)>], color: RGBColor) {
-    for run in points.split(Option::is_none) {
-        let pixels: Vec<(i32, i32)> = run.iter().flatten().map(|(x, y)| panel.at(*x, *y)).collect();
-        for &(x, y) in &pixels {
-            canvas.fill([(x - 7, y - 7), (x + 7, y + 7)], color, 1.0);
+/// A line through points with a marker at each; it is broken where there is none.
+pub(super) fn dotted(panel: &Panel, canvas: &mut Canvas, points: &[Option<(f64, f64)>], style: Style) {
+    let pixels: Vec<_> = points.iter().map(|point| point.map(|(x, y)| panel.at(x, y))).collect();
+    through(canvas, &pixels, style);
+}
+
+/// The same through pixels.
+pub(super) fn through(canvas: &mut Canvas, pixels: &[Option<(i32, i32)>], style: Style) {
+    for run in pixels.split(Option::is_none) {
+        let run: Vec<(i32, i32)> = run.iter().flatten().copied().collect();
+        canvas.line(run.clone(), style.color, 4);
+        for at in run {
+            mark(canvas, at, style, 10);
         }
-        canvas.line(pixels, color, 4);
     }
 }
 
-/// The platforms and their colours, one below the other.
+/// The platforms and their looks, one below the other.
 pub(super) fn legend(canvas: &mut Canvas, platforms: &[Platform], (x, top): (i32, i32)) {
+    canvas.panel();
     for (index, &platform) in platforms.iter().enumerate() {
-        let y = top + 44 * index as i32;
-        canvas.fill([(x, y - 4), (x + 36, y + 4)], color(platform), 1.0);
-        canvas.text((x + 52, y), platform.name(), 28, INK, Anchor::Left);
+        entry(canvas, (x, top + 44 * index as i32), (platform.name(), Look::Line(style(platform))), 28);
     }
 }

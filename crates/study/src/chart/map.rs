@@ -1,16 +1,16 @@
 //! Maps: what becomes of the motion over two keys of a scene, and how much.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
-use plotters::style::RGBColor;
+use plotters::style::{RGBColor, WHITE};
 
 use crate::map::{Cell, Curves, Edge, Found, Map, nearest, outcome, outcome_name};
 
-use super::canvas::{Anchor, BLUE, Canvas, GREEN, INK, ORANGE, QUIET, RED, WALL, WIDTH, text_width};
-use super::map_frame::{frames, heading};
-use super::{Picture, page};
-
-/// How much a cell that was not run is washed out.
-const INFERRED: f64 = 0.55;
+use super::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
+use super::map_frame::frames;
+use super::series::{
+    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, ORANGE, PURPLE, RUST, SAND, SKY, Style, TAUPE, entry,
+};
+use super::{Picture, dotted, page};
 
 /// A number that is drawn over a map.
 struct Quantity {
@@ -60,7 +60,6 @@ const QUANTITIES: [Quantity; 4] = [
 /// `curves` are those of each method, or why it has none.
 #[must_use]
 pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Vec<Picture> {
-    let command = &shortened(command);
     let mut pictures = vec![outcomes(map, found, curves, command)];
     for quantity in &QUANTITIES {
         let values: Vec<Option<f64>> =
@@ -75,43 +74,48 @@ pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>
     pictures
 }
 
-/// A command as the foot of a page has room for it; whole, it is in the tables.
-pub(super) fn shortened(command: &str) -> String {
-    const ROOM: i32 = WIDTH - 260;
-    if text_width(command, 24) <= ROOM {
-        return command.to_string();
-    }
-    let mut ends = command.char_indices().map(|(end, _)| end).rev();
-    let end = ends.find(|end| text_width(&command[..*end], 24) <= ROOM - 30).unwrap_or(0);
-    format!("{} \u{2026}", &command[..end])
-}
-
 fn outcome_color(outcome: Option<OutcomeKind>) -> RGBColor {
     match outcome {
-        Some(OutcomeKind::Settled | OutcomeKind::Passive) => RGBColor(150, 196, 232),
-        Some(OutcomeKind::LimitCycle | OutcomeKind::NonPassive) => RGBColor(244, 178, 92),
-        Some(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable) => RGBColor(200, 64, 56),
-        None => QUIET,
+        Some(OutcomeKind::Settled | OutcomeKind::Passive) => SKY,
+        Some(OutcomeKind::LimitCycle | OutcomeKind::NonPassive) => SAND,
+        Some(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable) => MAROON.color,
+        None => BLANK,
     }
+}
+
+/// What dots and lines of a map are.
+fn said(found: &[Found]) -> String {
+    let runs = found.iter().filter(|found| matches!(found, Found::Run(_))).count();
+    let dots = match found.len() {
+        all if runs == all => "every cell was run".to_string(),
+        all => format!("dots: the {runs} of {all} cells that were run, the others are as their neighbours"),
+    };
+    dots + "; thin line: where the outcome changes"
+}
+
+/// A dot that stands out from a cell's colour, where a cell was run and another was not.
+fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
+    let is_run = |found: &Found| matches!(found, Found::Run(_));
+    let RGBColor(r, g, b) = cell;
+    let is_light = 3 * i32::from(r) + 6 * i32::from(g) + i32::from(b) > 1200;
+    (is_run(&found[index]) && !found.iter().all(is_run)).then_some(if is_light { INK } else { WHITE })
 }
 
 fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
-    let runs = found.iter().filter(|found| matches!(found, Found::Run(_))).count();
-    let inferred = if runs < found.len() { "; paler cells are inferred from those around them" } else { "" };
-    let conditions = format!("{}{runs} of {} cells were run{inferred}", head(map), found.len());
     let title = format!("{}: what becomes of the motion", name(map));
-    let mut canvas = page(&title, &conditions, command);
-    let mut key: Vec<(String, RGBColor)> = Vec::new();
-    for (method, frame) in frames(map).into_iter().enumerate() {
-        frame.cells(&mut canvas, map, |index| {
-            let color = outcome_color(outcome(found, index));
-            Some((color, if matches!(found[index], Found::Run(_)) { 1.0 } else { INFERRED }))
-        });
+    let mut canvas = page(&title, &said(found), command);
+    let mut key: Vec<(String, Look)> = Vec::new();
+    for (method, frame) in frames(map, true).into_iter().enumerate() {
+        let color = |index: usize| outcome_color(outcome(found, index));
+        frame.cells(&mut canvas, map, |index| Some(color(index)));
+        frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
+        frame.boundary(&mut canvas, map, |index| outcome(found, index));
         frame.axes(&mut canvas, map);
         for curve in curves[method].iter().flat_map(|curves| &curves.curves) {
-            let entry = (curve.name.replace('_', " "), curve_color(curve.name));
+            let style = curve_style(curve.name);
+            let entry = (curve.name.replace('_', " "), Look::Line(style));
             let over_x = curves[method].as_ref().is_ok_and(|curves| curves.over_x);
-            frame.curve(&mut canvas, map, &curve.limits, over_x, entry.1);
+            frame.curve(&mut canvas, map, &curve.limits, over_x, style);
             if !key.contains(&entry) && curve.limits.iter().any(Option::is_some) {
                 key.push(entry);
             }
@@ -120,8 +124,6 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
             frame.note(&mut canvas, map, &reason);
         }
     }
-    let mut x = 60;
-    let y = 168;
     let mut shown: Vec<Option<OutcomeKind>> = Vec::new();
     for index in 0..found.len() {
         let outcome = outcome(found, index);
@@ -130,51 +132,59 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         }
     }
     shown.sort_by_key(|outcome| outcome.map_or(usize::MAX, |outcome| outcome as usize));
-    // Many criteria make a small key.
-    let names = shown.iter().map(|outcome| outcome_name(*outcome)).chain(key.iter().map(|(text, _)| text.as_str()));
-    let width: i32 = names.map(|name| text_width(name, 28) + 108).sum();
-    let size = if width < WIDTH - 2 * x { 28 } else { 22 };
-    for outcome in shown {
-        canvas.fill([(x, y - 18), (x + 36, y + 18)], outcome_color(outcome), 1.0);
-        x = entry(&mut canvas, (x + 52, y), &outcome_name(outcome).replace('_', " "), INK, size);
-    }
-    for (text, color) in key {
-        canvas.line(vec![(x, y), (x + 36, y)], color, 6);
-        x = entry(&mut canvas, (x + 52, y), &text, color, size);
-    }
+    let outcomes = shown.into_iter().map(|of| (outcome_name(of).replace('_', " "), Look::Area(outcome_color(of))));
+    legend(&mut canvas, &outcomes.chain(key).collect::<Vec<_>>());
     canvas.render("map")
 }
 
-/// A text of the key; returns where the next entry begins.
-fn entry(canvas: &mut Canvas, (x, y): (i32, i32), text: &str, color: RGBColor, size: i32) -> i32 {
-    canvas.text((x, y), text, size, color, Anchor::Left);
-    x + text_width(text, size) + 2 * size
-}
-
-fn curve_color(name: &str) -> RGBColor {
-    match name {
-        "spectral_radius" => INK,
-        "routh" => GREEN,
-        "low_frequency" => BLUE,
-        "colgate_schenkel" => WALL,
-        "gil_hulin" => ORANGE,
-        "abbott_okamura" => RGBColor(128, 64, 144),
-        "diolaiti" => RGBColor(0, 128, 128),
-        "describing_function" => RGBColor(208, 80, 150),
-        _ => RED,
+/// The key in one line, or in two of smaller letters.
+fn legend(canvas: &mut Canvas, entries: &[(String, Look)]) {
+    let width = |size: i32| entries.iter().map(|(text, _)| text_width(text, size) + 4 * size).sum::<i32>();
+    let (size, mut y) = if width(26) < WIDTH - 120 { (26, 168) } else { (22, 150) };
+    let mut x = 60;
+    for (text, look) in entries {
+        if x > 60 && x + 2 * size + 14 + text_width(text, size) > WIDTH - 60 {
+            (x, y) = (60, y + 36);
+        }
+        x = entry(canvas, (x, y), (text.as_str(), *look), size);
     }
 }
 
-/// From pale to dark by lightness, so that it reads in grey as well.
+fn curve_style(name: &str) -> Style {
+    match name {
+        "spectral_radius" => BLACK,
+        "routh" => GREEN,
+        "low_frequency" => BLUE,
+        "colgate_schenkel" => TAUPE,
+        "gil_hulin" => ORANGE,
+        "abbott_okamura" => PURPLE,
+        "diolaiti" => LILAC,
+        "describing_function" => RUST,
+        _ => MAROON,
+    }
+}
+
+/// Colours of a ramp: cells alike are one mark.
+const STEPS: i32 = 32;
+
+/// From light to dark by lightness alone, and by hue too: viridis, backwards.
 fn shade(share: f64) -> RGBColor {
-    const STOPS: [(f64, f64, f64); 4] =
-        [(253.0, 231.0, 150.0), (94.0, 190.0, 110.0), (38.0, 116.0, 142.0), (68.0, 1.0, 84.0)];
-    // 32 steps: cells alike are one mark.
-    let at = (share.clamp(0.0, 1.0) * 32.0).round() / 32.0 * 3.0;
-    let first = (at as usize).min(2);
-    let (a, b, part) = (STOPS[first], STOPS[first + 1], at - first as f64);
-    let mix = |a: f64, b: f64| (a + part * (b - a)).round() as u8;
-    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+    const STOPS: [[f64; 3]; 9] = [
+        [253.0, 231.0, 37.0],
+        [170.0, 220.0, 50.0],
+        [92.0, 200.0, 99.0],
+        [39.0, 173.0, 129.0],
+        [33.0, 144.0, 141.0],
+        [44.0, 113.0, 142.0],
+        [59.0, 81.0, 139.0],
+        [71.0, 44.0, 122.0],
+        [68.0, 1.0, 84.0],
+    ];
+    let at = (share.clamp(0.0, 1.0) * f64::from(STEPS)).round() / f64::from(STEPS) * (STOPS.len() - 1) as f64;
+    let first = (at as usize).min(STOPS.len() - 2);
+    let part = at - first as f64;
+    let [r, g, b] = [0, 1, 2].map(|c| STOPS[first][c] + part * (STOPS[first + 1][c] - STOPS[first][c]));
+    RGBColor(r.round() as u8, g.round() as u8, b.round() as u8)
 }
 
 fn numbers(
@@ -185,42 +195,56 @@ fn numbers(
     (low, high): (f64, f64),
     command: &str,
 ) -> Picture {
-    let inferred = found.iter().any(|found| matches!(found, Found::As(_)));
-    let conditions =
-        if inferred { "paler cells were not run: they show the nearest that was" } else { "every cell was run" };
-    let conditions = head(map) + conditions;
+    let mut conditions = said(found);
+    if values.iter().any(Option::is_none) {
+        conditions += "; white: has none";
+    }
     let mut canvas = page(&format!("{}: {}", name(map), quantity.title), &conditions, command);
     let scale = |value: f64| if quantity.log { libm::log(value) } else { value };
     let share = |value: f64| if high > low { (scale(value) - scale(low)) / (scale(high) - scale(low)) } else { 0.5 };
-    for frame in frames(map) {
-        frame.cells(&mut canvas, map, |index| {
-            let color = shade(share(values[index]?));
-            Some((color, if matches!(found[index], Found::Run(_)) { 1.0 } else { INFERRED }))
-        });
+    let color = |index: usize| values[index].map(|value| shade(share(value)));
+    for frame in frames(map, false) {
+        frame.cells(&mut canvas, map, color);
+        frame.dots(&mut canvas, map, |index| dot(found, index, color(index).unwrap_or(WHITE)));
+        frame.boundary(&mut canvas, map, |index| outcome(found, index));
         frame.axes(&mut canvas, map);
     }
-    let unit = match quantity.unit {
-        "" => String::new(),
-        LENGTH => match map.experiment(map.point(map.layer() / 2)) {
-            Ok(Experiment::Axis(scene)) => format!(" m{}", scene.device.units().position),
-            Ok(Experiment::Phantom(_)) | Err(_) => " by a thousand".into(),
-        },
-        unit => format!(" {unit}"),
+    let between = |share: f64| {
+        let value = scale(low) + share * (scale(high) - scale(low));
+        if quantity.log { libm::exp(value) } else { value }
     };
-    let label = |value: f64| three_digits(value) + &unit;
-    let (mut x, y) = (60, 168);
-    x = entry(&mut canvas, (x, y), &label(low), INK, 28) - 36;
-    for step in 0..=32 {
-        canvas.fill([(x + 12 * step, y - 18), (x + 12 * step + 12, y + 18)], shade(f64::from(step) / 32.0), 1.0);
-    }
-    let scale = if quantity.log { ", by ratio" } else { "" };
-    entry(&mut canvas, (x + 12 * 33 + 20, y), &format!("{}{scale}", label(high)), INK, 28);
+    bar(&mut canvas, &bar_name(map, quantity), &[0.0, 0.25, 0.5, 0.75, 1.0].map(|share| three_digits(between(share))));
     canvas.render(quantity.name)
 }
 
-/// The axes, where the panels do not name them.
-fn head(map: &Map) -> String {
-    heading(map).map_or(String::new(), |axes| axes + "; ")
+/// A quantity with its unit and its scale.
+fn bar_name(map: &Map, quantity: &Quantity) -> String {
+    let unit = match quantity.unit {
+        LENGTH => match map.experiment(map.point(map.layer() / 2)) {
+            Ok(Experiment::Axis(scene)) => format!("m{}", scene.device.units().position),
+            Ok(Experiment::Phantom(_)) | Err(_) => "thousandths of its unit".into(),
+        },
+        unit => dotted(unit),
+    };
+    let unit = if unit.is_empty() { unit } else { format!(" in {unit}") };
+    format!("{}{unit}{}", quantity.title, if quantity.log { ", logarithmic" } else { "" })
+}
+
+/// The ramp with its values below, and what they are beside it.
+fn bar(canvas: &mut Canvas, name: &str, labels: &[String; 5]) {
+    const SIDE: i32 = 24;
+    let (left, y) = (100, 160);
+    for step in 0..=STEPS {
+        let x = left + SIDE * step;
+        canvas.fill([(x, y - 12), (x + SIDE, y + 12)], shade(f64::from(step) / f64::from(STEPS)));
+    }
+    for (quarter, label) in (0..).zip(labels) {
+        // At the middle of the colour that stands for it.
+        let x = left + SIDE * STEPS * quarter / 4 + SIDE / 2;
+        canvas.line(vec![(x, y + 12), (x, y + 20)], INK, 2);
+        canvas.text((x, y + 36), label.as_str(), 22, QUIET, Anchor::Centre);
+    }
+    canvas.text((left + SIDE * (STEPS + 1) + 40, y), name, 26, INK, Anchor::Left);
 }
 
 fn three_digits(value: f64) -> String {

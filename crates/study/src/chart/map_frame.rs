@@ -1,11 +1,13 @@
 //! The panel of a map's method: cells, axes and curves, all placed in cells.
 
-use plotters::style::RGBColor;
+use plotters::style::{RGBColor, WHITE};
 
 use crate::map::{Axis, Map};
 
 use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
+use super::dotted;
 use super::panel::ticks;
+use super::series::{Style, mark};
 
 const SMALL: i32 = 26;
 
@@ -18,32 +20,28 @@ pub(super) struct Frame {
     bottom: i32,
 }
 
-/// The panels of the methods, row by row.
-pub(super) fn frames(map: &Map) -> Vec<Frame> {
+/// The panels of the methods, row by row; below those that are `noted` is room for a note.
+pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
     let methods = map.methods.len();
     // Up to three abreast in one row, then as square as may be.
     let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
     let rows = methods.div_ceil(columns);
     let (width, height) = ((WIDTH - 60) / columns as i32, (HEIGHT - 70 - 200) / rows as i32);
-    // Few panels name their axes each; of many, the page's head does.
-    let (margin, foot) = if methods <= FEW { (170, 100 + NOTE) } else { (100, 50 + NOTE) };
+    let note = if noted { NOTE } else { 0 };
+    let (margin, foot) = if methods <= FEW { (170, 100 + note) } else { (130, 78 + note) };
     let frame = |method: usize| {
         let (left, top) = (width * (method % columns) as i32, 200 + height * (method / columns) as i32);
-        Frame { method, left: left + margin, top: top + 56, right: left + width, bottom: top + height - foot }
+        Frame { method, left: left + margin, top: top + 56, right: left + width - 20, bottom: top + height - foot }
     };
     (0..methods).map(frame).collect()
 }
 
-/// The names of the axes for the page's head, where the panels are too many to have them.
-pub(super) fn heading(map: &Map) -> Option<String> {
-    (map.methods.len() > FEW).then(|| format!("up: {}; across: {}", name(&map.y), name(&map.x)))
-}
-
+/// An axis' key with its unit.
 fn name(axis: &Axis) -> String {
-    if axis.unit().is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), axis.unit()) }
+    if axis.unit().is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), dotted(axis.unit())) }
 }
 
-/// Panels up to which each names its axes.
+/// Panels up to which they are large.
 const FEW: usize = 3;
 /// Room below a panel for a note.
 const NOTE: i32 = 84;
@@ -59,7 +57,7 @@ impl Frame {
     }
 
     /// The cells in their colours; those of a row that are alike are one mark.
-    pub fn cells(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<(RGBColor, f64)>) {
+    pub fn cells(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<RGBColor>) {
         for iy in 0..map.y.cells() {
             let (bottom, top) = (self.y(map, iy as f64 - 0.5), self.y(map, iy as f64 + 0.5));
             let first = self.method * map.layer() + iy * map.x.cells();
@@ -67,37 +65,84 @@ impl Frame {
             let mut from = 0;
             for same in row.chunk_by(|a, b| a == b) {
                 let to = from + same.len();
-                if let Some((color, alpha)) = same[0] {
+                if let Some(color) = same[0] {
                     let (left, right) = (self.x(map, from as f64 - 0.5), self.x(map, to as f64 - 0.5));
-                    canvas.fill([(left, top), (right, bottom)], color, alpha);
+                    canvas.fill([(left, top), (right, bottom)], color);
                 }
                 from = to;
             }
         }
     }
 
+    /// A dot in each cell that has a colour for it.
+    pub fn dots(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<RGBColor>) {
+        let side =
+            ((self.right - self.left) / map.x.cells() as i32).min((self.bottom - self.top) / map.y.cells() as i32);
+        let radius = (side / 8).clamp(2, 5);
+        for (cell, index) in (self.method * map.layer()..(self.method + 1) * map.layer()).enumerate() {
+            if let Some(color) = color(index) {
+                let (ix, iy) = (cell % map.x.cells(), cell / map.x.cells());
+                canvas.dot((self.x(map, ix as f64), self.y(map, iy as f64)), radius, color, 0);
+            }
+        }
+    }
+
+    /// The sides of cells at which two classes meet, each stretch as one line.
+    pub fn boundary<T: PartialEq>(&self, canvas: &mut Canvas, map: &Map, class: impl Fn(usize) -> T) {
+        let (columns, rows) = (map.x.cells(), map.y.cells());
+        let at = |ix: usize, iy: usize| class(self.method * map.layer() + iy * columns + ix);
+        let corner = |ix: usize, iy: usize| (self.x(map, ix as f64 - 0.5), self.y(map, iy as f64 - 0.5));
+        let mut lines = Vec::new();
+        let mut stretches = |all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32)| {
+            let mut from = None;
+            for place in 0..=all {
+                match (from, place < all && meets(place)) {
+                    (None, true) => from = Some(place),
+                    (Some(start), false) => {
+                        lines.push(vec![pixel(start), pixel(place)]);
+                        from = None;
+                    }
+                    _ => {}
+                }
+            }
+        };
+        for ix in 1..columns {
+            stretches(rows, &|iy| at(ix - 1, iy) != at(ix, iy), &|iy| corner(ix, iy));
+        }
+        for iy in 1..rows {
+            stretches(columns, &|ix| at(ix, iy - 1) != at(ix, iy), &|ix| corner(ix, iy));
+        }
+        // A white seam, so that it is seen on dark cells.
+        for (color, width) in [(WHITE, 7), (INK, 3)] {
+            lines.iter().for_each(|line| canvas.line(line.clone(), color, width));
+        }
+    }
+
     pub fn axes(&self, canvas: &mut Canvas, map: &Map) {
         let Self { left, top, right, bottom, .. } = *self;
         canvas.line(vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], INK, 2);
+        let many = map.methods.len() > FEW;
         for (value, label) in marks(&map.x, ((right - left) / 100) as usize) {
             let x = self.x(map, map.x.position(value));
             canvas.line(vec![(x, bottom), (x, bottom + 10)], INK, 2);
-            canvas.text((x, bottom + 30), label, SMALL, QUIET, Anchor::Centre);
+            canvas.text((x, bottom + 28), label, SMALL, QUIET, Anchor::Centre);
         }
-        for (value, label) in marks(&map.y, ((bottom - top) / 60) as usize) {
+        for (value, label) in marks(&map.y, ((bottom - top) / 50) as usize) {
             let y = self.y(map, map.y.position(value));
             canvas.line(vec![(left - 10, y), (left, y)], INK, 2);
-            canvas.text((left - 18, y), label, SMALL, QUIET, Anchor::Right);
+            canvas.text((left - 16, y), label, SMALL, QUIET, Anchor::Right);
         }
-        if map.methods.len() > FEW {
-            canvas.text((left, top - 26), map.methods[self.method].label.as_str(), 30, INK, Anchor::Left);
-            return;
-        }
-        canvas.text(((left + right) / 2, bottom + 70), name(&map.x), SMALL, INK, Anchor::Centre);
-        let above = name(&map.y);
-        canvas.text((left, top - 26), above.as_str(), SMALL, INK, Anchor::Left);
+        let size = if many { 22 } else { SMALL };
+        canvas.text(((left + right) / 2, bottom + 62), name(&map.x), size, INK, Anchor::Centre);
+        // Beside a low panel the key's last part, or the unit, has to do.
+        let last = Axis::key(&map.y).rsplit('.').next().unwrap_or_default();
+        let unit = dotted(map.y.unit());
+        let names = [name(&map.y), format!("{last} in {unit}"), if unit.is_empty() { last.to_string() } else { unit }];
+        let fits = |name: &&String| text_width(name, size) <= bottom - top + 60;
+        let name = names.iter().find(fits).unwrap_or(&names[2]);
+        canvas.text((left - if many { 110 } else { 136 }, (top + bottom) / 2), name.as_str(), size, INK, Anchor::Up);
         if map.methods.len() > 1 {
-            canvas.text((right, top - 26), map.methods[self.method].label.as_str(), 30, INK, Anchor::Right);
+            canvas.text((left, top - 26), map.methods[self.method].label.as_str(), 30, INK, Anchor::Left);
         }
     }
 
@@ -114,14 +159,14 @@ impl Frame {
                 _ => lines.push(word.to_string()),
             }
         }
-        let top = self.bottom + if map.methods.len() > FEW { 64 } else { 108 };
+        let top = self.bottom + if map.methods.len() > FEW { 88 } else { 104 };
         for (line, text) in lines.into_iter().enumerate() {
             canvas.text((self.left, top + 28 * line as i32), text, SIZE, QUIET, Anchor::Left);
         }
     }
 
     /// A limit along one axis, as a line over the cells of the other; it is broken where there is none to be seen.
-    pub fn curve(&self, canvas: &mut Canvas, map: &Map, limits: &[Option<f64>], over_x: bool, color: RGBColor) {
+    pub fn curve(&self, canvas: &mut Canvas, map: &Map, limits: &[Option<f64>], over_x: bool, style: Style) {
         let along = if over_x { &map.x } else { &map.y };
         let inside = |place: &f64| (-0.5..=along.cells() as f64 - 0.5).contains(place);
         let points: Vec<Option<(i32, i32)>> = limits
@@ -137,29 +182,48 @@ impl Frame {
             })
             .collect();
         for run in points.split(Option::is_none) {
-            canvas.line(run.iter().flatten().copied().collect(), color, 6);
+            let run: Vec<(i32, i32)> = run.iter().flatten().copied().collect();
+            // A white seam, so that it is seen on every fill.
+            let (seam, line, reach) = if map.methods.len() > FEW { (6, 3, 8) } else { (9, 5, 9) };
+            canvas.line(run.clone(), WHITE, seam);
+            canvas.line(run.clone(), style.color, line);
+            let apart = |a: (i32, i32), b: (i32, i32)| (a.0 - b.0).abs().max((a.1 - b.1).abs());
+            let mut last: Option<(i32, i32)> = None;
+            // Curves upon each other have their markers at different points.
+            for &at in run.iter().skip(style.marker as usize % run.len().clamp(1, 4)) {
+                if last.is_none_or(|last| apart(last, at) >= 70) {
+                    mark(canvas, at, style, reach);
+                    last = Some(at);
+                }
+            }
         }
     }
 }
 
-/// Round values within an axis, and their labels.
+/// Round values within an axis, and their labels: two at least, wherever two fit.
 fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
     let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
-    if !axis.is_log() {
-        let (values, decimals) = ticks(&(first..last), most.max(2));
-        return values
-            .into_iter()
-            .map(|value| (value, format!("{value:.decimals$}").replace('-', "\u{2212}")))
-            .collect();
+    let most = most.max(2);
+    if axis.is_log() {
+        let decades = libm::log10(first).floor() as i32..=libm::log10(last).ceil() as i32;
+        let with = |steps: &'static [f64]| {
+            let all = decades.clone().flat_map(move |power| steps.iter().map(move |step| (*step, power)));
+            // As text, so that a third decimal is not one of binary.
+            let all = all.filter_map(|(step, power)| format!("{step}e{power}").parse::<f64>().ok());
+            all.filter(|value| (first..=last).contains(value)).collect::<Vec<f64>>()
+        };
+        let kinds: [&'static [f64]; 3] = [&[1.0, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0]];
+        let chosen = kinds.map(with).into_iter().find(|values| (2..=most).contains(&values.len()));
+        if let Some(chosen) = chosen {
+            return chosen.into_iter().map(|value| (value, value.to_string())).collect();
+        }
+        let powers = with(&[1.0]);
+        if powers.len() > most {
+            // Every second power of ten, or every third.
+            let every = powers.len().div_ceil(most);
+            return powers.into_iter().step_by(every).map(|value| (value, value.to_string())).collect();
+        }
     }
-    let decades = libm::log10(first).floor() as i32..=libm::log10(last).ceil() as i32;
-    let with = |steps: &'static [f64]| {
-        let all = decades.clone().flat_map(move |power| steps.iter().map(move |step| (*step, power)));
-        // As text, so that a third decimal is not one of binary.
-        let all = all.filter_map(|(step, power)| format!("{step}e{power}").parse::<f64>().ok());
-        all.filter(|value| (first..=last).contains(value)).collect::<Vec<f64>>()
-    };
-    let kinds: [&'static [f64]; 3] = [&[1.0, 2.0, 3.0, 5.0, 7.0], &[1.0, 2.0, 5.0], &[1.0]];
-    let chosen = kinds.into_iter().map(with).find(|values| values.len() <= most.max(2)).unwrap_or_default();
-    chosen.into_iter().map(|value| (value, value.to_string())).collect()
+    let (values, decimals) = ticks(&(first..last), most);
+    values.into_iter().map(|value| (value, format!("{value:.decimals$}").replace('-', "\u{2212}"))).collect()
 }

@@ -1,4 +1,4 @@
-//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables; as SVG and as PNG.
+//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables, as SVG and PNG.
 //!
 //! Text is set in DejaVu Sans, which comes embedded, so a picture is the same on every machine.
 
@@ -14,6 +14,7 @@ mod map_frame;
 mod motion;
 mod panel;
 mod ranges;
+mod series;
 mod side_by_side;
 mod sines;
 mod speed;
@@ -24,7 +25,7 @@ mod words;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Summary, Trace, Verdict};
 
-use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
 pub use drop::drop_pictures;
 pub use error_by_width::error_by_width;
@@ -67,6 +68,47 @@ pub struct Run<'a> {
     pub command: &'a str,
 }
 
+/// The shape of a series' marker.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Marker {
+    /// A filled circle.
+    Disc,
+    /// A square.
+    Square,
+    /// A triangle that points up.
+    Triangle,
+    /// A square on its corner.
+    Diamond,
+    /// A triangle that points down.
+    Down,
+    /// A circle, white within.
+    Ring,
+    /// A diagonal cross.
+    Cross,
+    /// An upright cross.
+    Plus,
+    /// Two triangles, tip to tip.
+    Hourglass,
+}
+
+impl Marker {
+    /// How many there are.
+    const COUNT: i32 = Self::Hourglass as i32 + 1;
+}
+
+/// What a colour and a marker stand for in a picture.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Key {
+    /// The series' name.
+    pub name: String,
+    /// Red, green and blue.
+    pub color: [u8; 3],
+    /// The marker of a line; an area has none.
+    pub marker: Option<Marker>,
+    /// The panel that it is in, counted over the picture.
+    pub panel: usize,
+}
+
 /// A picture in both forms.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Picture {
@@ -76,6 +118,8 @@ pub struct Picture {
     pub svg: String,
     /// As PNG.
     pub png: Vec<u8>,
+    /// What its colours and markers stand for.
+    pub keys: Vec<Key>,
 }
 
 /// The pictures of one run. A recording has no device, so only its bits are shown; a law without a wiring has no bits.
@@ -153,7 +197,43 @@ fn page(title: &str, conditions: &str, command: &str) -> Canvas {
     let mut canvas = Canvas::default();
     canvas.title((60, 54), title, 46);
     canvas.text((60, 112), conditions, 30, QUIET, Anchor::Left);
-    canvas.text((60, HEIGHT - 34), format!("$ {command}"), 24, QUIET, Anchor::Left);
+    canvas.text((60, HEIGHT - 34), format!("$ {}", foot(command)), 24, QUIET, Anchor::Left);
     canvas.text((WIDTH - 60, HEIGHT - 34), "hpu", 24, INK, Anchor::Right);
     canvas
+}
+
+/// A command as the foot of a page has it: without the folders of absolute paths, and no longer than there is room.
+fn foot(command: &str) -> String {
+    const ROOM: i32 = WIDTH - 260;
+    let command = without_folders(command);
+    if text_width(&command, 24) <= ROOM {
+        return command;
+    }
+    let mut ends = command.char_indices().map(|(end, _)| end).rev();
+    let end = ends.find(|end| text_width(&command[..*end], 24) <= ROOM - 30).unwrap_or(0);
+    format!("{} \u{2026}", &command[..end])
+}
+
+/// A command whose absolute paths are left with their last names. A path ends where its quote does, or at a space.
+fn without_folders(command: &str) -> String {
+    let mut text = String::new();
+    let mut quote = None;
+    let mut rest = command;
+    while let Some(c) = rest.chars().next() {
+        let begins = text.chars().next_back().is_none_or(|before| [' ', '\'', '"', '=', ':'].contains(&before));
+        if c == '/' && begins {
+            let (path, after) = rest.split_at(rest.find(quote.unwrap_or(' ')).unwrap_or(rest.len()));
+            text += path.trim_end_matches('/').rsplit('/').next().unwrap_or_default();
+            rest = after;
+            continue;
+        }
+        quote = match quote {
+            None if c == '\'' || c == '"' => Some(c),
+            Some(open) if open == c => None,
+            other => other,
+        };
+        text.push(c);
+        rest = &rest[c.len_utf8()..];
+    }
+    text
 }

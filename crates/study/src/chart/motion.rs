@@ -1,27 +1,26 @@
 //! The motion before the wall, and the torque that meets it.
 
-use super::canvas::{BLUE, Canvas, GREEN, HEIGHT, INK, ORANGE, PALE, QUIET, WALL, WIDTH};
+use super::canvas::{Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
+use super::series::{BLUE, Look, ORANGE, PURPLE, SHADE, SKY};
 use super::words::{COMMAND, PENETRATION};
 use super::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
 use hpu_cosim::scene::{Device, Hand};
+use hpu_cosim::{Pace, TORQUE_BETWEEN};
 
 /// Columns of [`hpu_plant::REALS`].
 pub(super) const ANGLE: usize = 2;
-const TORQUE: usize = 3;
 /// Length of a close-up.
 const CLOSE_UP_S: f64 = 60e-3;
-/// Time over which a torque is averaged.
-const MEAN_S: f64 = 1e-3;
 
-/// The wall as ground above its position, and contact as shade.
+/// The wall as ground above its position.
 pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
     let position_rad = run.words.realised.wall_position_rad;
     if position_rad < panel.y.end {
-        canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], WALL, 0.16);
-        canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], WALL, 3);
+        canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], SHADE);
+        canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], QUIET, 3);
     }
 }
 
@@ -40,7 +39,8 @@ fn hand(run: &Run) -> Option<Vec<(f64, f64)>> {
 
 /// The first contact in ms, from a little before it (or the start, where there is none), and what to call it.
 fn close_up(run: &Run) -> (Range<f64>, &'static str) {
-    let length_s = CLOSE_UP_S.min(run.summary.motion_s);
+    // Of a short run a part, so that two panels never show the same.
+    let length_s = CLOSE_UP_S.min(0.25 * run.summary.motion_s);
     let touch_s = run.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
     let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, run.summary.motion_s - length_s);
     let label = if touch_s.is_some() { "time in ms: the first contact" } else { "time in ms: the wall is not touched" };
@@ -59,20 +59,17 @@ pub(super) fn position(run: &Run) -> Picture {
     let y = around(angles.chain(intended).chain([wall_rad]), 0.06);
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
     wall(run, &top, &mut canvas);
-    top.shade(&mut canvas, run.contact(), WALL, 0.07);
-    let units = run.scene.device.units();
-    let label = angle_label(run);
-    let mut legend = vec![(label.as_str(), BLUE), ("wall; shaded: contact", WALL)];
+    let mut legend = vec![("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
     if hand.is_some() {
-        legend.push(("the hand's intention", QUIET));
+        legend.push(("the hand's intention", Look::Line(PURPLE)));
     }
-    top.frame(&mut canvas, &legend, Some("time in s"));
+    top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run));
     if let Some(points) = hand {
-        top.curve(&mut canvas, points.into_iter(), QUIET, 3);
+        top.curve(&mut canvas, points.into_iter(), PURPLE, 3);
     }
     top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
     if let Device::Motor(motor) = run.scene.device {
-        top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "wheel in rad");
+        top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "angle of the wheel in rad");
     }
 
     let count_mrad = 1e3 * run.words.realised.count_rad;
@@ -82,58 +79,75 @@ pub(super) fn position(run: &Run) -> Picture {
     let counted = run.words_of(PENETRATION).map(|(t, word)| (1e3 * t, word as f64 * count_mrad));
     let y = around(depths.clone().chain(counted.clone()).filter(shown).map(|point| point.1).chain([0.0]), 0.06);
     let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
-    bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), WALL, 0.13);
-    let depth = format!("penetration in m{}", units.position);
-    let legend = [(depth.as_str(), BLUE), ("as counted by the datapath", ORANGE)];
-    bottom.frame(&mut canvas, &legend, Some(x_label));
+    bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), SHADE);
+    let depth = format!("penetration in m{}", run.scene.device.units().position);
+    let legend = [
+        ("as it is", Look::Line(BLUE)),
+        ("as counted by the datapath", Look::Line(ORANGE)),
+        ("contact, as counted", Look::Area(SHADE)),
+    ];
+    bottom.frame(&mut canvas, &legend, Some(x_label), &depth);
+    bottom.curve(&mut canvas, depths, BLUE, 5);
     bottom.steps(&mut canvas, counted, ORANGE, 3);
-    bottom.curve(&mut canvas, depths, BLUE, 3);
     canvas.render("position")
+}
+
+/// When the time begins that a row's mean is taken over, and the mean: over whole periods of the modulator where there
+/// is one, so that rows closer than a period, in which none begins, leave it as it is.
+fn whole_means(run: &Run, means: &[f64]) -> Vec<(f64, f64)> {
+    let pace = Pace { stride: run.trace.edges_apart(), period: run.scene.modulator_clocks() };
+    let edge_s = run.scene.clock.period_s();
+    let mut points = Vec::with_capacity(means.len());
+    for (row, mean) in means.iter().enumerate().skip(1) {
+        let (before, edge) = ((row as u64 - 1) * pace.stride, row as u64 * pace.stride);
+        if pace.period.is_none() || pace.boundary(edge) > pace.boundary(before) {
+            points.push((pace.window(edge).0 as f64 * edge_s, *mean));
+        }
+    }
+    points
 }
 
 /// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
 pub(super) fn torque(run: &Run) -> Picture {
     let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
-    let quantum_mnm = 1e3 * run.quantum() * run.words.realised.torque_quantum_nm;
+    // A positive command pushes against the positive direction: its torque is negative, as in the trace.
+    let quantum_mnm = -1e3 * run.words.command_quantum_nm(run.scene);
     let asked = || run.words_of(COMMAND).map(|(t, word)| (t, word as f64 * quantum_mnm));
-    // A positive command pushes against the positive direction; both are drawn as what pushes back.
-    let came = || run.reals_of(TORQUE, -1e3);
-    let rows = run.trace.real(TORQUE);
-    let half = (0.5 * MEAN_S / run.trace.interval_s()).round() as usize;
-    // Samples of a ripple that may be faster than they are: their mean is the torque that turns the shaft.
-    let mean = |row: usize| {
-        let near = &rows[row.saturating_sub(half)..(row + half + 1).min(rows.len())];
-        near.iter().sum::<f64>() / near.len() as f64
-    };
-    let means: Vec<(f64, f64)> = run.trace.times_s().enumerate().map(|(row, t)| (t, -1e3 * mean(row))).collect();
+    let [means, least, greatest] = TORQUE_BETWEEN.map(|column| run.trace.real(column));
+    // What a row tells is of the time since the row before it.
+    let since = || run.trace.times_s().zip(run.trace.times_s().skip(1)).zip(1..);
+    let came = || since().map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
+    let mean = whole_means(run, means);
     let end_s = run.summary.motion_s;
     let (near, near_label) = close_up(run);
-    let (asked_label, mean_label) = match run.scene.device {
-        Device::Motor(_) => ("commanded torque in mN\u{b7}m", "the motor's, mean over 1 ms"),
-        Device::Mass(_) => ("commanded force in mN", "the amplifier's, mean over 1 ms"),
+    let (y_label, mean_label) = match run.scene.device {
+        Device::Motor(_) => ("torque in mN\u{b7}m", "the motor's, its mean"),
+        Device::Mass(_) => ("force in mN", "the amplifier's, its mean"),
     };
     let panels = [(0.0..end_s, 210, 700, "time in s", 1.0), (near, 850, HEIGHT - 150, near_label, 1e3)];
     for (x, top, bottom, x_label, scale) in panels {
         let asked = asked().map(|(t, torque)| (t * scale, torque));
-        let came = came().map(|(t, torque)| (t * scale, torque));
+        let came = || came().map(|(span, values)| (span.start * scale..span.end * scale, values));
         let shown = |point: &(f64, f64)| x.contains(&point.0);
-        let y = around(asked.clone().chain(came.clone()).filter(shown).map(|point| point.1), 0.08);
+        let ends = came().flat_map(|(span, values)| values.map(|torque| (span.start, torque)));
+        let y = around(asked.clone().chain(ends).filter(shown).map(|point| point.1), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 200, bottom, x: x.clone(), y };
-        panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), WALL, 0.13);
+        panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), SHADE);
         let legend = [
-            (asked_label, ORANGE),
-            (mean_label, GREEN),
-            ("sampled from its ripple", PALE),
-            ("shaded: contact; positive pushes back", WALL),
+            ("commanded; negative pushes back", Look::Line(ORANGE)),
+            (mean_label, Look::Line(BLUE)),
+            ("from its least to its greatest", Look::Area(SKY)),
+            ("contact, as counted", Look::Area(SHADE)),
         ];
-        panel.frame(&mut canvas, &legend, Some(x_label));
+        panel.frame(&mut canvas, &legend, Some(x_label), y_label);
         let zero = [panel.at(x.start, 0.0), panel.at(x.end, 0.0)];
         if panel.y.contains(&0.0) {
             canvas.line(zero.to_vec(), INK, 2);
         }
-        panel.curve(&mut canvas, came, PALE, 2);
+        panel.band(&mut canvas, came(), SKY);
+        // The narrow command upon the wide mean: both are seen where they agree.
+        panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, 1e3 * torque)), BLUE, 8);
         panel.steps(&mut canvas, asked, ORANGE, 3);
-        panel.curve(&mut canvas, means.iter().map(|(t, torque)| (t * scale, *torque)), GREEN, 4);
     }
     canvas.render("torque")
 }

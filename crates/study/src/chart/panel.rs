@@ -1,12 +1,17 @@
 //! One panel of a page: axes, ticks, and data mapped into it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use plotters::style::RGBColor;
 
+use super::Marker;
 use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, text_width};
+use super::series::{Look, Style, entry, mark};
 
 const SMALL: i32 = 26;
+/// Pixels from a marker of a curve to the next.
+const PITCH: i32 = 260;
 
 /// A rectangle of the page that shows a range of times and a range of values.
 pub(super) struct Panel {
@@ -51,6 +56,15 @@ pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> 
     low - room..high + room
 }
 
+/// The corners of a value that holds from each point to the next.
+fn corners(points: impl Iterator<Item = (f64, f64)>) -> impl Iterator<Item = (f64, f64)> {
+    let mut last = None;
+    points.flat_map(move |(x, y)| {
+        let before = last.replace(y).unwrap_or(y);
+        [(x, before), (x, y)]
+    })
+}
+
 impl Panel {
     /// The pixel of a point, kept within the panel.
     pub fn at(&self, x: f64, y: f64) -> (i32, i32) {
@@ -60,8 +74,8 @@ impl Panel {
         (self.left + across.round() as i32, self.bottom - up.round() as i32)
     }
 
-    /// Grid and labels; `legend` names what is drawn, in the colour it is drawn in, above the panel.
-    pub fn frame(&self, canvas: &mut Canvas, legend: &[(&str, RGBColor)], x_label: Option<&str>) {
+    /// Grid, ticks and the axes' names; `legend` says above the panel what is drawn in it.
+    pub fn frame(&self, canvas: &mut Canvas, legend: &[(&str, Look)], x_label: Option<&str>, y_label: &str) {
         let most = ((self.bottom - self.top) / 60).max(4) as usize;
         let (values, decimals) = ticks(&self.y, most);
         for value in values {
@@ -82,12 +96,19 @@ impl Panel {
             let middle = (self.left + self.right) / 2;
             canvas.text((middle, self.bottom + 64), x_label, SMALL, INK, Anchor::Centre);
         }
+        self.y_name(canvas, y_label);
+        canvas.panel();
         let mut x = self.left;
-        for (text, color) in legend {
-            canvas.fill([(x, self.top - 30), (x + 30, self.top - 24)], *color, 1.0);
-            canvas.text((x + 42, self.top - 27), *text, 28, *color, Anchor::Left);
-            x += 42 + text_width(text, 28) + 48;
+        for &of in legend {
+            x = entry(canvas, (x, self.top - 27), of, 28);
         }
+    }
+
+    /// The name of the vertical axis, beside its middle.
+    pub fn y_name(&self, canvas: &mut Canvas, name: &str) {
+        let room = self.bottom - self.top + 40;
+        let size = [SMALL, 24, 22, 20].into_iter().find(|size| text_width(name, *size) <= room).unwrap_or(18);
+        canvas.text((self.left - 136, (self.top + self.bottom) / 2), name, size, INK, Anchor::Up);
     }
 
     /// The same positions by another scale, labelled on the right: `scale` times the value.
@@ -99,22 +120,34 @@ impl Panel {
             canvas.line(vec![(self.right, y), (self.right + 10, y)], QUIET, 2);
             canvas.text((self.right + 20, y), label(value, decimals), SMALL, QUIET, Anchor::Left);
         }
-        canvas.text((self.right + 110, self.top - 27), name, 28, QUIET, Anchor::Right);
+        canvas.text((self.right + 130, (self.top + self.bottom) / 2), name, SMALL, INK, Anchor::Up);
     }
 
-    /// A curve through points in order of time.
-    pub fn curve(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, color: RGBColor, width: u32) {
-        canvas.line(self.thinned(points.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end)), color, width);
+    /// A curve through points in order of time, with its markers.
+    pub fn curve(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, style: Style, width: u32) {
+        let pixels = self.thinned(points.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end));
+        // Each kind of marker has places of its own, so that curves upon each other show theirs in turn.
+        let mut next = self.left + 40 + style.marker as i32 * PITCH / Marker::COUNT;
+        let mut places = Vec::new();
+        for pair in pixels.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            while next <= to.0 {
+                if next >= from.0 {
+                    let share = f64::from(next - from.0) / f64::from((to.0 - from.0).max(1));
+                    places.push((next, from.1 + (share * f64::from(to.1 - from.1)).round() as i32));
+                }
+                next += PITCH;
+            }
+        }
+        canvas.line(pixels, style.color, width);
+        for place in places {
+            mark(canvas, place, style, 9);
+        }
     }
 
     /// A value that holds from each point to the next.
-    pub fn steps(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, color: RGBColor, width: u32) {
-        let mut last = None;
-        let corners = points.flat_map(|(x, y)| {
-            let before = last.replace(y).unwrap_or(y);
-            [(x, before), (x, y)]
-        });
-        self.curve(canvas, corners, color, width);
+    pub fn steps(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, style: Style, width: u32) {
+        self.curve(canvas, corners(points), style, width);
     }
 
     /// Of each column of pixels the first, least, greatest and last point: the same picture by fewer points.
@@ -148,8 +181,39 @@ impl Panel {
         kept
     }
 
+    /// The band between two curves, each span of which has one least and one greatest value.
+    pub fn band(&self, canvas: &mut Canvas, spans: impl Iterator<Item = (Range<f64>, [f64; 2])>, color: RGBColor) {
+        let mut columns: BTreeMap<i32, (i32, i32)> = BTreeMap::new();
+        let is_shown = |span: &Range<f64>| span.end > self.x.start && span.start < self.x.end;
+        for (span, values) in spans.filter(|(span, _)| is_shown(span)) {
+            let (from, low) = self.at(span.start.max(self.x.start), values[0]);
+            let (to, high) = self.at(span.end.min(self.x.end), values[1]);
+            for x in from..=to {
+                let column = columns.entry(x).or_insert((low, high));
+                *column = (column.0.max(low), column.1.min(high));
+            }
+        }
+        let mut open: Option<(i32, i32, (i32, i32))> = None;
+        for (x, column) in columns {
+            match &mut open {
+                Some((_, to, same)) if *to == x && *same == column => *to = x + 1,
+                _ => {
+                    let done = open.replace((x, x + 1, column));
+                    self.fill_columns(canvas, done, color);
+                }
+            }
+        }
+        self.fill_columns(canvas, open, color);
+    }
+
+    fn fill_columns(&self, canvas: &mut Canvas, columns: Option<(i32, i32, (i32, i32))>, color: RGBColor) {
+        if let Some((from, to, (low, high))) = columns {
+            canvas.fill([(from, high), (to, low.max(high + 1))], color);
+        }
+    }
+
     /// Shades the times at which a flag is up, over the panel's height; what a few pixels part is shaded as one.
-    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)>, color: RGBColor, alpha: f64) {
+    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)>, color: RGBColor) {
         let mut spans: Vec<(i32, i32)> = Vec::new();
         let mut was_up = false;
         for (x, up) in flags.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end) {
@@ -162,7 +226,7 @@ impl Panel {
             was_up = up;
         }
         for (from, to) in spans {
-            canvas.fill([(from, self.top), (to, self.bottom)], color, alpha);
+            canvas.fill([(from, self.top), (to, self.bottom)], color);
         }
     }
 }

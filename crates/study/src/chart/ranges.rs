@@ -3,22 +3,32 @@
 use crate::widths::proof::Bound;
 use crate::widths::{Measured, SignalRow};
 
-use super::canvas::{Anchor, BLUE, Canvas, GRID, INK, ORANGE, PALE, QUIET, RED, WIDTH};
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use super::panel::Panel;
+use super::series::{BLUE, Look, ORANGE, RUST, SKY, entry};
 use super::{Picture, page};
 
 const LEFT: i32 = 210;
 const RIGHT: i32 = WIDTH - 560;
-const TOP: i32 = 190;
+const TOP: i32 = 240;
 const BOTTOM: i32 = 1290;
 
 /// A row for each signal of more than one bit: from its last place to its end the format, over it the greatest size measured
 /// and the greatest proved, on an axis of powers of two.
 #[must_use]
 pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str) -> Picture {
-    let conditions = "pale: the word, from its last place to its end; blue: measured (red: bits were lost above); \
-                      orange: proved, for every motion within the device's limits";
+    let conditions =
+        "a word reaches from its last place to its end; proved: for every motion within the device's limits";
     let mut canvas = page(title, conditions, command);
+    let mut x = 60;
+    for of in [
+        ("word", Look::Area(SKY)),
+        ("measured", Look::Area(BLUE.color)),
+        ("measured, with bits lost above", Look::Area(RUST.color)),
+        ("proved", Look::Area(ORANGE.color)),
+    ] {
+        x = entry(&mut canvas, (x, 168), of, 26);
+    }
     let rows: Vec<&SignalRow> = measured.rows.iter().filter(|row| row.format.width() > 2).collect();
     let bound = |row: &SignalRow| proved.iter().find(|bound| bound.name == row.name);
     let ends = rows.iter().map(|row| (-row.format.frac(), row.format.int()));
@@ -28,8 +38,8 @@ pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str)
     axis(&panel, &mut canvas);
     let height = ((BOTTOM - TOP) / (rows.len() as i32).max(1)).min(86);
     canvas.text((RIGHT + 30, TOP - 24), "bits there", 24, QUIET, Anchor::Left);
-    canvas.text((RIGHT + 190, TOP - 24), "measured", 24, BLUE, Anchor::Left);
-    canvas.text((RIGHT + 340, TOP - 24), "proved", 24, ORANGE, Anchor::Left);
+    canvas.text((RIGHT + 190, TOP - 24), "measured", 24, QUIET, Anchor::Left);
+    canvas.text((RIGHT + 340, TOP - 24), "proved", 24, QUIET, Anchor::Left);
     for (index, row) in (0..).zip(rows) {
         bar(&panel, &mut canvas, TOP + index * height, height, row, bound(row));
     }
@@ -57,25 +67,25 @@ fn bar(panel: &Panel, canvas: &mut Canvas, top: i32, height: i32, row: &SignalRo
     let (last, end) = (f64::from(-format.frac()), f64::from(format.int()));
     canvas.text((LEFT - 16, middle), row.name, size, INK, Anchor::Right);
     let half = height * 2 / 5;
-    canvas.fill([(across(last), middle - half), (across(end), middle + half)], PALE, 1.0);
-    let bits_at = |x: i32, power: Option<f64>, color, canvas: &mut Canvas| {
+    canvas.fill([(across(last), middle - half), (across(end), middle + half)], SKY);
+    let bits_at = |x: i32, power: Option<f64>, canvas: &mut Canvas| {
         let text = power.map_or_else(|| "\u{2013}".to_string(), |power| bits(power - last));
-        canvas.text((x, middle), text, size, color, Anchor::Left);
+        canvas.text((x, middle), text, size, INK, Anchor::Left);
     };
     let seen = row.measured.map(|(min, max)| power_of(format.to_f64(min), format.to_f64(max)));
-    let color = if row.overflowed.edges > 0 { RED } else { BLUE };
+    let color = if row.overflowed.edges > 0 { RUST.color } else { BLUE.color };
     if let Some(power) = seen {
-        canvas.fill([(across(last), middle - half), (across(power.max(last)), middle)], color, 1.0);
+        canvas.fill([(across(last), middle - half), (across(power.max(last)), middle)], color);
     }
     let known = bound.map(|bound| power_of(bound.min, bound.max));
     if let Some(power) = known {
-        canvas.fill([(across(last), middle), (across(power.max(last)), middle + half)], ORANGE, 1.0);
+        canvas.fill([(across(last), middle), (across(power.max(last)), middle + half)], ORANGE.color);
     }
     let there = format.width() as i32 - i32::from(format.is_signed());
     let text = if format.is_signed() { format!("{there} and sign") } else { there.to_string() };
     canvas.text((RIGHT + 30, middle), text, size, QUIET, Anchor::Left);
-    bits_at(RIGHT + 190, seen, color, canvas);
-    bits_at(RIGHT + 340, known, ORANGE, canvas);
+    bits_at(RIGHT + 190, seen, canvas);
+    bits_at(RIGHT + 340, known, canvas);
 }
 
 /// The power of two of the greater size.

@@ -2,9 +2,10 @@
 
 use hpu_signal::Format;
 
-use super::canvas::{Anchor, BLUE, HEIGHT, INK, ORANGE, QUIET, RED, WALL, WIDTH};
+use super::canvas::{Anchor, HEIGHT, INK, WIDTH};
 use super::motion::{ANGLE, angle_label, wall};
 use super::panel::{Panel, around};
+use super::series::{BLUE, Look, ORANGE, SAND, SHADE};
 use super::words::{PENETRATION, SPRING};
 use super::{Picture, Run, outcome, page};
 
@@ -33,7 +34,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
     let width = (WIDTH - 100) / runs.len() as i32;
     for (index, run) in runs.iter().enumerate() {
-        let (left, right) = (170 + index as i32 * width, 50 + (index as i32 + 1) * width);
+        let (left, right) = (170 + index as i32 * width, 20 + (index as i32 + 1) * width);
         // What tells the runs apart: the product's overflow where it differs, else the scene.
         let name = match runs.iter().all(|other| other.scene.method.saturate == run.scene.method.saturate) {
             true => run.scene.name.as_str(),
@@ -45,23 +46,25 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
         wall(run, &top, &mut canvas);
-        top.frame(&mut canvas, &[(angle_label(run).as_str(), BLUE), ("wall", WALL)], None);
+        let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+        top.frame(&mut canvas, &legend, None, &angle_label(run));
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
 
         let middle = Panel { left, top: 640, right, bottom: 900, x, y: spring_range.clone() };
         let overflowed = run.overflowed(run.push());
-        middle.shade(&mut canvas, run.trace.times_s().zip(overflowed), RED, 0.22);
+        middle.shade(&mut canvas, run.trace.times_s().zip(overflowed), SAND);
         let label = format!("{} in PWM counts", run.push());
-        middle.frame(&mut canvas, &[(&label, ORANGE), ("overflowed", RED)], Some("time in s"));
+        let legend = [(run.push(), Look::Line(ORANGE)), ("overflowed", Look::Area(SAND))];
+        middle.frame(&mut canvas, &legend, Some("time in s"), &label);
         middle.steps(&mut canvas, push(run), ORANGE, 3);
 
         let y = spring_range.clone();
         let bottom = Panel { left, top: 1050, right, bottom: HEIGHT - 150, x: depth_range.clone(), y };
-        let label = format!("{} over penetration", run.push());
-        bottom.frame(&mut canvas, &[(&label, ORANGE)], Some("penetration in encoder counts"));
+        let legend = [(run.push(), Look::Line(ORANGE))];
+        bottom.frame(&mut canvas, &legend, Some("penetration in encoder counts"), &label);
         let full = Format::unsigned(run.words.config.pwm.width).max() as f64;
-        canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], QUIET, 3);
-        canvas.text((right, bottom.top - 27), "line: full scale", 26, QUIET, Anchor::Right);
+        canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], INK, 3);
+        canvas.text((right, bottom.top - 27), "black line: full scale", 26, INK, Anchor::Right);
         let depths = run.words_of(PENETRATION).map(|(_, word)| word as f64);
         if run.push() == SPRING {
             let law = (0..=depth_range.end as i64).map(|depth| (depth as f64, run.spring_at(depth) as f64));
@@ -72,7 +75,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         }
         if let Some((depth, (_, word))) = depths.last().zip(push(run).last()) {
             let (x, y) = bottom.at(depth, word);
-            canvas.fill([(x - 10, y - 10), (x + 10, y + 10)], INK, 1.0);
+            canvas.fill([(x - 10, y - 10), (x + 10, y + 10)], INK);
             let (to, anchor) = if 2 * x < left + right { (x + 22, Anchor::Left) } else { (x - 22, Anchor::Right) };
             let above = if y - 40 > bottom.top { y - 26 } else { y + 34 };
             canvas.text((to, above), "ends here", 26, INK, anchor);

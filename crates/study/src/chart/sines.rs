@@ -1,23 +1,22 @@
 //! Sources of sine: how far off they are, over the bits of their ROM.
 
-use plotters::style::RGBColor;
-
 use crate::reproduce::sines::{Sine, Source};
 
-use super::canvas::{Anchor, BLUE, Canvas, GREEN, GRID, INK, ORANGE, QUIET, RED, WIDTH};
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use super::log_panel::{dotted, level, log_panel};
 use super::panel::Panel;
+use super::series::{BLUE, GREEN, Look, ORANGE, PURPLE, Style, entry};
 use super::{Picture, page};
 
 /// Where that which has no ROM is drawn.
 const NO_ROM_BITS: f64 = 100.0;
 
-fn color(source: Source) -> RGBColor {
+fn style(source: Source) -> Style {
     match source {
         Source::Table => BLUE,
         Source::Quarter => ORANGE,
         Source::Interpolated => GREEN,
-        Source::Cordic => RED,
+        Source::Cordic => PURPLE,
     }
 }
 
@@ -27,7 +26,7 @@ pub fn sines(all: &[Sine], command: &str) -> Picture {
     let angles = all.first().map_or(0, |sine| sine.angles);
     let title = "PHANToM: four sources of sine, error against ROM";
     let conditions =
-        format!("worst of sine and cosine over all {angles} angles that the joints' tables hold; ringed: default");
+        format!("worst of sine and cosine over all {angles} angles that the joints' tables hold; framed: default");
     let mut canvas = page(title, &conditions, command);
     let worst = all.iter().map(|sine| sine.worst);
     let (low, high) = worst.fold((f64::INFINITY, 0f64), |(low, high), worst| (low.min(worst), high.max(worst)));
@@ -49,7 +48,7 @@ pub fn sines(all: &[Sine], command: &str) -> Picture {
             (libm::log10(bits), libm::log10(sine.worst))
         };
         let points: Vec<_> = own().map(|sine| Some(point(sine))).collect();
-        dotted(&panel, &mut canvas, &points, color(source));
+        dotted(&panel, &mut canvas, &points, style(source));
         for sine in own().filter(|sine| sine.default) {
             let (x, y) = point(sine);
             let (x, y) = panel.at(x, y);
@@ -60,10 +59,9 @@ pub fn sines(all: &[Sine], command: &str) -> Picture {
             );
         }
         let (x, y) = (panel.right + 40, panel.top + 30 + 92 * index);
-        canvas.fill([(x, y - 4), (x + 36, y + 4)], color(source), 1.0);
-        canvas.text((x + 52, y), source.name(), 28, INK, Anchor::Left);
+        entry(&mut canvas, (x, y), (source.name(), Look::Line(style(source))), 28);
         let default = own().find(|sine| sine.default).map_or(String::new(), |sine| sine.size.clone());
-        canvas.text((x + 52, y + 36), format!("default: {default}"), 22, QUIET, Anchor::Left);
+        canvas.text((x + 70, y + 36), format!("default: {default}"), 22, QUIET, Anchor::Left);
     }
     canvas.render("sines")
 }
@@ -78,5 +76,5 @@ fn across(panel: &Panel, canvas: &mut Canvas) {
         canvas.text((x, foot + 28), label, 26, QUIET, Anchor::Centre);
     }
     canvas.text(((panel.left + panel.right) / 2, foot + 72), "bits of ROM", 26, INK, Anchor::Centre);
-    canvas.text((panel.left, head - 30), "worst error of sine and cosine", 28, INK, Anchor::Left);
+    panel.y_name(canvas, "worst error of sine and cosine, of 1");
 }

@@ -3,32 +3,27 @@
 mod labels;
 mod plane;
 
-use plotters::style::RGBColor;
-
 use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
 use crate::map::{Map, outcome_name};
 
-use super::canvas::{Anchor, BLUE, GREEN, INK, ORANGE, QUIET, RED, WALL};
-use super::map::shortened;
+use super::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
 use super::{Picture, page};
-use plane::{Height, Shape, Spot, Words};
+use plane::{Height, Inside, Spot, Words};
 
 const X: &str = "seconds of motion per second of wall time";
-const PURPLE: RGBColor = RGBColor(128, 64, 144);
-const TEAL: RGBColor = RGBColor(0, 128, 128);
 
-/// One colour a solver; models that leave something out and are flowed exactly have one together.
-fn color(contestant: &Contestant) -> RGBColor {
+/// One look a solver; models that leave something out and are flowed exactly have one together.
+fn look(contestant: &Contestant) -> (&'static str, Style) {
     match solver(contestant) {
-        "events" => INK,
-        "clock" => QUIET,
-        "sample" => PURPLE,
-        "euler" => RED,
-        "semi_implicit" => ORANGE,
-        "midpoint" => GREEN,
-        "rk4" => BLUE,
-        "criterion" => WALL,
-        _ => TEAL,
+        "events" => ("events", BLACK),
+        "clock" => ("every edge", LILAC),
+        "sample" => ("steps of a sample", MAROON),
+        "euler" => ("euler", ORANGE),
+        "semi_implicit" => ("semi-implicit", GREEN),
+        "midpoint" => ("midpoint", BLUE),
+        "rk4" => ("rk4", PURPLE),
+        "criterion" => ("criterion", TAUPE),
+        _ => ("events, reduced model", BLACK),
     }
 }
 
@@ -36,28 +31,27 @@ fn solver(contestant: &Contestant) -> &str {
     contestant.family.split('+').next().unwrap_or_default()
 }
 
-/// The shape tells what is left out, whatever the solver.
-fn shape(contestant: &Contestant) -> Shape {
+/// The inside of a marker tells what is left out, whatever the solver.
+fn inside(contestant: &Contestant) -> Inside {
     let leaves = |part: &str| contestant.family.split('+').any(|left_out| left_out == part);
     match () {
-        () if contestant.criterion.is_some() => Shape::Diamond,
-        () if leaves("law") => Shape::Square,
-        () if leaves("loaded") => Shape::Triangle,
-        () if leaves("averaged") => Shape::Ring,
-        () => Shape::Dot,
+        () if contestant.criterion.is_some() => Inside::Full,
+        () if leaves("law") => Inside::Pierced,
+        () if leaves("loaded") => Inside::Target,
+        () if leaves("averaged") => Inside::Hollow,
+        () => Inside::Full,
     }
 }
 
-/// What a spot is called: a rung by its step alone, but for the first of its ladder; one behind others by nothing.
-fn label(contestant: &Contestant, first: bool, front: bool) -> String {
+/// What a spot is called. Of the rungs of ladders those of one say their steps, for steps are the same in all.
+fn label(contestant: &Contestant, says_steps: bool, front: bool) -> String {
     let plain = |name: &str| name.replace('_', "-").replace('+', ", ");
     match (contestant.step_s.map(time), contestant.criterion) {
         (_, Some(name)) => name.replace('_', " "),
         (None, None) => plain(&contestant.name),
         (Some(step), None) if front => format!("{}, {step}", plain(&contestant.family)),
-        (Some(_), None) if is_behind(contestant) => String::new(),
-        (Some(step), None) if first => format!("{}, {step}", plain(&contestant.family)),
-        (Some(step), None) => step,
+        (Some(step), None) if says_steps => step,
+        (Some(_), None) => String::new(),
     }
     .replace(" us", " \u{b5}s")
 }
@@ -67,30 +61,26 @@ fn is_behind(contestant: &Contestant) -> bool {
     contestant.step_s.is_some() && contestant.family.contains('+')
 }
 
-/// A colour half way to white.
-fn pale(RGBColor(r, g, b): RGBColor) -> RGBColor {
-    let half = |of: u8| of / 2 + 127;
-    RGBColor(half(r), half(g), half(b))
-}
-
 fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize], chosen: Option<usize>) -> Vec<Spot> {
+    let ladders = || contestants.iter().filter(|(of, ..)| of.step_s.is_some() && !is_behind(of));
+    let longest = ladders().max_by_key(|(of, ..)| ladders().filter(|(other, ..)| other.family == of.family).count());
     let all = contestants.iter().enumerate();
     all.map(|(index, (contestant, speed, height))| {
-        let first = (0..contestants.len()).find(|other| contestants[*other].0.family == contestant.family);
         // Of the rungs that are wrong the first says where its ladder stops being true.
         let before = index.checked_sub(1).map(|before| &contestants[before]);
         let wrong_before =
             before.is_some_and(|(other, _, height)| other.family == contestant.family && *height == Height::Wrong);
         let is_named = *height != Height::Wrong || contestant.step_s.is_none() || !wrong_before;
         let on_front = front.contains(&index);
+        let says_steps = longest.is_some_and(|(of, ..)| of.family == contestant.family);
         Spot {
             // Criteria are no ladder.
             family: if contestant.criterion.is_some() { contestant.name.clone() } else { contestant.family.clone() },
             speed: *speed,
             height: *height,
-            shape: shape(contestant),
-            color: if is_behind(contestant) && !on_front { pale(color(contestant)) } else { color(contestant) },
-            label: if is_named { label(contestant, first == Some(index), on_front) } else { String::new() },
+            inside: inside(contestant),
+            style: look(contestant).1,
+            label: if is_named { label(contestant, says_steps, on_front) } else { String::new() },
             behind: is_behind(contestant),
             needed: on_front || contestant.step_s.is_none(),
             front: on_front,
@@ -100,27 +90,31 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
     .collect()
 }
 
-/// The key: one entry a solver, and what the shapes are.
-fn entries(contestants: &[(&Contestant, f64, Height)]) -> Vec<(String, Shape, RGBColor)> {
-    let mut entries: Vec<(String, Shape, RGBColor)> = Vec::new();
-    let mut add = |text: String, shape, color| {
-        if !entries.iter().any(|(known, ..)| *known == text) {
-            entries.push((text, shape, color));
-        }
-    };
-    for (contestant, ..) in contestants.iter().filter(|(contestant, ..)| contestant.step_s.is_some()) {
-        add(solver(contestant).replace('_', "-"), Shape::Dot, color(contestant));
-    }
+/// The key of the solvers: one entry a look, with the names that have it.
+fn solvers(contestants: &[(&Contestant, f64, Height)]) -> Vec<(String, Style)> {
+    let mut entries: Vec<(String, Style)> = Vec::new();
     for (contestant, ..) in contestants {
-        match shape(contestant) {
-            Shape::Ring => add("averaged bridge".into(), Shape::Ring, QUIET),
-            Shape::Triangle => add("words without a clock".into(), Shape::Triangle, QUIET),
-            Shape::Square => add("law in floats".into(), Shape::Square, QUIET),
-            Shape::Diamond => add("criterion".into(), Shape::Diamond, WALL),
-            Shape::Dot => {}
+        let (name, style) = look(contestant);
+        match entries.iter_mut().find(|(_, known)| *known == style) {
+            // Exact flow, with or without something left out.
+            Some((known, _)) if known != name => *known = "from event to event".to_string(),
+            Some(_) => {}
+            None => entries.push((name.to_string(), style)),
         }
     }
     entries
+}
+
+/// The key of the insides: those that are there.
+fn insides(contestants: &[(&Contestant, f64, Height)]) -> Vec<(&'static str, Inside)> {
+    let all = [
+        ("nothing else left out", Inside::Full),
+        ("averaged bridge", Inside::Hollow),
+        ("words without a clock", Inside::Target),
+        ("law in floats", Inside::Pierced),
+    ];
+    let is_there = |of: Inside| contestants.iter().any(|(contestant, ..)| inside(contestant) == of);
+    all.into_iter().filter(|(_, of)| is_there(*of)).collect()
 }
 
 fn percent(error: f64) -> String {
@@ -173,18 +167,17 @@ pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
 
     let outputs: Vec<String> = chart.outputs.iter().map(|output| output.name().replace('_', " ")).collect();
     let title = format!("{scene}: speed against accuracy");
-    let mut canvas = page(&title, &findings(chart), &shortened(command));
+    let mut canvas = page(&title, &findings(chart), command);
     let outcome = outcome_name(Some(chart.outcome)).replace('_', " ");
-    let y = format!("error up: the worst of {}; the scene as written: {outcome}", outputs.join(", "));
-    plane::key(&mut canvas, (60, 166), &entries(&ran));
-    canvas.text((60, 222), y.as_str(), 26, INK, Anchor::Left);
     let words = Words {
         x: X,
+        y: format!("error in %: the worst of {}", outputs.join(", ")),
         floor: "0: every register edge equal",
-        told: "the right verdict, and no more",
-        wrong: "wrong verdict",
+        told: format!("the right verdict, {outcome}, and no more"),
+        wrong: format!("another verdict than {outcome}"),
         allowed: Some((chart.within, format!("{} allowed", percent(chart.within)))),
     };
+    plane::key(&mut canvas, &solvers(&ran), &insides(&ran), words.allowed.as_ref().map(|(_, text)| text.as_str()));
     plane::draw(&mut canvas, &spots, &words);
     canvas.render("chart")
 }
@@ -205,11 +198,16 @@ pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Pictur
     let front: Vec<usize> = front_of_shares(shares).into_iter().filter_map(place).collect();
     let spots = spots(&ran, &front, None);
     let axes = format!("{} by {}, {} cells", map.x, map.y, map.layer());
-    let mut canvas = page(&format!("{scene}: how often the verdict is wrong"), &axes, &shortened(command));
-    plane::key(&mut canvas, (60, 166), &entries(&ran));
-    let y = "up: share of cells with another verdict than the scene as written".to_string();
-    canvas.text((60, 222), y.as_str(), 26, INK, Anchor::Left);
-    let words = Words { x: X, floor: "no cell is wrong", told: "", wrong: "", allowed: None };
+    let mut canvas = page(&format!("{scene}: how often the verdict is wrong"), &axes, command);
+    plane::key(&mut canvas, &solvers(&ran), &insides(&ran), None);
+    let words = Words {
+        x: X,
+        y: "cells with another verdict in %".into(),
+        floor: "no cell is wrong",
+        told: String::new(),
+        wrong: String::new(),
+        allowed: None,
+    };
     plane::draw(&mut canvas, &spots, &words);
     canvas.render("chart")
 }

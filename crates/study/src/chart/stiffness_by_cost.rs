@@ -1,18 +1,16 @@
 //! What stable stiffness costs: designs in the plane of lookup tables and stiffness, with their front.
 
-use plotters::style::RGBColor;
-
 use crate::widths::search::{Found, Point};
 
-use super::canvas::{Anchor, BLUE, Canvas, GREEN, HEIGHT, INK, ORANGE, QUIET, WIDTH};
-use super::map::shortened;
+use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 use super::panel::{Panel, around};
+use super::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
 use super::{Picture, dotted, page};
 
 /// Errors that a colour parts.
 const SMALL: f64 = 0.01;
 
-fn color(error: f64) -> RGBColor {
+fn style(error: f64) -> Style {
     match error {
         0.0 => GREEN,
         error if error <= SMALL => BLUE,
@@ -20,62 +18,84 @@ fn color(error: f64) -> RGBColor {
     }
 }
 
-/// The picture of a search's designs: estimated LUT4s across, stable stiffness up; `share` of the reference's stiffness is what
-/// the smallest design may lose.
+/// The picture of a search's designs: estimated LUT4s across, stable stiffness up; `share` of the reference's stiffness
+/// is what the smallest design may lose.
 #[must_use]
 pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) -> Picture {
-    let conditions = format!(
-        "{} designs, {} of them on the front of LUT4s, error and stiffness; stiffness measured, LUT4s estimated",
+    let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
+    let motions = match found.on.len() {
+        1 => "holds for this motion alone".into(),
+        scenes => format!("holds for the motions of {scenes} scenes"),
+    };
+    let words = if found.proved.is_some() { "; words hold the range proved" } else { "" };
+    let conditions =
+        format!("error: the worst of {}, against the reference; LUT4s estimated; {motions}{words}", outputs.join(", "));
+    let mut canvas = page(&format!("{scene}: stable stiffness against LUT4s"), &conditions, command);
+    let front = format!(
+        "{} designs; none is better than one of the {} in colour in LUT4s, error and stiffness at once; \
+         stairs: the stiffest of at most so many LUT4s",
         found.designs,
         found.front.len()
     );
-    let mut canvas = page(&format!("{scene}: stable stiffness against LUT4s"), &conditions, &shortened(command));
-    let unit = dotted(found.unit);
+    canvas.text((60, 164), front, 26, QUIET, Anchor::Left);
+    let level = found.reference.merit.stiffness;
     // A reference of wide words would leave no room for the others.
     let dearest = found.points.iter().map(|point| point.merit.lut4).max().unwrap_or(0);
     let beside = 2 * found.reference.merit.lut4 > 3 * dearest;
     let all = || found.points.iter().chain((!beside).then_some(&found.reference));
     let panel = Panel {
         left: 190,
-        top: 260,
+        top: 270,
         right: WIDTH - 90,
         bottom: HEIGHT - 160,
         x: around(all().map(|point| f64::from(point.merit.lut4)), 0.05),
-        y: around(all().chain([&found.reference]).map(|point| point.merit.stiffness), 0.08),
+        y: around(all().map(|point| point.merit.stiffness).chain([level, (1.0 - share) * level]), 0.08),
     };
     let percent = format!("error up to {} %", 100.0 * SMALL);
-    let legend = [("error 0", GREEN), (&percent, BLUE), ("more error", ORANGE), ("beaten", QUIET)];
-    panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"));
-    canvas.text((panel.right, panel.top - 27), format!("stable stiffness in {unit}"), 28, INK, Anchor::Right);
+    let best: Vec<&Point> = found.best().collect();
+    let errors = [("error 0", GREEN), (percent.as_str(), BLUE), ("more error", ORANGE)].into_iter();
+    let there = errors.filter(|(_, of)| best.iter().any(|point| style(point.merit.error) == *of));
+    let beaten = [("beaten by another design", Look::Points(TAUPE))];
+    let legend: Vec<_> = there.map(|(text, of)| (text, Look::Points(of))).chain(beaten).collect();
+    let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
+    panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
 
     let at = |point: &Point| panel.at(f64::from(point.merit.lut4), point.merit.stiffness);
     for point in &found.points {
-        canvas.dot(at(point), 4, RGBColor(196, 201, 208), 0);
+        mark(&mut canvas, at(point), TAUPE, 5);
     }
-    let level = found.reference.merit.stiffness;
-    let lut4 = found.reference.merit.lut4;
-    let name = format!("the reference {}, {lut4} LUT4s", widths(&found.reference));
-    for (stiffness, text) in [(level, name.as_str()), ((1.0 - share) * level, "")] {
+    let reference = format!("reference: {}; {} LUT4s", widths(&found.reference), found.reference.merit.lut4);
+    let below = format!("{} % less stiff than the reference", (1e4 * share).round() / 1e2);
+    for (stiffness, text, over) in [(level, reference.as_str(), -20), ((1.0 - share) * level, below.as_str(), 20)] {
         let (_, y) = panel.at(panel.x.start, stiffness);
         for x in (panel.left..panel.right).step_by(28) {
             canvas.line(vec![(x, y), (x + 16, y)], QUIET, 2);
         }
-        canvas.text((panel.right - 8, y - 20), text, 24, QUIET, Anchor::Right);
+        canvas.text((panel.right - 8, y + over), text, 24, INK, Anchor::Right);
     }
     stairs(&mut canvas, found, &panel, at);
-    let best: Vec<&Point> = found.best().collect();
     for point in &best {
-        canvas.dot(at(point), 9, color(point.merit.error), 0);
+        mark(&mut canvas, at(point), style(point.merit.error), 11);
     }
     if !beside {
-        canvas.dot(at(&found.reference), 12, INK, 4);
+        canvas.dot(at(&found.reference), 14, INK, 4);
     }
     if let Some(smallest) = found.smallest(share) {
         let (x, y) = at(smallest);
-        canvas.dot((x, y), 18, INK, 4);
-        let text = format!("{} LUT4s: {}", smallest.merit.lut4, widths(smallest));
-        canvas.line(vec![(x + 13, y + 13), (x + 60, y + 60)], INK, 2);
-        canvas.text((x + 70, y + 66), text, 26, INK, Anchor::Left);
+        canvas.dot((x, y), 20, INK, 4);
+        let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.lut4);
+        let words = widths(smallest);
+        let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
+        // As near as it covers no other design.
+        let covers = |place: &i32| {
+            let within = |(px, py): (i32, i32)| px > x && px < x + 70 + width && (py - y - place - 18).abs() < 50;
+            found.points.iter().any(|point| within(at(point)))
+        };
+        let last = panel.bottom - y - 60;
+        let below = (66..last).step_by(8).find(|place| !covers(place)).unwrap_or(66);
+        canvas.line(vec![(x + 14, y + 14), (x + 60, y + below)], INK, 2);
+        canvas.text((x + 70, y + below), head, 26, INK, Anchor::Left);
+        canvas.text((x + 70, y + below + 36), words, 26, INK, Anchor::Left);
     }
     canvas.render("stiffness-by-cost")
 }
@@ -96,6 +116,10 @@ fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point)
     canvas.line(corners, INK, 3);
 }
 
-fn widths(point: &Point) -> String {
-    point.design.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+/// A design in words: the bits of its signals, the formats of its gains.
+pub(super) fn widths(point: &Point) -> String {
+    let text = point.design.to_string();
+    let names = ["position", "stiffness", "damping", "velocity", "PWM"];
+    let parts = names.iter().zip(text.split_whitespace()).map(|(name, word)| format!("{name} {word}"));
+    parts.collect::<Vec<_>>().join(", ")
 }

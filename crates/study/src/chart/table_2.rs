@@ -2,11 +2,14 @@
 
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
+use plotters::style::{RGBColor, WHITE};
 
-use crate::reproduce::{Agreement, Class, Table};
+use crate::reproduce::{Agreement, Cell, Class, Table};
 
-use super::canvas::{Anchor, Canvas, GREEN, GRID, INK, QUIET, RED, WIDTH};
-use super::log_panel::{color, decades, dotted, legend, level, log_panel};
+use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
+use super::log_panel::{decades, legend, level, log_panel, style, through};
+use super::panel::Panel;
+use super::series::{BLANK, Look, MAROON, ORANGE, SHADE, SKY, mark};
 use super::{Picture, page};
 
 const LEFT: i32 = 190;
@@ -18,8 +21,10 @@ const GAP: i32 = 36;
 #[must_use]
 pub fn table_2(table: &Table, command: &str) -> Picture {
     let Agreement { legible, same } = Agreement::of(table);
-    let title =
-        format!("PHANToM drop test, Table 2 of Sevcik et al. 2009: {same} of {legible} legible cells as printed");
+    let all = table.axes.len() * table.platforms.len() * table.stiffnesses_n_per_m.len();
+    let title = format!(
+        "PHANToM drop test, Table 2 of Sevcik et al. 2009: of {all} cells {legible} are legible, {same} as printed"
+    );
     let conditions = format!(
         "passive: rms below 0.003 cm over the last 3 s of 10 s, {}; weight 0.15 N, walls at 2 cm",
         if table.trials == 1 { "in one trial".to_string() } else { format!("in all of {} trials", table.trials) }
@@ -28,7 +33,8 @@ pub fn table_2(table: &Table, command: &str) -> Picture {
     let (axes, platforms) = (table.axes.len() as i32, table.platforms.len() as i32);
     let width = ((WIDTH - 60 - LEFT - (axes - 1) * GAP) / (axes * platforms).max(1)).min(84);
     let height = ((BOTTOM - TOP) / (table.stiffnesses_n_per_m.len() as i32).max(1)).min(60);
-    canvas.text((LEFT - 20, TOP - 30), "N/m", 26, INK, Anchor::Right);
+    canvas.text((LEFT - 20, TOP - 30), "kHz", 26, INK, Anchor::Right);
+    canvas.text((44, (TOP + BOTTOM) / 2), "stiffness of the wall in N/m", 26, INK, Anchor::Up);
     for (row, stiffness) in (0..).zip(&table.stiffnesses_n_per_m) {
         let y = TOP + row * height + height / 2;
         canvas.text((LEFT - 20, y), stiffness.to_string(), 26, INK, Anchor::Right);
@@ -57,64 +63,67 @@ fn cell(
     table: &Table,
     (axis, platform, stiffness): (Direction, Platform, f64),
 ) {
-    let corners = [(left, top), (right, bottom)];
+    let legible = Agreement::at(table, axis, platform, stiffness);
     if let Some(cell) = table.cell(axis, platform, stiffness) {
-        shown(canvas, corners, cell.class);
+        shown(canvas, [(left, top), (right, bottom)], cell.class, legible);
     }
-    frame(canvas, corners, GRID, 2);
-    match Agreement::at(table, axis, platform, stiffness) {
-        Some(true) => canvas.fill([(left + 5, top + 5), (left + 17, top + 17)], GREEN, 1.0),
-        Some(false) => frame(canvas, [(left + 4, top + 4), (right - 4, bottom - 4)], RED, 5),
+    frame(canvas, [(left, top), (right, bottom)], GRID, 2);
+}
+
+/// A cell: its class, and whether it is as printed. One that the paper lost is small; one printed otherwise is framed.
+fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], class: Class, legible: Option<bool>) {
+    let [(left, top), (right, bottom)] = corners;
+    let (color, text, ink) = match class {
+        Class::Passive => (SKY, "x", INK),
+        Class::NonPassive => (ORANGE.color, "", INK),
+        Class::HighlyUnstable => (MAROON.color, "", WHITE),
+        Class::Failed => (BLANK, "?", INK),
+    };
+    let (aside, over) = if legible.is_none() { ((right - left) / 4, (bottom - top) / 6) } else { (0, 0) };
+    canvas.fill([(left + aside, top + over), (right - aside, bottom - over)], color);
+    // The paper's own letter.
+    canvas.text(((left + right) / 2, (top + bottom) / 2 + 5), text, 30, ink, Anchor::Centre);
+    match legible {
+        Some(true) => {
+            canvas.line(vec![(left + 6, bottom - 18), (left + 12, bottom - 9), (left + 25, top + 14)], ink, 5);
+        }
+        Some(false) => {
+            frame(canvas, [(left + 5, top + 5), (right - 5, bottom - 5)], INK, 8);
+            frame(canvas, [(left + 5, top + 5), (right - 5, bottom - 5)], WHITE, 2);
+        }
         None => {}
     }
 }
 
-/// What the paper shows for a class.
-fn shown(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], class: Class) {
-    let middle = ((left + right) / 2, (top + bottom) / 2);
-    match class {
-        Class::Passive => canvas.text(middle, "x", 34, INK, Anchor::Centre),
-        Class::NonPassive => canvas.fill([(left, top), (right, bottom)], QUIET, 0.55),
-        Class::HighlyUnstable => {}
-        Class::Failed => canvas.text(middle, "?", 34, RED, Anchor::Centre),
-    }
-}
-
-fn frame(
-    canvas: &mut Canvas,
-    [(left, top), (right, bottom)]: [(i32, i32); 2],
-    color: plotters::style::RGBColor,
-    width: u32,
-) {
+fn frame(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], color: RGBColor, width: u32) {
     let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
     canvas.line(corners, color, width);
 }
 
+/// What the fills stand for, and beside them what tells a cell of the paper from a lost one.
 fn key(canvas: &mut Canvas) {
-    let y = 1310;
-    let square = |x: i32| [(x, y - 24), (x + 60, y + 24)];
-    let entries = [
-        (Some(Class::Passive), "passive"),
-        (Some(Class::NonPassive), "non-passive"),
-        (Some(Class::HighlyUnstable), "highly unstable, aborted"),
-        (None, "printed, and the same"),
-        (None, "printed otherwise"),
-    ];
-    for ((class, text), x) in entries.into_iter().zip([LEFT, 480, 820, 1330, 1790]) {
-        if let Some(class) = class {
-            shown(canvas, square(x), class);
-        }
-        frame(canvas, square(x), GRID, 2);
-        match text {
-            "printed, and the same" => canvas.fill([(x + 5, y - 19), (x + 17, y - 7)], GREEN, 1.0),
-            "printed otherwise" => frame(canvas, [(x + 4, y - 20), (x + 56, y + 20)], RED, 5),
-            _ => {}
-        }
-        canvas.text((x + 76, y), text, 28, INK, Anchor::Left);
+    let mut x = 60;
+    let y = 1300;
+    let mut say = |canvas: &mut Canvas, class, legible, text: &str| {
+        shown(canvas, [(x, y - 26), (x + 84, y + 26)], class, legible);
+        frame(canvas, [(x, y - 26), (x + 84, y + 26)], GRID, 2);
+        canvas.text((x + 98, y), text, 26, INK, Anchor::Left);
+        x += 98 + text_width(text, 26) + 40;
+    };
+    let fills = [("passive", Class::Passive, SKY), ("non-passive", Class::NonPassive, ORANGE.color)];
+    for (text, class, color) in fills.into_iter().chain([("aborted", Class::HighlyUnstable, MAROON.color)]) {
+        canvas.declare(text, Look::Area(color));
+        say(canvas, class, None, text);
     }
-    let lost = "Unmarked cells are lost in the text of the paper.";
-    canvas.text((LEFT, y + 52), lost, 26, QUIET, Anchor::Left);
+    say(canvas, Class::Passive, Some(true), "full cell: legible, and as here");
+    say(canvas, Class::Passive, Some(false), "printed otherwise");
+    let lost = "small: lost in the text of the paper, so nothing is compared; of legible cells the text has only the \
+                \u{201c}x\u{201d}, not which others were aborted";
+    canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
 }
+
+/// Height of the bands for cells that are aborted, and for those that are still.
+const BAND: i32 = 150;
 
 /// The rms over the stiffness, a curve a platform, along y or along the first axis that the study has.
 #[must_use]
@@ -122,50 +131,69 @@ pub fn rms(table: &Table, command: &str) -> Picture {
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
     let axis = axis.unwrap_or(Direction::Y);
     let title = format!("PHANToM drop test: steady-state rms along {}, as Fig. 5 of Sevcik et al. 2009", axis.name());
-    let conditions = "mean over the trials; aborted cells have none; below 0.000001 cm drawn at the foot";
+    let conditions =
+        "the worst of the trials, so that below the line all are passive, as in Table 2; aborted cells have no rms";
     let mut canvas = page(&title, conditions, command);
-    let rms_cm =
-        |platform, row| table.cell(axis, platform, row).and_then(|cell| cell.rms_m()).map(|rms_m| 100.0 * rms_m);
+    let cell = |platform, row| table.cell(axis, platform, row);
+    let rms_cm = |platform, row| cell(platform, row).and_then(Cell::worst_rms_m).map(|rms_m| 100.0 * rms_m);
     let rows = &table.stiffnesses_n_per_m;
     let all = table.platforms.iter().flat_map(|&platform| rows.iter().filter_map(move |&row| rms_cm(platform, row)));
     let passive_cm = 100.0 * PASSIVE_RMS_M;
-    // Below a hundredth of a micrometre there is nothing to be told apart.
     let (low, high) = all.fold((passive_cm, passive_cm), |(low, high), rms| (low.min(rms), high.max(rms)));
     let decade = |value: f64, up: bool| {
         let power = libm::log10(value);
         libm::exp10(if up { (power + 1e-9).ceil() } else { power.floor() })
     };
-    let y = decade((0.5 * low).max(1e-6), false)..decade(1.2 * high, true);
+    let y = decade(low.max(FOOT_CM), false)..decade(1.2 * high, true);
     let (first, last) = (rows.first().copied().unwrap_or(1.0), rows.last().copied().unwrap_or(10.0));
-    let panel = log_panel([(210, 230), (WIDTH - 420, 1270)], 0.8 * first..1.25 * last, y);
-    decades(&panel, &mut canvas);
-    let mut free = panel.left;
-    for &row in rows {
-        let (x, _) = panel.at(libm::log10(row), panel.y.start);
-        canvas.line(vec![(x, panel.top), (x, panel.bottom)], GRID, 2);
-        if x >= free {
-            canvas.text((x, panel.bottom + 26), row.to_string(), 26, QUIET, Anchor::Centre);
-            free = x + 110;
-        }
-    }
-    canvas.text(
-        ((panel.left + panel.right) / 2, panel.bottom + 66),
-        "stiffness of the wall in N/m",
-        26,
-        INK,
-        Anchor::Centre,
-    );
-    canvas.text((panel.left, panel.top - 30), "rms in cm", 28, INK, Anchor::Left);
-    level(&panel, &mut canvas, passive_cm, "", RED, 3);
+    let panel = log_panel([(250, 200 + BAND), (WIDTH - 420, 1270 - BAND)], 0.8 * first..1.25 * last, y);
+    axes(&panel, &mut canvas, rows);
+    level(&panel, &mut canvas, passive_cm, "", INK, 4);
     let (_, y) = panel.at(panel.x.start, libm::log10(passive_cm));
-    canvas.text((panel.right + 20, y), "0.003 cm: passive below", 26, RED, Anchor::Left);
-    for &platform in &table.platforms {
-        let points: Vec<_> = rows
-            .iter()
-            .map(|&row| rms_cm(platform, row).map(|rms| (libm::log10(row), libm::log10(rms.max(1e-9)))))
-            .collect();
-        dotted(&panel, &mut canvas, &points, color(platform));
+    canvas.text((panel.right + 20, y), "0.003 cm: passive below", 26, INK, Anchor::Left);
+    let count = table.platforms.len() as i32;
+    for (place, &platform) in (0..).zip(&table.platforms) {
+        // In a band each has a line of its own, so that platforms that are alike are all seen.
+        let lane = |top: i32| top + (2 * place + 1) * BAND / (2 * count);
+        let pixel = |row: f64| {
+            let rms = rms_cm(platform, row)?;
+            let (x, y) = panel.at(libm::log10(row), libm::log10(rms.max(FOOT_CM)));
+            Some((x, if rms < FOOT_CM { lane(panel.bottom) } else { y }))
+        };
+        through(&mut canvas, &rows.iter().map(|&row| pixel(row)).collect::<Vec<_>>(), style(platform));
+        for &row in rows {
+            if cell(platform, row).is_some_and(|cell| cell.class == Class::HighlyUnstable) {
+                let (x, _) = panel.at(libm::log10(row), panel.y.start);
+                mark(&mut canvas, (x, lane(panel.top - BAND)), style(platform), 8);
+            }
+        }
     }
     legend(&mut canvas, &table.platforms, (panel.right + 60, if y < 700 { y + 90 } else { 250 }));
     canvas.render("rms")
+}
+
+/// A micrometre: of what is less there is nothing to be told apart.
+const FOOT_CM: f64 = 1e-4;
+
+/// Grid, ticks and names, with the band of aborted cells above.
+fn axes(panel: &Panel, canvas: &mut Canvas, rows: &[f64]) {
+    let head = panel.top - BAND;
+    let foot = panel.bottom + BAND;
+    for (top, name) in [(head, "aborted"), (panel.bottom, "less")] {
+        canvas.fill([(panel.left, top), (panel.right, top + BAND)], SHADE);
+        canvas.text((panel.left - 14, top + BAND / 2), name, 26, INK, Anchor::Right);
+    }
+    decades(panel, canvas);
+    let mut free = panel.left;
+    for &row in rows {
+        let (x, _) = panel.at(libm::log10(row), panel.y.start);
+        canvas.line(vec![(x, head), (x, foot)], GRID, 2);
+        if x >= free {
+            canvas.text((x, foot + 26), row.to_string(), 26, QUIET, Anchor::Centre);
+            free = x + 110;
+        }
+    }
+    let middle = (panel.left + panel.right) / 2;
+    canvas.text((middle, foot + 66), "stiffness of the wall in N/m", 26, INK, Anchor::Centre);
+    panel.y_name(canvas, "rms in cm");
 }

@@ -1,7 +1,5 @@
 //! What the rows of a trace say about the loop's words.
 
-use hpu_cosim::COMMAND_BITS;
-use hpu_cosim::scene::Datapath;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 
 use super::{Run, nets};
@@ -29,10 +27,7 @@ impl<'a> Run<'a> {
 
     /// PWM counts of the least bit of a command, or of what the wall pushes with.
     pub(super) fn quantum(&self) -> f64 {
-        match self.scene.model.datapath {
-            Datapath::Law => 2f64.powi(self.words.config.pwm.width.cast_signed() - COMMAND_BITS.cast_signed()),
-            Datapath::Words | Datapath::Linear => 1.0,
-        }
+        self.words.command_quantum_nm(self.scene) / self.words.realised.torque_quantum_nm
     }
 
     /// Times and values of one of the plant's outputs, by `scale`.

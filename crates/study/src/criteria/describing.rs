@@ -10,9 +10,10 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
-use super::{Assumption, Criterion, Figure, Silent, critical, frictionless};
+use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
 use crate::SampledLoop;
 use crate::limits::bisect;
 
@@ -63,15 +64,18 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
             Assumption::new(
                 "a wall that pulls as well as pushes, on a position in whole counts (words only push, the linear law has no counts)",
                 false,
+                || law(scene).to_string(),
             ),
             frictionless(scene),
             Assumption::new(
                 "no steady effort, so that the swing is about the middle of a count: about an edge it begins at any stiffness",
                 matches!(scene.hand, Hand::None),
+                || "a hand".to_string(),
             ),
             Assumption::new(
                 "a body that filters all but the first harmonic: at least ten samples a swing",
-                scene.method.kind.is_live() || slow(scene, limit),
+                scene.method.kind.is_live() || samples_a_swing(scene, limit) > 10.0,
+                || figure(samples_a_swing(scene, limit)),
             ),
         ],
         figures,
@@ -79,8 +83,8 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     })
 }
 
-/// Whether a swing at this stiffness takes ten samples.
-fn slow(scene: &Scene, stiffness: f64) -> bool {
+/// Samples in a swing at this stiffness.
+fn samples_a_swing(scene: &Scene, stiffness: f64) -> f64 {
     let body = super::Rigid::new(scene);
-    (stiffness / body.inertia_kg_m2).sqrt() * body.period_s < 2.0 * PI / 10.0
+    2.0 * PI / ((stiffness / body.inertia_kg_m2).sqrt() * body.period_s)
 }

@@ -1,9 +1,11 @@
 //! Criteria of the linear loop's stability.
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Motor, Scene};
 
 use super::{
-    Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, sampled, undamped_wall,
+    Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, sampled,
+    undamped_wall_for,
 };
 use crate::limits::unit;
 
@@ -44,7 +46,7 @@ pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
         speaks: continuous(scene).met,
         assumptions: vec![
             continuous(scene),
-            Assumption::new("a wall without damping: sampled damping lowers the limit", undamped_wall(scene).met),
+            undamped_wall_for("a wall without damping: sampled damping lowers the limit", scene),
             linear_law(scene),
             frictionless(scene),
             known_hand(scene),
@@ -61,6 +63,7 @@ pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
     let lag_s = 0.5 * scene.sample_period_s() + scene.model.delay_s + motor.inductance_h / r;
     let own = motor.viscous_friction_nm_s_per_rad + k * k / r;
     let limit = (own + grip_damping + scene.wall.damping_nm_s_per_rad) / lag_s;
+    let swing = ((limit + grip) / motor.inertia_kg_m2()).sqrt() * lag_s;
     Criterion {
         name: "low_frequency",
         limit,
@@ -71,7 +74,8 @@ pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
             // It leaves out terms of second order in swing rate times lag: one per cent at a tenth.
             Assumption::new(
                 "swings slow against sampling, delay and winding: sqrt((k + k_h)/J) (T/2 + t_d + L/R) below 0.1",
-                ((limit + grip) / motor.inertia_kg_m2()).sqrt() * lag_s < 0.1,
+                swing < 0.1,
+                || figure(swing),
             ),
             linear_law(scene),
             frictionless(scene),

@@ -11,6 +11,7 @@ mod sampled_wall;
 pub use describing::{describing_function, stable_amplitude};
 pub use rigid::{Balance, Region, Rigid};
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
 use crate::SampledLoop;
@@ -45,22 +46,30 @@ impl Criterion {
     /// Whether the scene is as the criterion assumes.
     #[must_use]
     pub fn assumptions_met(&self) -> bool {
-        self.assumptions.iter().all(|assumption| assumption.met)
+        self.met() == self.assumptions.len()
+    }
+
+    /// How many of its assumptions the scene meets.
+    #[must_use]
+    pub fn met(&self) -> usize {
+        self.assumptions.iter().filter(|assumption| assumption.met).count()
     }
 }
 
 /// Something that a criterion assumes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Assumption {
     /// In words.
     pub text: &'static str,
     /// Whether the scene is like that.
     pub met: bool,
+    /// What the scene has instead; empty where it is like that.
+    pub here: String,
 }
 
 impl Assumption {
-    fn new(text: &'static str, met: bool) -> Self {
-        Self { text, met }
+    fn new(text: &'static str, met: bool, here: impl FnOnce() -> String) -> Self {
+        Self { text, met, here: if met { String::new() } else { here() } }
     }
 }
 
@@ -137,39 +146,76 @@ fn linear_law(scene: &Scene) -> Assumption {
     Assumption::new(
         "spring and backward difference alone, without quantisation or saturation, pulling as well as pushing",
         scene.model.datapath == Datapath::Linear && !matches!(scene.method.kind, Loop::Law(_)),
+        || format!("{} {}", scene.method.kind.name(), law(scene)),
     )
+}
+
+/// What the scene's law is computed in.
+fn law(scene: &Scene) -> &'static str {
+    match scene.model.datapath {
+        Datapath::Words => "in words",
+        Datapath::Law => "in floats, on counts",
+        Datapath::Linear => "in the linear law",
+    }
 }
 
 fn frictionless(scene: &Scene) -> Assumption {
     let coulomb = Rigid::new(scene).coulomb_nm;
-    Assumption::new("no Coulomb friction", coulomb == 0.0)
+    let here = || format!("{} {}", figure(coulomb), scene.device.units().effort);
+    Assumption::new("no Coulomb friction", coulomb == 0.0, here)
 }
 
 fn known_hand(scene: &Scene) -> Assumption {
-    let known = matches!(scene.hand, Hand::None | Hand::ConstantTorque { .. } | Hand::SpringDamper { .. });
-    Assumption::new("a hand that is absent, a constant effort, or a spring and damper", known)
+    known_hand_for("a hand that is absent, a constant effort, or a spring and damper", scene)
+}
+
+/// An assumption that hangs on the kind of the hand.
+fn known_hand_for(text: &'static str, scene: &Scene) -> Assumption {
+    let (known, here) = match scene.hand {
+        Hand::None | Hand::ConstantTorque { .. } | Hand::SpringDamper { .. } => (true, ""),
+        Hand::Prescribed { .. } => (false, "the hand imposes the motion"),
+        Hand::Capture { .. } => (false, "a recording stands in the place of the device"),
+    };
+    Assumption::new(text, known, || here.to_string())
 }
 
 fn sampled(scene: &Scene) -> Assumption {
-    Assumption::new("a spring that is sampled and held", !scene.method.kind.is_live())
+    sampled_for("a spring that is sampled and held", scene)
+}
+
+/// An assumption of a spring that is sampled.
+fn sampled_for(text: &'static str, scene: &Scene) -> Assumption {
+    let here = || format!("the spring of {} reads the position at once", scene.method.kind.name());
+    Assumption::new(text, !scene.method.kind.is_live(), here)
 }
 
 fn continuous(scene: &Scene) -> Assumption {
-    Assumption::new("a spring that is not sampled", scene.method.kind.is_live())
+    let here = || format!("sampled every {} s", figure(scene.sample_period_s()));
+    Assumption::new("a spring that is not sampled", scene.method.kind.is_live(), here)
 }
 
 fn ideal_drive(scene: &Scene) -> Assumption {
-    Assumption::new("a rigid body driven by an ideal force or current", matches!(scene.device, Device::Mass(_)))
+    let is_ideal = matches!(scene.device, Device::Mass(_));
+    let here = || "a motor with a winding, behind a bridge".to_string();
+    Assumption::new("a rigid body driven by an ideal force or current", is_ideal, here)
 }
 
 fn undelayed(scene: &Scene) -> Assumption {
-    Assumption::new("no delay beside sampling", scene.model.delay_s == 0.0)
+    let here = || format!("{} s", figure(scene.model.delay_s));
+    Assumption::new("no delay beside sampling", scene.model.delay_s == 0.0, here)
 }
 
 fn undamped_wall(scene: &Scene) -> Assumption {
-    Assumption::new("a wall without damping", scene.wall.damping_nm_s_per_rad == 0.0)
+    undamped_wall_for("a wall without damping", scene)
+}
+
+/// An assumption of a wall without damping.
+fn undamped_wall_for(text: &'static str, scene: &Scene) -> Assumption {
+    let damping = scene.wall.damping_nm_s_per_rad;
+    Assumption::new(text, damping == 0.0, || format!("{} {}", figure(damping), scene.device.units().damping))
 }
 
 fn in_counts(scene: &Scene) -> Assumption {
-    Assumption::new("a position in whole counts", scene.model.datapath != Datapath::Linear)
+    let here = || "the linear law has none".to_string();
+    Assumption::new("a position in whole counts", scene.model.datapath != Datapath::Linear, here)
 }

@@ -1,16 +1,16 @@
 //! Criteria of a sampled wall before a rigid body, on a scene; their numbers are those of [`Rigid`].
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Scene};
 
 use super::{
-    Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, known_hand, linear_law,
-    sampled, undamped_wall, undelayed,
+    Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, known_hand, known_hand_for,
+    linear_law, sampled, sampled_for, undamped_wall, undelayed,
 };
 use crate::limits::unit;
 
-fn criterion(name: &'static str, scene: &Scene, limit: f64, others: &[Assumption]) -> Criterion {
-    let mut assumptions = vec![sampled(scene), ideal_drive(scene)];
-    assumptions.extend(others);
+fn criterion<const N: usize>(name: &'static str, scene: &Scene, limit: f64, others: [Assumption; N]) -> Criterion {
+    let assumptions = [sampled(scene), ideal_drive(scene)].into_iter().chain(others).collect();
     Criterion { name, limit, unit: unit(scene), speaks: sampled(scene).met, assumptions, figures: vec![], region: None }
 }
 
@@ -20,14 +20,16 @@ pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
     let damping = body.damping_nm_s_per_rad + grip_damping + body.wall_damping_nm_s_per_rad;
     let late_s = body.period_s + body.delay_s;
     // Damping, delay and the hand's stiffness enter to first order only: one per cent at a hundredth.
-    let small = (damping * late_s).max(grip * late_s * late_s) < 0.01 * body.inertia_kg_m2;
+    let large = (damping * late_s).max(grip * late_s * late_s) / body.inertia_kg_m2;
     let others = [
-        Assumption::new("(b + b_h + B) (T + t_d) and k_h (T + t_d)^2 below m/100", small),
+        Assumption::new("(b + b_h + B) (T + t_d) and k_h (T + t_d)^2 below m/100", large < 0.01, || {
+            format!("the greater is {} times m", figure(large))
+        }),
         linear_law(scene),
         frictionless(scene),
         known_hand(scene),
     ];
-    criterion("gil_hulin", scene, body.gil_hulin(grip_damping), &others)
+    criterion("gil_hulin", scene, body.gil_hulin(grip_damping), others)
 }
 
 /// Passive with any hand.
@@ -35,12 +37,14 @@ pub(super) fn colgate_schenkel(scene: &Scene, body: &Rigid) -> Criterion {
     let delay = scene.clock.edges(body.delay_s);
     let exact = delay == 0 || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
     let others = [
-        Assumption::new("no delay, or one of whole samples and a wall without damping", exact),
+        Assumption::new("no delay, or one of whole samples and a wall without damping", exact, || {
+            format!("{} s of delay", figure(body.delay_s))
+        }),
         linear_law(scene),
         frictionless(scene),
-        Assumption::new("the worst of all passive hands: any other allows more", known_hand(scene).met),
+        known_hand_for("the worst of all passive hands: any other allows more", scene),
     ];
-    criterion("colgate_schenkel", scene, body.colgate_schenkel(), &others)
+    criterion("colgate_schenkel", scene, body.colgate_schenkel(), others)
 }
 
 /// Passive in spite of the quantum.
@@ -51,7 +55,7 @@ pub(super) fn abbott_okamura(scene: &Scene, body: &Rigid) -> Criterion {
         Figure { name: "2b/T", value: sampling, unit: unit(scene) },
         Figure { name: "2f_c/quantum", value: quantum, unit: unit(scene) },
     ];
-    criterion("abbott_okamura", scene, sampling.min(quantum), &others).with(figures)
+    criterion("abbott_okamura", scene, sampling.min(quantum), others).with(figures)
 }
 
 /// The regions of behaviour.
@@ -60,10 +64,10 @@ pub(super) fn diolaiti(scene: &Scene, body: &Rigid) -> Criterion {
     let others = [
         undamped_wall(scene),
         in_counts(scene),
-        Assumption::new("a constant speed within a sample", sampled(scene).met),
+        sampled_for("a constant speed within a sample", scene),
         known_hand(scene),
     ];
-    let plain = criterion("diolaiti", scene, sampling.min(quantum), &others);
+    let plain = criterion("diolaiti", scene, sampling.min(quantum), others);
     let stiffness = scene.wall.stiffness_nm_per_rad;
     if stiffness == 0.0 {
         return plain;
@@ -95,12 +99,17 @@ pub(super) fn drop_threshold(scene: &Scene, body: &Rigid) -> Result<Criterion, S
     };
     let others = [
         undamped_wall(scene),
-        Assumption::new("a wall that only pushes", scene.model.datapath != Datapath::Linear),
+        Assumption::new("a wall that only pushes", scene.model.datapath != Datapath::Linear, || {
+            "the linear law pulls too".to_string()
+        }),
         Assumption::new(
             "viscous damping below a hundredth of K (T/2 + t_d)",
             body.damping_nm_s_per_rad < 0.01 * limit * body.lag_s(),
+            || format!("{} of it", figure(body.damping_nm_s_per_rad / (limit * body.lag_s()))),
         ),
-        Assumption::new("a rest deeper than a count: w/K above it", torque_nm / limit > body.quantum_rad),
+        Assumption::new("a rest deeper than a count: w/K above it", torque_nm / limit > body.quantum_rad, || {
+            format!("{} of a count", figure(torque_nm / limit / body.quantum_rad))
+        }),
     ];
-    Ok(criterion("drop_threshold", scene, limit, &others))
+    Ok(criterion("drop_threshold", scene, limit, others))
 }

@@ -97,7 +97,9 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         set: overrides(&all, &model),
         within,
         errors: climb.errors(&measured, &reference),
+        not_judged: climb.not_judged(&measured, &reference),
         around: worst,
+        contact_share: reference.contact_share,
         speedup,
         wall_s: measured.wall_s,
         left_out,
@@ -221,6 +223,12 @@ impl Climb<'_> {
     fn errors(&self, run: &Measured, reference: &Measured) -> Errors {
         let all = run.outputs.errors(&reference.outputs);
         all.into_iter().filter(|(output, _)| self.outputs.contains(output)).collect()
+    }
+
+    /// Errors of the outputs that do not count.
+    fn not_judged(&self, run: &Measured, reference: &Measured) -> Errors {
+        let all = run.outputs.errors(&reference.outputs);
+        all.into_iter().filter(|(output, _)| !self.outputs.contains(output)).collect()
     }
 
     fn worst(&self, run: &Measured, reference: &Measured) -> f64 {

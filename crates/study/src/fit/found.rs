@@ -33,10 +33,16 @@ pub struct Fit {
     pub set: Vec<(String, String)>,
     /// The tolerance asked for.
     pub within: f64,
-    /// Errors of all the scene's outputs against the reference, relative.
+    /// Errors of the outputs that were judged, against the reference, relative.
     pub errors: Vec<(Output, f64)>,
+    /// Errors of all other outputs, which may be larger than the tolerance: the trace of a motion without end drifts in
+    /// phase.
+    pub not_judged: Vec<(Output, f64)>,
     /// The worst error in the scenes around.
     pub around: f64,
+    /// Share of the judged window in which the wall sees penetration, in the scene as written; see
+    /// [`hpu_cosim::Summary`].
+    pub contact_share: Option<f64>,
     /// Wall time of the reference over that of the model.
     pub speedup: f64,
     /// The wall time of the model, in s.

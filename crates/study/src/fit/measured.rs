@@ -12,6 +12,8 @@ use crate::accuracy::{Outputs, ready};
 pub(super) struct Measured {
     /// What it told.
     pub outputs: Outputs,
+    /// Share of the judged window in which the wall sees penetration.
+    pub contact_share: Option<f64>,
     /// Whether the verdict hangs on little: the rms that it is made of is within twice of its limit.
     pub thin: bool,
     /// Wall time, from a parsed scene to a verdict, in s: the best of a few runs while they are short.
@@ -49,7 +51,8 @@ impl Measured {
             let wall_s = start.elapsed().as_secs_f64();
             let outputs = Outputs::new(experiment, &summary, trace)?;
             let thin = thin(experiment, summary.verdict);
-            best = Some(Self { outputs, thin, wall_s: best.map_or(wall_s, |best| best.wall_s.min(wall_s)) });
+            let wall_s = best.map_or(wall_s, |best: Self| best.wall_s.min(wall_s));
+            best = Some(Self { outputs, contact_share: summary.contact_share, thin, wall_s });
             if begin.elapsed() > Duration::from_millis(20) {
                 break;
             }

@@ -12,7 +12,7 @@
 //! 2. each thing that it leaves out changes no output by more than that either, so that no two errors cancel each other;
 //! 3. a fixed step is no lucky one: the next two shorter steps of its ladder are as good, and what they change does not grow;
 //! 4. it is within the tolerance, with the same verdict, in the scenes around: the wall 5 % softer and stiffer, and moved either way by
-//!    up to eight counts, so that a contact meets the sampling in another phase and words another count each time;
+//!    up to 7.5 counts, so that a contact meets the sampling in another phase and words another count each time;
 //! 5. where the verdict's rms is within twice of its limit, here or around, the next longer step of its ladder would do as well.
 //!
 //! What is measured is a run from a parsed scene to its verdict, the best of a few while they are short; the memory of the

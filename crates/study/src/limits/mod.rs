@@ -9,7 +9,7 @@ mod words;
 use std::fmt;
 
 use hpu_cosim::figure;
-use hpu_cosim::scene::Scene;
+use hpu_cosim::scene::{Datapath, Miss, Scene};
 use hpu_cosim::{Control, LinearLoop};
 
 use crate::criteria::{self, Criterion, Silent};
@@ -27,6 +27,8 @@ pub struct Limits {
     pub emulated: Result<Emulated, LimitsError>,
     /// What it finds of the scene in words, or why it cannot.
     pub in_words: Result<InWords, String>,
+    /// The scene's own stiffness, where its words miss it by far.
+    pub stiffness_miss: Option<Miss>,
 }
 
 /// The emulator's answer.
@@ -102,7 +104,10 @@ pub fn limits(scene: &Scene) -> Limits {
         }
     }
     let in_words = words::in_words(scene, emulated.map_or(start(scene), |linear| linear.limit), &Control::default());
-    Limits { criteria, silent, emulated, in_words }
+    // The linear loop has no words to miss it.
+    let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
+    let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
+    Limits { criteria, silent, emulated, in_words, stiffness_miss }
 }
 
 /// A stiffness to search from.

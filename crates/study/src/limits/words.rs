@@ -1,11 +1,13 @@
 //! The limit of a scene as it stands: in words, with its quantisation, friction, hand and contact.
 //!
-//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or not.
+//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or
+//! not. A run whose judged window has no contact says nothing of the wall, so the search ends there with an error.
 //! Nothing makes that verdict a monotone function of the stiffness. What is told is one place where it turns, next to
 //! where the search begins: the softest stiffness of two neighbours, settled, and the stiffer, not.
 
 use hpu_cosim::Control;
 use hpu_cosim::figure;
+use hpu_cosim::judged_window_s;
 use hpu_cosim::scene::{Datapath, Experiment, Hand, OutcomeKind, Scene};
 
 use super::{Emulated, unit};
@@ -24,8 +26,8 @@ pub struct InWords {
 ///
 /// # Errors
 ///
-/// The reason why there is none: no words, no free motion, the same verdict at every stiffness that the words hold, or that
-/// `control` stopped it.
+/// The reason why there is none: no words, no free motion, no contact in a judged window, the same verdict at every
+/// stiffness that the words hold, or that `control` stopped it.
 pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords, String> {
     match scene.model.datapath {
         Datapath::Words => {}
@@ -46,7 +48,11 @@ pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords,
         runs += 1;
         let mut scene = scene.clone();
         scene.wall.stiffness_nm_per_rad = words as f64 * word;
-        let cell = Cell::run(&Experiment::Axis(scene), CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
+        let experiment = Experiment::Axis(scene);
+        let cell = Cell::run(&experiment, CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
+        if cell.contact_share == Some(0.0) {
+            return Err(untouched(&experiment, words as f64 * word));
+        }
         Ok(cell.outcome == OutcomeKind::Settled)
     };
     let first = ((start / word) as i128).clamp(1, format.max());
@@ -88,4 +94,24 @@ pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords,
     }
     let limit = (low as f64 + 0.5) * word;
     Ok(InWords { emulated: Emulated { limit, uncertainty: word, unit: unit(scene) }, runs })
+}
+
+/// Why the verdict of a scene whose hand is not at the wall is none on the wall, and what to change.
+fn untouched(experiment: &Experiment, stiffness: f64) -> String {
+    let Experiment::Axis(scene) = experiment else { unreachable!("limits are those of an axis") };
+    let unit = scene.device.units();
+    let [from, to] = judged_window_s(experiment).map(figure);
+    let hand = match scene.hand {
+        Hand::SpringDamper { .. } => "let hand.path end beyond the wall",
+        Hand::ConstantTorque { .. } => "let hand.torque press into the wall",
+        _ => "give it a hand that presses into the wall",
+    };
+    format!(
+        "not judged: wall not reached at {} {} in the judged window, {from} s to {to} s; {hand}, \
+         move wall.position ({} {}), or change run.duration",
+        figure(stiffness),
+        unit.stiffness,
+        figure(scene.wall.position_rad),
+        unit.position
+    )
 }

@@ -29,6 +29,10 @@ pub struct Cell {
     pub displayed_stiffness: Option<f64>,
     /// The same over what the scene asks for.
     pub displayed_ratio: Option<f64>,
+    /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
+    pub contact_share: Option<f64>,
+    /// Stiffness that the words realise over what the scene asks for, less 1.
+    pub stiffness_error: Option<f64>,
     /// Share of the edges at which the net that overflowed most had overflowed.
     pub overflow_share: f64,
     /// Clock edges that were run.
@@ -94,6 +98,8 @@ impl Cell {
             known(Some(self.dissipated_j)),
             known(self.displayed_stiffness),
             known(self.displayed_ratio),
+            known(self.contact_share),
+            known(self.stiffness_error),
             known(Some(self.overflow_share)),
         ];
         format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
@@ -103,7 +109,7 @@ impl Cell {
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
-        let [outcome, rms, amplitude, frequency, hand, source, dissipated, displayed, ratio, overflow, edges] =
+        let [outcome, rms, amplitude, frequency, hand, source, heat, displayed, ratio, contact, error, overflow, edges] =
             fields[..]
         else {
             return None;
@@ -116,9 +122,11 @@ impl Cell {
             frequency_hz: known(frequency)?,
             hand_j: hand.parse().ok()?,
             source_j: source.parse().ok()?,
-            dissipated_j: dissipated.parse().ok()?,
+            dissipated_j: heat.parse().ok()?,
             displayed_stiffness: known(displayed)?,
             displayed_ratio: known(ratio)?,
+            contact_share: known(contact)?,
+            stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
             edges: edges.parse().ok()?,
         })
@@ -148,7 +156,7 @@ impl Cell {
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
         let displayed = match (experiment, verdict) {
-            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace),
+            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace, summary.averages),
             _ => None,
         };
         Ok(Some(Self {
@@ -161,6 +169,8 @@ impl Cell {
             dissipated_j: summary.energy.dissipated_j,
             displayed_stiffness: displayed.map(|(displayed, _)| displayed),
             displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
+            contact_share: summary.contact_share,
+            stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
             edges: summary.edges,
@@ -181,19 +191,28 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     }
 }
 
-/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, in the last three tenths of the run,
-/// and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
-fn displayed_stiffness(scene: &Scene, trace: &Trace) -> Option<(f64, Option<f64>)> {
-    let tail = |values: &[f64]| {
-        let rows = (values.len() * 3 / 10).max(2).min(values.len());
-        values[values.len() - rows..].to_vec()
-    };
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let depths: Vec<f64> = tail(trace.angles_rad()).iter().map(|angle| angle - scene.wall.position_rad).collect();
-    if depths.iter().any(|depth| *depth <= 0.0) {
+/// What the words make of an experiment's stiffness, relative; `None` where it has none.
+fn stiffness_error(experiment: &Experiment) -> Option<f64> {
+    match experiment {
+        Experiment::Axis(scene) if scene.wall.stiffness_nm_per_rad > 0.0 => {
+            scene.words().ok().map(|words| words.realised.stiffness_error)
+        }
+        Experiment::Axis(_) => None,
+        Experiment::Phantom(scene) => scene.words().ok().and_then(|words| words.stiffness_miss).map(|miss| miss.error),
+    }
+}
+
+/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the last three
+/// tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
+#[must_use]
+pub fn displayed_stiffness(scene: &Scene, trace: &Trace, averages: Option<[f64; 2]>) -> Option<(f64, Option<f64>)> {
+    let angles_rad = trace.angles_rad();
+    let rows = (angles_rad.len() * 3 / 10).max(2).min(angles_rad.len());
+    if angles_rad[angles_rad.len() - rows..].iter().any(|angle_rad| *angle_rad <= scene.wall.position_rad) {
         return None;
     }
-    let displayed = -mean(&tail(trace.real(3))) / mean(&depths);
+    let [torque_nm, angle_rad] = averages?;
+    let displayed = -torque_nm / (angle_rad - scene.wall.position_rad);
     let asked = scene.wall.stiffness_nm_per_rad;
     displayed.is_finite().then_some((displayed, (asked > 0.0).then_some(displayed / asked)))
 }

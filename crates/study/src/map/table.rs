@@ -15,7 +15,7 @@ use parquet::schema::parser::parse_message_type;
 use super::{Found, Map, is_late, outcome, outcome_name};
 
 /// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
-pub const COLUMNS: [&str; 18] = [
+pub const COLUMNS: [&str; 20] = [
     "method",
     "ix",
     "iy",
@@ -31,13 +31,15 @@ pub const COLUMNS: [&str; 18] = [
     "dissipated_j",
     "displayed_stiffness",
     "displayed_ratio",
+    "contact_share",
+    "stiffness_error",
     "overflow_share",
     "edges",
     "reason",
 ];
 
 /// Names of the columns that measurements are in.
-const MEASURED: [&str; 9] = [
+const MEASURED: [&str; 11] = [
     "rms",
     "amplitude",
     "frequency_hz",
@@ -46,6 +48,8 @@ const MEASURED: [&str; 9] = [
     "dissipated_j",
     "displayed_stiffness",
     "displayed_ratio",
+    "contact_share",
+    "stiffness_error",
     "overflow_share",
 ];
 
@@ -77,6 +81,11 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
             format!("{stiffness}, mean of what pushes back over mean penetration in a settled contact"),
         ),
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
+        (
+            "contact_share",
+            "of the judged window, the last three tenths, in which the wall sees penetration; 0: not reached".into(),
+        ),
+        ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
         ("edges", "clock edges".into()),
         ("replay", "the command that runs the cell again".into()),
@@ -91,7 +100,7 @@ struct Fields<'a> {
     at: [f64; 2],
     outcome: &'static str,
     run: bool,
-    measured: [Option<f64>; 9],
+    measured: [Option<f64>; MEASURED.len()],
     edges: Option<u64>,
     reason: &'a str,
 }
@@ -108,7 +117,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
         at: [map.x.values()[point.ix], map.y.values()[point.iy]],
         outcome: if is_late(found, index) { "not_run" } else { outcome_name(outcome(found, index)) },
         run: matches!(found[index], Found::Run(_)),
-        measured: cell.map_or([None; 9], |cell| {
+        measured: cell.map_or([None; MEASURED.len()], |cell| {
             [
                 cell.rms,
                 cell.amplitude,
@@ -118,6 +127,8 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
                 Some(cell.dissipated_j),
                 cell.displayed_stiffness,
                 cell.displayed_ratio,
+                cell.contact_share,
+                cell.stiffness_error,
                 Some(cell.overflow_share),
             ]
         }),

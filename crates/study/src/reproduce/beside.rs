@@ -3,6 +3,8 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, shipped};
 
+use super::summing::{Finding, Statement, Sum, summing_up};
+
 /// A paper's statements, in its order.
 pub struct Comparison {
     /// Name on the command line.
@@ -11,8 +13,19 @@ pub struct Comparison {
     pub title: &'static str,
     /// The lines.
     pub lines: Vec<Line>,
+    /// What the paper claims, and how it is judged.
+    pub claims: Vec<Claim>,
     /// What a reader must know of the whole: assumed parameters, readings, causes of gaps.
     pub notes: &'static [&'static str],
+}
+
+/// A published claim, and what the figures of its lines say to it.
+pub struct Claim {
+    /// The claim.
+    pub statement: Statement,
+    /// Whether it is so, for each case of what the paper leaves open, from what its lines found, in their order; no case where
+    /// the scene's own parameters were inferred from the claim.
+    pub judge: fn(&[&Found]) -> Vec<bool>,
 }
 
 /// A statement, and how it is measured.
@@ -23,12 +36,79 @@ pub struct Line {
     pub what: String,
     /// What the paper prints; empty where it prints nothing.
     pub published: &'static str,
-    /// Measures: the number or verdict as text; `None` when stopped.
+    /// Letters of the claims that are judged by this line, among others.
+    pub claims: &'static str,
+    /// Measures: the number or verdict; `None` when stopped.
     pub measure: Measure,
 }
 
-/// A measurement: its result in words with units, or the reason why there is none; `None` when `control` stopped it.
-pub type Measure = Box<dyn Fn(&Control) -> Option<Result<String, String>> + Sync>;
+/// A measurement: its result, or the reason why there is none; `None` when `control` stopped it.
+pub type Measure = Box<dyn Fn(&Control) -> Option<Result<Found, String>> + Sync>;
+
+/// What a line measured.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Found {
+    /// In words with units.
+    pub text: String,
+    /// The numbers that claims are judged by, in the order that the line's claims expect; infinite where there is none.
+    pub figures: Vec<f64>,
+}
+
+impl From<String> for Found {
+    fn from(text: String) -> Self {
+        Self { text, figures: Vec::new() }
+    }
+}
+
+impl Found {
+    /// In words, with the numbers that claims are judged by.
+    pub fn new(text: String, figures: impl IntoIterator<Item = f64>) -> Self {
+        Self { text, figures: figures.into_iter().collect() }
+    }
+
+    /// As a journal keeps it: the same figures to the last bit.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let figures: Vec<_> = self.figures.iter().map(|figure| format!("{figure:?}")).collect();
+        format!("{};{}", figures.join(" "), self.text)
+    }
+
+    /// From the journal; `None` when it is none.
+    #[must_use]
+    pub fn read(line: &str) -> Option<Self> {
+        let (figures, text) = line.split_once(';')?;
+        let figures = figures.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+        Some(Self { text: text.to_string(), figures })
+    }
+}
+
+/// A measurement of anything that has a text.
+pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, String>> + Sync + 'static) -> Measure {
+    Box::new(move |control| measure(control).map(|found| found.map(Into::into)))
+}
+
+/// The findings on all claims, each from what its lines found.
+#[must_use]
+pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<Sum> {
+    let sum = |Claim { statement, judge }: &Claim| {
+        let own = comparison.lines.iter().zip(results).filter(|(line, _)| line.claims.contains(statement.letter));
+        let (finding, found) = match own.map(|(_, result)| result.as_ref()).collect::<Result<Vec<_>, _>>() {
+            Ok(found) => {
+                let cases = judge(&found);
+                let so = cases.iter().filter(|so| **so).count();
+                let found = match cases.len() {
+                    0 => String::new(),
+                    1 => format!("so in {so} of 1 case"),
+                    count => format!("so in {so} of {count} cases"),
+                };
+                (Finding::of_cases(&cases), found)
+            }
+            Err(reason) => (Finding::CannotBeTold, format!("not measured: {reason}")),
+        };
+        Sum { statement: *statement, finding, found }
+    };
+    comparison.claims.iter().map(sum).collect()
+}
 
 /// A shipped scene under overrides.
 ///
@@ -43,7 +123,7 @@ pub fn shipped_scene(name: &str, set: &[(&str, &str)]) -> Result<Experiment, Str
 
 /// The lines as a table of text, each with its result, in the order of the lines.
 #[must_use]
-pub fn beside_text(comparison: &Comparison, results: &[Result<String, String>]) -> String {
+pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let what = width(&mut comparison.lines.iter().map(|line| line.what.chars().count()));
     let published = width(&mut comparison.lines.iter().map(|line| line.published.chars().count())).max(9);
@@ -57,7 +137,7 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<String, String>]) 
             text += &format!("\n{group}\n");
         }
         let found = match result {
-            Ok(found) => found.clone(),
+            Ok(found) => found.text.clone(),
             Err(reason) => format!("not measured: {reason}"),
         };
         text += &format!("{:what$}  {}{found}\n", line.what, column(line.published));
@@ -65,17 +145,17 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<String, String>]) 
     for note in comparison.notes {
         text += &format!("\n{note}\n");
     }
-    text
+    text + &summing_up(&sums(comparison, results))
 }
 
 /// The lines as CSV, under the command that made them.
 #[must_use]
-pub fn beside_csv(comparison: &Comparison, results: &[Result<String, String>], command: &str) -> String {
+pub fn beside_csv(comparison: &Comparison, results: &[Result<Found, String>], command: &str) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut csv = format!("# {command}\ngroup,what,published,emulated,reason\n");
     for (line, result) in comparison.lines.iter().zip(results) {
         let (found, reason) = match result {
-            Ok(found) => (found.as_str(), ""),
+            Ok(found) => (found.text.as_str(), ""),
             Err(reason) => ("", reason.as_str()),
         };
         let fields = [line.group, &line.what, line.published, found, reason].map(quoted);

@@ -7,6 +7,7 @@ use std::ops::Range;
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 
+use super::summing::{Finding, Statement, Sum};
 use super::table::{Class, Limit, Table};
 
 /// A statement of the paper, and what the table says to it.
@@ -16,12 +17,25 @@ pub struct Claim {
     pub name: &'static str,
     /// A few words for it, for a column's head.
     pub short: &'static str,
-    /// What is claimed, and what counts as that.
+    /// The paper's words.
+    pub paper: &'static str,
+    /// Where the paper says so.
+    pub place: &'static str,
+    /// What counts as that.
     pub says: &'static str,
     /// Whether the table says so, along every axis that it has; `None` when it does not tell, as when its rows end too early.
     pub met: Option<bool>,
     /// The numbers, axis by axis.
     pub found: String,
+}
+
+impl Claim {
+    /// For the summing-up.
+    #[must_use]
+    pub fn sum(&self) -> Sum {
+        let statement = Statement { letter: self.name, paper: self.paper, place: self.place, means: self.says };
+        Sum { statement, finding: Finding::of(self.met), found: self.found.clone() }
+    }
 }
 
 const PMOS: Platform = Platform::Pmos1;
@@ -39,7 +53,7 @@ type Answer = Option<(String, Option<bool>)>;
 pub fn claims(table: &Table) -> Vec<Claim> {
     let (y, xz) = (&[Direction::Y], &[Direction::X, Direction::Z]);
     let all = &Direction::ALL;
-    let claim = |name, short, says, axes: &[Direction], answer: &dyn Fn(Direction) -> Answer| {
+    let claim = |name, short, (paper, place), says, axes: &[Direction], answer: &dyn Fn(Direction) -> Answer| {
         let answers: Vec<_> = axes.iter().filter_map(|&axis| Some((axis, answer(axis)?))).collect();
         let numbers = answers.iter().map(|(axis, (number, met))| {
             let said = met.map_or(" (untold)", |met| if met { "" } else { " (not so)" });
@@ -48,55 +62,115 @@ pub fn claims(table: &Table) -> Vec<Claim> {
         let found = numbers.collect::<Vec<_>>().join(", ");
         let any = |wanted| answers.iter().any(|(_, (_, met))| *met == wanted);
         let met = if any(Some(false)) { Some(false) } else { (any(Some(true)) && !any(None)).then_some(true) };
-        Claim { name, short, says, met, found }
+        Claim { name, short, paper, place, says, met, found }
     };
     let rtos_5 = |axis| times(table, axis, &RTOS[1..2], 2.0..f64::INFINITY);
     let fpga_over = |axis| times(table, axis, &FPGA, 5f64.next_up()..f64::INFINITY);
     vec![
-        claim("a", "PMOS-1 750-1000", "PMOS-1 reaches 750 to 1000 N/m", all, &|axis| {
+        claim("a", "PMOS-1 750-1000", PMOS_1, "PMOS-1 reaches 750 to 1000 N/m", all, &|axis| {
             let limit = table.limit(axis, PMOS)?;
             let inside = limit.passive_n_per_m.is_some_and(|k| (750.0..=1000.0).contains(&k));
             Some((newtons(&limit), (!inside || limit.beyond_n_per_m.is_some()).then_some(inside)))
         }),
-        claim("b", "RTOS-1 = PMOS-1", "RTOS-1 reaches what PMOS-1 does: the same row", all, &|axis| {
+        claim("b", "RTOS-1 = PMOS-1", SAME_RATE, "RTOS-1 reaches what PMOS-1 does: the same row", all, &|axis| {
             same_row(table, axis, PMOS, Platform::Rtos(1))
         }),
-        claim("c1", "RTOS-5 >= 2x", "RTOS-5 reaches at least two times PMOS-1", all, &rtos_5),
-        claim("c2", "RTOS 2x", "the best RTOS reaches twice PMOS-1: 1.5 to 2.5 times", all, &|axis| {
+        claim("c1", "RTOS-5 >= 2x", RTOS_5, "RTOS-5 reaches at least two times PMOS-1", all, &rtos_5),
+        claim("c2", "RTOS 2x", TWICE, "the best RTOS reaches 1.5 to 2.5 times PMOS-1", all, &|axis| {
             times(table, axis, &RTOS, 1.5..2.5)
         }),
-        claim("d1", "FPGA > 5x", "the best FPGA reaches more than five times PMOS-1, along x and z", xz, &fpga_over),
+        claim(
+            "d1",
+            "FPGA > 5x",
+            FIVE,
+            "the best FPGA reaches more than five times PMOS-1, along x and z",
+            xz,
+            &fpga_over,
+        ),
         over_six(table),
         claim(
             "e",
             "FPGA-100 = FPGA-400",
-            "FPGA-400 reaches what FPGA-100 does, and no more: the same row",
+            NO_MORE,
+            "FPGA-400 reaches the row that FPGA-100 does, and no more",
             all,
             &|axis| same_row(table, axis, Platform::Fpga(100), Platform::Fpga(400)),
         ),
+        claim("f", "RTOS-20 ~ FPGA-20", TRACK, NEAR, y, &|axis| {
+            track(table, axis, Platform::Rtos(20), Platform::Fpga(20))
+        }),
+        claim("f2", "FPGA-100 ~ FPGA-400", TRACK_TOO, NEAR, y, &|axis| {
+            track(table, axis, Platform::Fpga(100), Platform::Fpga(400))
+        }),
+        claim("g1", "250 x, 5000 not", TEXT, "RTOS-20 along y is passive at 250 N/m, not at 5000", y, &|axis| {
+            soft_and_stiff(table, axis, 250.0, 5000.0)
+        }),
+        claim("g2", "500 x, 2500 not", CAPTION, "RTOS-20 along y is passive at 500 N/m, not at 2500", y, &|axis| {
+            soft_and_stiff(table, axis, 500.0, 2500.0)
+        }),
         claim(
-            "f",
-            "RTOS-20 ~ FPGA-20",
-            "the rms of RTOS-20 and FPGA-20 along y track closely: within a factor of 2 in every row where either is not passive",
+            "h",
+            "FPGA > RTOS",
+            STIFFER,
+            "the best FPGA reaches a stiffer row than the best RTOS, along y",
             y,
-            &|axis| track(table, axis, Platform::Rtos(20), Platform::Fpga(20)),
-        ),
-        claim(
-            "g1",
-            "250 x, 5000 not",
-            "RTOS-20 along y is passive at 250 N/m, not at 5000 (text to Fig. 4)",
-            y,
-            &|axis| soft_and_stiff(table, axis, 250.0, 5000.0),
-        ),
-        claim(
-            "g2",
-            "500 x, 2500 not",
-            "RTOS-20 along y is passive at 500 N/m, not at 2500 (caption of Fig. 4)",
-            y,
-            &|axis| soft_and_stiff(table, axis, 500.0, 2500.0),
+            &|axis| stiffer(table, axis, &FPGA, &RTOS),
         ),
     ]
 }
+
+/// What counts as tracking closely.
+const NEAR: &str = "within a factor of 2 along y, in every row where either is not passive";
+
+/// The paper's words, and where they stand.
+pub(super) type Words = (&'static str, &'static str);
+
+pub(super) const PMOS_1: Words = (
+    "The observed maximum virtual environment stiffness on the PMOS-1 system [...] is significantly higher (750-1000 \
+     N/m) than the theoretical maximum stiffness of 10 N/m",
+    "Sec. 4",
+);
+const SAME_RATE: Words = (
+    "when comparing the PMOS and RTOS systems at the same update rate (1 kHz), there are no changes in the achievable \
+     stiffness for passive interactions",
+    "Sec. 4",
+);
+const RTOS_5: Words = (
+    "by increasing to 5 kHz update rate on the RTOS, the achievable stiffness is at least two times greater than the \
+     PMOS",
+    "Sec. 4",
+);
+const TWICE: Words = ("The RTOS system passively displayed virtual walls twice as stiff", "Sec. 5");
+const FIVE: Words = (
+    "for these axes, the all-FPGA configuration enables maximum virtual surface stiffnesses more than five times \
+     greater than those realized with the PMOS and RTOS architectures",
+    "Sec. 4, of x and z",
+);
+const SIX: Words = (
+    "the FPGA system passively displayed virtual walls six times as stiff as the commercially available system",
+    "Sec. 5",
+);
+const NO_MORE: Words = (
+    "Increasing the sampling rate of the FPGA from 100 kHz to 400 kHz does not result in any further improvements in \
+     maximum stiffness",
+    "caption of Fig. 5",
+);
+const TRACK: Words = ("the RTOS-20 and FPGA-20 values track closely", "Sec. 3, of the rms");
+const TRACK_TOO: Words = ("as do the FPGA-100 and FPGA-400 values", "Sec. 3, of the rms");
+const TEXT: Words = (
+    "the empirical difference between the passive response at 250 N/m and the nonpassive response at 5000 N/m",
+    "Sec. 3",
+);
+const CAPTION: Words = (
+    "The lower-stiffness virtual wall (500 N/m) [...] is passive. The higher-stiffness virtual wall (2500 N/m) \
+     exhibits nonpassive behavior at steady state",
+    "caption of Fig. 4",
+);
+const STIFFER: Words = (
+    "FPGA systems are able to display higher stiffnesses before reaching the defined limit for nonpassive behavior \
+     than the RTOS systems",
+    "caption of Fig. 5",
+);
 
 /// The stiffest passive wall on any of these platforms over that on PMOS-1: the least and the most that it may be, apart
 /// where the rows end before a wall does. Not a number when PMOS-1 has no passive wall.
@@ -138,10 +212,26 @@ fn over_six(table: &Table) -> Claim {
     Claim {
         name: "d2",
         short: "FPGA > 6x",
+        paper: SIX.0,
+        place: SIX.1,
         says: "the best FPGA reaches over six times PMOS-1, along some axis",
         met: best.and(told.then_some(over)),
         found: best.map_or(String::new(), |(axis, ratio)| format!("{}, along {}", ratio_text(*ratio), axis.name())),
     }
+}
+
+/// Whether the best of some platforms is stiffer than the best of others.
+fn stiffer(table: &Table, axis: Direction, these: &[Platform], those: &[Platform]) -> Answer {
+    let best = |platforms: &[Platform]| {
+        let limits = platforms.iter().map(|&platform| table.limit(axis, platform)).collect::<Option<Vec<_>>>()?;
+        let most = limits.iter().filter_map(|limit| limit.passive_n_per_m).fold(0.0, f64::max);
+        Some((most, limits.iter().any(|limit| limit.beyond_n_per_m.is_none())))
+    };
+    let ((these, ends), (those, end)) = (best(these)?, best(those)?);
+    let least = |open| if open { ">=" } else { "" };
+    // Rows that end before a wall does leave open which is the stiffer.
+    let told = !end && (!ends || these > those);
+    Some((format!("{}{these} and {}{those}", least(ends), least(end)), told.then_some(these > those)))
 }
 
 fn same_row(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answer {

@@ -52,16 +52,29 @@ pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
     for (group, name, set) in DEVICES {
         let of = Arc::new(OnceLock::new());
-        lines.push(Line { group, what: "in words".into(), published: "", measure: measure(&of, name, set, in_words) });
+        lines.push(Line {
+            group,
+            what: "in words".into(),
+            published: "",
+            claims: "",
+            measure: measure(&of, name, set, in_words),
+        });
         for criterion in CRITERIA {
             let told = move |limits: &Limits| told(limits, criterion);
-            lines.push(Line { group, what: criterion.into(), published: "", measure: measure(&of, name, set, told) });
+            lines.push(Line {
+                group,
+                what: criterion.into(),
+                published: "",
+                claims: "",
+                measure: measure(&of, name, set, told),
+            });
         }
     }
     Comparison {
         name: "criteria",
         title: "Criteria of stability against the emulator, in words, with friction, hand and contact",
         lines,
+        claims: Vec::new(),
         notes: &[
             "Over: the criterion's limit over the stiffness at which the scene in words ceases to settle. Above 1 it calls stable what is not.",
             "A criterion's assumptions are told by `hpu limits` for each scene; `!` marks those of which one or more is not met.",
@@ -79,7 +92,7 @@ fn measure(
     let of = Arc::clone(of);
     Box::new(move |_| {
         let found = of.get_or_init(|| scene(name, set).map(|scene| limits(&scene)));
-        Some(found.as_ref().map(&tell).map_err(String::clone))
+        Some(found.as_ref().map(|limits| tell(limits).into()).map_err(String::clone))
     })
 }
 

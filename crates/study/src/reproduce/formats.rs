@@ -6,6 +6,7 @@ use hpu_signal::Format;
 
 use super::postures::{Measured, SIGNALS, measure};
 
+pub use super::formats_claims::sums;
 pub use super::formats_text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};
 
 /// Random postures of each configuration, beside every count of the tables and every combination of their edges.

@@ -3,9 +3,12 @@
 use std::fmt::Write;
 
 use hpu_datapath::phantom::SignalBound;
+use hpu_signal::Notation;
 
 use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
+use super::formats_claims::sums;
 use super::postures::Measured;
+use super::summing::summing_up;
 use super::text::quoted;
 use super::workspace::Workspace;
 
@@ -47,9 +50,9 @@ pub fn formats_csv(all: &[Formats]) -> String {
     text
 }
 
-/// All of it as text: tables, the workspace, and last what plain (1,9,22) cannot hold.
+/// All of it as text, formats in this notation: tables, the workspace, and last what plain (1,9,22) cannot hold.
 #[must_use]
-pub fn formats_text(all: &[Formats], workspace: &Workspace) -> String {
+pub fn formats_text(all: &[Formats], workspace: &Workspace, notation: Notation) -> String {
     let mut text = String::from(
         "proved: for every posture that the tables hold, every wall and every force, by interval arithmetic; an upper bound\n\
          measured: from every count of the tables, every combination of their edges, and random postures, through the blocks\n\
@@ -57,16 +60,17 @@ pub fn formats_text(all: &[Formats], workspace: &Workspace) -> String {
          of forces count from the tip as the datapath sees it, those of torques and commands are for the forces as words\n\n",
     );
     for formats in all {
-        text += &table(formats);
+        text += &table(formats, notation);
     }
     text += &workspace.text();
     if let Some(line) = plain(all) {
         let _ = writeln!(text, "\n{line}");
     }
-    text
+    text + &summing_up(&sums(all, workspace))
 }
 
-fn table(Formats { words, rows }: &Formats) -> String {
+fn table(Formats { words, rows }: &Formats, notation: Notation) -> String {
+    let wide = rows.iter().map(|row| notation.of(row.proved.format).len() + 1).fold(10, usize::max);
     let [first, second, third] = full_scales_nm(&words.config);
     let mut text = format!(
         "{}: {}; walls up to {} N/m; full scale {first:.3}, {second:.3}, {third:.3} N.m\n",
@@ -76,12 +80,12 @@ fn table(Formats { words, rows }: &Formats) -> String {
     );
     let _ = writeln!(
         text,
-        "{:<10}{:<10}{:<10}{:>10} |{:>12}{:>12}{:>12} {:<16}{:>9}  {:<10}|{:>12}{:>12}{:>12}",
+        "{:<10}{:<10}{:<wide$}{:>10} |{:>12}{:>12}{:>12} {:<16}{:>9}  {:<10}|{:>12}{:>12}{:>12}",
         "", "", "", "format", "proved", "proved", "proved", "", "headroom", "", "measured", "measured", "measured"
     );
     let _ = writeln!(
         text,
-        "{:<10}{:<10}{:<10}{:>10} |{:>12}{:>12}{:>12} {:<16}{:>9}  {:<10}|{:>12}{:>12}{:>12}",
+        "{:<10}{:<10}{:<wide$}{:>10} |{:>12}{:>12}{:>12} {:<16}{:>9}  {:<10}|{:>12}{:>12}{:>12}",
         "signal",
         "unit",
         "format",
@@ -99,10 +103,10 @@ fn table(Formats { words, rows }: &Formats) -> String {
     for row in rows {
         let Row { proved, measured, scale: (factor, unit) } = row;
         let mut line = format!(
-            "{:<10}{:<10}{:<10}{:>10} |{:>12}{:>12}{:>12} {unit:<16}{:>9.2}  {:<10}|",
+            "{:<10}{:<10}{:<wide$}{:>10} |{:>12}{:>12}{:>12} {unit:<16}{:>9.2}  {:<10}|",
             proved.name,
             proved.unit,
-            proved.format.to_string(),
+            notation.of(proved.format),
             format!("{}", libm::exp2(f64::from(proved.format.int()))),
             digits(proved.min),
             digits(proved.max),

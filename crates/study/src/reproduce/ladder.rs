@@ -6,6 +6,7 @@ use hpu_cosim::scene::Platform;
 
 use super::claims::{Claim, claims};
 use super::published::Agreement;
+use super::summing::Finding;
 use super::table::Table;
 
 /// For which platforms an override is.
@@ -83,12 +84,13 @@ pub const RUNGS: [Rung; 8] = [
     },
     Rung {
         name: "+ amplifier",
-        about: "an amplifier that lags by 0.4 ms: identified on PMOS-1 alone (passive at 750 N/m, not at 1000)",
+        about: "an amplifier that lags by 0.4 ms: identified on PMOS-1 (passive at 750 N/m, not at 1000) together with \
+                the transmission of the next rung, with which 0.30 to 0.40 ms fit; see phantom-lag",
         overrides: &[(For::All, "model", r#"{ joints = "tested", amplifier_lag = "0.4 ms" }"#)],
     },
     Rung {
         name: "+ transmission",
-        about: "a flexible transmission of 3.5 kN/m between motor and arm",
+        about: "a flexible transmission of 3.5 kN/m between motor and arm: assumed; another would ask for another lag",
         overrides: &[(
             For::All,
             "model",
@@ -162,8 +164,8 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
         let _ = writeln!(text, "\n({}) {}", claim.name, claim.says);
         for rung in ladder {
             let found = rung.claims.iter().find(|other| other.name == claim.name);
-            if let Some(Claim { met: Some(met), found, .. }) = found {
-                let _ = writeln!(text, "  {:<20}{:<8}{found}", rung.rung.name, if *met { "met" } else { "NOT met" });
+            if let Some(Claim { met: met @ Some(_), found, .. }) = found {
+                let _ = writeln!(text, "  {:<20}{:<15}{found}", rung.rung.name, Finding::of(*met).name());
             }
         }
     }
@@ -172,6 +174,24 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
         let _ = writeln!(text, "  {:<20}{}", rung.rung.name, rung.rung.about);
         for reason in rung.table.failures() {
             let _ = writeln!(text, "  {:<20}could not be run: {reason}", "");
+        }
+    }
+    text + &by_rung(ladder)
+}
+
+/// The summing-up: each claim in the paper's words, and which rungs find what.
+fn by_rung(ladder: &[Summary]) -> String {
+    let mut text = String::from("\nSumming up: the paper's claims, and what each model says to them\n");
+    for claim in ladder.first().map_or(&[][..], |rung| &rung.claims) {
+        let _ = writeln!(text, "{:<6}\"{}\" ({})", format!("({})", claim.name), claim.paper, claim.place);
+        for finding in [Finding::Confirmed, Finding::NotConfirmed, Finding::CannotBeTold] {
+            let of = |rung: &&Summary| {
+                rung.claims.iter().any(|other| other.name == claim.name && Finding::of(other.met) == finding)
+            };
+            let rungs: Vec<_> = ladder.iter().filter(of).map(|rung| rung.rung.name).collect();
+            if !rungs.is_empty() {
+                let _ = writeln!(text, "      {:<16}{}", finding.name(), rungs.join(", "));
+            }
         }
     }
     text

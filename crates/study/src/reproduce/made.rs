@@ -49,6 +49,14 @@ impl Made {
         self.summary.outcome() == Some(OutcomeKind::Settled)
     }
 
+    /// The frequency of its limit cycle, if it has one.
+    pub fn frequency_hz(&self) -> Option<f64> {
+        match self.summary.verdict {
+            Some(Verdict::LimitCycle { frequency_hz, .. }) if frequency_hz > 0.0 => Some(frequency_hz),
+            _ => None,
+        }
+    }
+
     /// The verdict.
     pub fn outcome(&self) -> String {
         match self.summary.verdict {

@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use hpu_cosim::Control;
 
-use super::beside::{Comparison, Line, Measure};
+use super::beside::{Claim, Comparison, Found, Line, Measure, measure};
 use super::made::{self, Made, Set, key, length, with};
+use super::summing::Statement;
 
 const SCENE: &str = "power-scaling";
 
@@ -62,22 +63,28 @@ const FORTY: &str = "scale = 40";
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
-    let mut line = |group, what: String, published, measure: Measure| {
-        lines.push(Line { group, what, published, measure });
+    let mut line = |claims, group, what: String, published, measure: Measure| {
+        lines.push(Line { group, what, published, claims, measure });
     };
-    let swing = |set: Set| -> Measure { Box::new(move |control| Some(run(&set, control)?.map(|made| motion(&made)))) };
+    let swing = |set: Set| measure(move |control| Some(run(&set, control)?.map(|made| motion(&made))));
     for seconds in [1.0, 5.0] {
         for spring in [Spring::Words, Spring::Law, Spring::Plain] {
             let set = with(&ramp(r#"stiffness = "400 N/m""#, seconds), &spring.set());
-            line("Fig. 3: k from 10 to 400 N/m", within(spring, seconds), "unstable", swing(set));
+            line("a", "Fig. 3: k from 10 to 400 N/m", within(spring, seconds), "unstable", swing(set));
         }
     }
     for seconds in [1.0, 5.0] {
         for spring in [Spring::Words, Spring::Law] {
-            let set = with(&thousandth(equal_impulse_s(1e3, seconds)), &spring.set());
+            let ramp_s = equal_impulse_s(1e3, seconds);
+            let set = with(&thousandth(ramp_s), &spring.set());
             line(
+                "bc",
                 "Fig. 4 as printed, e_c = e_d/beta, beta from 1 to 1000",
-                within(spring, seconds),
+                format!(
+                    "{}, run as a straight ramp of {:.1} ms of equal impulse",
+                    within(spring, seconds),
+                    1e3 * ramp_s
+                ),
                 "stable, back at x = 0",
                 swing(set),
             );
@@ -86,7 +93,7 @@ pub fn comparison() -> Comparison {
     for seconds in [1.0, 5.0] {
         for spring in [Spring::Words, Spring::Law] {
             let set = with(&thousandth(seconds), &spring.set());
-            line("The scale itself straight from 1 to 1/1000", within(spring, seconds), "", swing(set));
+            line("", "The scale itself straight from 1 to 1/1000", within(spring, seconds), "", swing(set));
         }
     }
     for seconds in [1.0, 5.0] {
@@ -94,6 +101,7 @@ pub fn comparison() -> Comparison {
             let fine = key("method.scale_format", "(0,10,10)");
             let set = [ramp("scale = 1000", seconds), fine, spring.set()].concat();
             line(
+                "bc",
                 "Fig. 4 the other way, e_c = beta e_d, beta from 1 to 1000",
                 within(spring, seconds),
                 "stable, back at x = 0",
@@ -104,25 +112,32 @@ pub fn comparison() -> Comparison {
     for seconds in [1.0, 5.0] {
         for spring in [Spring::Words, Spring::Law] {
             let set = with(&ramp(FORTY, seconds), &spring.set());
-            line("The factor of Fig. 3 as a scale: beta from 1 to 1/40", within(spring, seconds), "stable", swing(set));
+            line(
+                "d",
+                "The factor of Fig. 3 as a scale: beta from 1 to 1/40",
+                within(spring, seconds),
+                "stable",
+                swing(set),
+            );
         }
     }
     const SAME: &str = "k times 40 against scale times 40: greatest distance";
     for seconds in [1.0, 5.0] {
         for spring in [Spring::Words, Spring::Law] {
             line(
+                "e",
                 SAME,
                 within(spring, seconds),
                 "0 but for rounding (derived)",
-                Box::new(move |c| same(spring, seconds, c)),
+                measure(move |control| same(spring, seconds, control)),
             );
         }
     }
     const SMALL: &str =
         "A swing of 2 cm about rest that stays in the fixture: k from 100 to 400 N/m in 20 s, gain in energy";
     for (name, set, hold_s) in [("plain, 10 kHz", plain("10 kHz"), 1e-4), ("energy-level, 1 kHz", Vec::new(), 1e-3)] {
-        let derived = "2 = sqrt(4), without friction and hold (for 40: 6.32)";
-        line(SMALL, name.into(), derived, Box::new(move |control| adiabatic(&set, hold_s, control)));
+        let derived = "2 = sqrt(4) (derived), without friction and hold (for 40: 6.32)";
+        line("", SMALL, name.into(), derived, measure(move |control| adiabatic(&set, hold_s, control)));
     }
     const RATES: &str = "A swing of 5 mm about rest at k = 400 N/m: growth of its amplitude, a second";
     for (name, set, growth) in [
@@ -131,17 +146,19 @@ pub fn comparison() -> Comparison {
         ("energy-level, T = 1 ms", Vec::new(), ""),
     ] {
         line(
+            "",
             RATES,
             name.into(),
             growth,
-            Box::new(move |control| Some(growth_of(&set, control)?.map(|g| format!("{g:+.4}")))),
+            measure(move |control| Some(growth_of(&set, control)?.map(|g| format!("{g:+.4}")))),
         );
     }
     line(
+        "",
         RATES,
         "plain: where it is 0".into(),
         "T = 2b/k = 0.5 ms (derived)",
-        Box::new(|control| {
+        measure(|control| {
             let slow = growth_of(&plain("1 kHz"), control)?;
             let fast = growth_of(&plain("4 kHz"), control)?;
             Some(slow.and_then(|slow| {
@@ -154,10 +171,62 @@ pub fn comparison() -> Comparison {
     let arm = r#"{ kind = "spring_damper", stiffness = "100 N/m", damping = "10 N.s/m", path = [[0, 1.1]] }"#;
     for (name, what) in [("k from 10 to 400 N/m, 1 s", r#"stiffness = "400 N/m""#), ("scale from 1 to 40, 1 s", FORTY)]
     {
-        line(ARM, name.into(), "", swing(with(&ramp(what, 1.0), &key("hand", arm))));
+        line("", ARM, name.into(), "", swing(with(&ramp(what, 1.0), &key("hand", arm))));
     }
     let title = "Power scaling of a port-Hamiltonian interconnection";
-    Comparison { name: "power-scaling", title, lines, notes: NOTES }
+    Comparison { name: "power-scaling", title, lines, claims: claims(), notes: NOTES }
+}
+
+/// What the paper claims.
+fn claims() -> Vec<Claim> {
+    let claim =
+        |letter, paper, place, means, judge| Claim { statement: Statement { letter, paper, place, means }, judge };
+    vec![
+        claim(
+            "a",
+            "In Fig. 3 the stiffness is changed linearly from 10 N/m to 400 N/m [...]; the overall behavior is \
+             unstable",
+            "Sec. V",
+            "the mass does not settle, for ramps of 1 s and 5 s, by three springs",
+            |found| each_of(found, |figures| figures[0] == 0.0),
+        ),
+        claim(
+            "b",
+            "even if the force scaling factor is much bigger than that implemented with the stiffness variation, the \
+             behavior of the overall system is stable",
+            "Sec. V, Fig. 4",
+            "the mass settles, by both readings of the scaling, for ramps of 1 s and 5 s",
+            |found| each_of(found, |figures| figures[0] == 1.0),
+        ),
+        claim(
+            "c",
+            "In order to take back the user to the fixture position, it is necessary to scale the force \
+             transmitted to the user",
+            "Sec. V, Fig. 4",
+            "the mass ends within 0.1 m of x = 0, from 1 m, by both readings",
+            |found| each_of(found, |figures| figures[1].abs() < 0.1),
+        ),
+        claim(
+            "d",
+            "embed both velocity and force scaling while preserving the passivity, and therefore a stable behavior, of the \
+             overall system",
+            "Sec. VI",
+            "the mass settles when the force is scaled by the factor of Fig. 3",
+            |found| each_of(found, |figures| figures[0] == 1.0),
+        ),
+        claim(
+            "e",
+            "The instability is related to the variation of the stiffness",
+            "Sec. V",
+            "scaling the force by 40 moves the mass otherwise than 40 times the stiffness, by over 1 mm before it leaves \
+             the fixture",
+            |found| each_of(found, |figures| figures[0] > 1e-3),
+        ),
+    ]
+}
+
+fn each_of(found: &[&Found], so: impl Fn(&[f64]) -> bool) -> Vec<bool> {
+    found.iter().map(|found| so(&found.figures)).collect()
 }
 
 const NOTES: &[&str] = &[
@@ -198,8 +267,8 @@ fn leaves(made: &Made) -> usize {
     made.beyond_m().skip(after).position(|x| x < 0.0).map_or(rows - 1, |row| after + row)
 }
 
-/// What a motion was.
-fn motion(made: &Made) -> String {
+/// What a motion was; figures: whether it settles, and where it ends in metres.
+fn motion(made: &Made) -> Found {
     let angles = made.trace.angles_rad();
     let tail = &angles[angles.len() - angles.len() * 3 / 10..];
     let low = tail.iter().copied().fold(f64::INFINITY, f64::min);
@@ -210,12 +279,16 @@ fn motion(made: &Made) -> String {
         false => format!("first leaves it at {:.2} s", made.trace.time_s(left)),
     };
     let most_n = made.pushes_n().fold(0.0, f64::max);
-    let [last, low, high] = [angles[angles.len() - 1], low, high].map(length);
-    format!("{}; {low} to {high} in the last 6 s, ends at {last}; {left}; up to {most_n:.0} N", made.outcome())
+    let end_m = angles[angles.len() - 1];
+    let [last, low, high] = [end_m, low, high].map(length);
+    let text =
+        format!("{}; {low} to {high} in the last 6 s, ends at {last}; {left}; up to {most_n:.0} N", made.outcome());
+    Found::new(text, [f64::from(u8::from(made.settled())), end_m])
 }
 
-/// How far apart the ramps of stiffness and scale take the mass, until it first leaves the wall and to the end.
-fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<String, String>> {
+/// How far apart the ramps of stiffness and scale take the mass, until it first leaves the wall (the figure, in metres) and to
+/// the end.
+fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<Found, String>> {
     let stiffness = run(&with(&ramp(r#"stiffness = "400 N/m""#, seconds), &spring.set()), control)?;
     let scale = run(&with(&ramp(FORTY, seconds), &spring.set()), control)?;
     Some(stiffness.and_then(|stiffness| {
@@ -226,11 +299,9 @@ fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<String
         };
         let left = leaves(&stiffness).min(leaves(&scale));
         let time_s = stiffness.trace.time_s(left);
-        Ok(format!(
-            "{} until it leaves the fixture at {time_s:.2} s, {} to the end",
-            length(apart(left)),
-            length(apart(usize::MAX))
-        ))
+        let (until_m, to_the_end) = (apart(left), length(apart(usize::MAX)));
+        let text = format!("{} until it leaves the fixture at {time_s:.2} s, {to_the_end} to the end", length(until_m));
+        Ok(Found::new(text, [until_m]))
     }))
 }
 

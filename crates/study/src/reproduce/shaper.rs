@@ -4,13 +4,17 @@ use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 
-use super::beside::{Comparison, Line, Measure, shipped_scene};
+use super::beside::{Comparison, Found, Line, Measure, measure, shipped_scene};
 use super::made::{self, Made, Set, key, length, with};
+use super::shaper_claims::{TOLD, claims};
 use super::shaper_gain as gain;
 use crate::limits::in_words;
 
 /// The walls that are tried, in kN/m: 10 to 100 in steps of 5.
 pub const LADDER_KN_PER_M: [u32; 19] = [10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 100];
+
+/// The constants of energy bounding that are tried, in N·s/m.
+pub(super) const C1_N_S_PER_M: [u32; 5] = [10, 20, 30, 40, 50];
 
 /// The shaper of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,8 +59,8 @@ impl Shaper {
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
-    let mut line = |group, what: String, published, measure: Measure| {
-        lines.push(Line { group, what, published, measure });
+    let mut line = |claims, group, what: String, published, measure: Measure| {
+        lines.push(Line { group, what, published, claims, measure });
     };
     for (frequency_hz, left) in [
         (1.0, "1.1344829 (derived)"),
@@ -65,18 +69,15 @@ pub fn comparison() -> Comparison {
         (100.0, "0.035360856 (derived)"),
         (130.0, "0.027198927 (derived)"),
     ] {
-        line(
-            "|1 - H| of the filter",
-            format!("{frequency_hz} Hz"),
-            left,
-            Box::new(move |_| Some(Ok(gains(frequency_hz)))),
-        );
+        let gains = measure(move |_| Some(Ok(gains(frequency_hz))));
+        line("", "|1 - H| of the filter", format!("{frequency_hz} Hz"), left, gains);
     }
     line(
+        "",
         "|1 - H| of the filter",
         "greatest of a step's answer".into(),
         "1.2078796 (derived)",
-        Box::new(|_| {
+        measure(|_| {
             let [exact, analog, digital] = gain::overshoots();
             Some(Ok(format!("closed form {exact:.7}, analog {analog:.7}, words {digital:.5}")))
         }),
@@ -84,45 +85,45 @@ pub fn comparison() -> Comparison {
 
     const STABLE: &str = "Stable stiffness, walls of 10 to 100 kN/m in steps of 5";
     let published = [
-        "20 to 30 kN/m, then about 100 Hz",
-        "60 to 70 kN/m, then about 130 Hz",
-        "", // Shown behind energy bounding alone.
+        ("ab", "20 to 30 kN/m, then about 100 Hz"),
+        ("cd", "60 to 70 kN/m, then about 130 Hz"),
+        ("", ""), // Shown behind energy bounding alone.
     ];
-    for (shaper, published) in Shaper::ALL.into_iter().zip(published) {
-        line(STABLE, shaper.name().into(), published, Box::new(move |control| ladder(&shaper.wall(), control)));
+    for (shaper, (claims, published)) in Shaper::ALL.into_iter().zip(published) {
+        let ladder = measure(move |control| ladder(&shaper.wall(), control));
+        line(claims, STABLE, shaper.name().into(), published, ladder);
     }
     for shaper in Shaper::ALL {
-        line(
-            "The same, word by word (bisection)",
-            shaper.name().into(),
-            "",
-            Box::new(move |control| turn(&shaper.wall(), control)),
-        );
+        let turn = measure(move |control| turn(&shaper.wall(), control));
+        line("", "The same, word by word (bisection)", shaper.name().into(), "", turn);
     }
     for (what_if, set) in WHAT_IFS {
         for shaper in Shaper::ALL {
             let set: Set = set.iter().map(|(key, value)| (*key, (*value).to_string())).collect();
-            let measure = move |control: &Control| ladder(&with(&set, &shaper.wall()), control);
-            line(what_if, shaper.name().into(), "", Box::new(measure));
+            let ladder = measure(move |control| ladder(&with(&set, &shaper.wall()), control));
+            line("", what_if, shaper.name().into(), "", ladder);
         }
     }
     for (group, form, friction, published) in BOUNDED {
         for shaper in Shaper::ALL {
-            for c1 in [10, 20, 30, 40, 50] {
+            for c1 in C1_N_S_PER_M {
                 let set = with(&bounded(form, c1, friction), &shaper.set());
                 let published = published[shaper as usize];
-                line(
-                    group,
-                    format!("{}, c1 = {c1} N.s/m", shaper.name()),
-                    published,
-                    Box::new(move |control| {
-                        Some(made::run("bounded-impulse-engine", &set, control)?.map(|made| felt(&made)))
-                    }),
-                );
+                let claims = if published.is_empty() { "" } else { TOLD };
+                let press = move |control: &Control| {
+                    Some(made::run("bounded-impulse-engine", &set, control)?.map(|made| felt(&made)))
+                };
+                line(claims, group, format!("{}, c1 = {c1} N.s/m", shaper.name()), published, measure(press));
             }
         }
     }
-    Comparison { name: "input-shaper", title: "The analog input shaper and energy bounding", lines, notes: NOTES }
+    Comparison {
+        name: "input-shaper",
+        title: "The analog input shaper and energy bounding",
+        lines,
+        claims: claims(),
+        notes: NOTES,
+    }
 }
 
 /// Of energy bounding: heading, form, friction, what the paper says by shaper.
@@ -197,16 +198,23 @@ fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     }))
 }
 
-/// What became of the walls of the ladder.
-fn ladder(set: &Set, control: &Control) -> Option<Result<String, String>> {
-    let mut rungs = Vec::new();
+/// What became of the walls of the ladder; figures: the last rung that settles below the first that does not, in kN/m, that
+/// one, and the frequency of its chatter in hertz.
+fn ladder(set: &Set, control: &Control) -> Option<Result<Found, String>> {
+    let (mut rungs, mut turn) = (Vec::new(), None);
     for k in LADDER_KN_PER_M {
         match made::run("impulse-engine", &with(set, &key("wall.stiffness", format!("{k} kN/m"))), control)? {
-            Ok(made) => rungs.push((k, made.settled(), made.outcome())),
+            Ok(made) => {
+                if !made.settled() && turn.is_none() {
+                    let below = rungs.last().map_or(0.0, |(k, ..): &(u32, bool, String)| f64::from(*k));
+                    turn = Some([below, f64::from(k), made.frequency_hz().unwrap_or(f64::INFINITY)]);
+                }
+                rungs.push((k, made.settled(), made.outcome()));
+            }
             Err(reason) => return Some(Err(reason)),
         }
     }
-    Some(Ok(told(&rungs)))
+    Some(Ok(Found::new(told(&rungs), turn.unwrap_or([f64::INFINITY; 3]))))
 }
 
 /// Up to where the rungs settle, what follows, and whether any settles beyond.
@@ -231,8 +239,8 @@ fn bounded(form: &str, c1: u32, friction: &str) -> Set {
     ]
 }
 
-/// The verdict of a press, and the stiffness that was felt.
-fn felt(made: &Made) -> String {
+/// The verdict of a press, and the stiffness that was felt; figures: whether it settles, and the stiffness held, in kN/m.
+fn felt(made: &Made) -> Found {
     let pairs: Vec<(f64, f64)> = made.beyond_m().zip(made.pushes_n()).collect();
     let mean = |pairs: &[(f64, f64)]| {
         let sum = pairs.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
@@ -240,13 +248,14 @@ fn felt(made: &Made) -> String {
     };
     let pressing: Vec<_> = pairs[made.row(0.5)..made.row(2.0)].chunks(50).map(mean).collect();
     let (x_m, push_n) = mean(&pairs[pairs.len() - pairs.len() * 3 / 10..]);
-    format!(
-        "{}; displays {:.1} kN/m pressing, {:.1} held ({} at {push_n:.2} N)",
+    let held_kn_per_m = push_n / x_m * 1e-3;
+    let text = format!(
+        "{}; displays {:.1} kN/m pressing, {held_kn_per_m:.1} held ({} at {push_n:.2} N)",
         made.outcome(),
         slope(&pressing) * 1e-3,
-        push_n / x_m * 1e-3,
         length(x_m)
-    )
+    );
+    Found::new(text, [f64::from(u8::from(made.settled())), held_kn_per_m])
 }
 
 /// The slope of the straight line through pairs, by least squares.

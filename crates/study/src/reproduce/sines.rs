@@ -7,7 +7,7 @@ use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::{
     PhantomConfig, Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave,
 };
-use hpu_signal::Format;
+use hpu_signal::{Format, Notation};
 
 use super::text::quoted;
 
@@ -234,13 +234,14 @@ pub fn sines_csv(all: &[Sine]) -> String {
 
 /// All of it as text.
 #[must_use]
-pub fn sines_text(all: &[Sine]) -> String {
+pub fn sines_text(all: &[Sine], notation: Notation) -> String {
+    let wide = all.iter().map(|sine| notation.of(sine.format).len()).fold(9, usize::max);
     let [first, second] =
         turns(&PhantomConfig::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
     let mut text = format!(
         "Exhausted over the {} counts of joint 1 and of joint 2 that the default tables hold, sine and cosine. Latency: 1 \
          edge, all of them.\nOne count is {first:.1} urad of joint 1 and {second:.1} urad of joints 2 and 3. * is the \
-         default.\n\n{:<18} {:<30} {:<9}{:>18}{:>9}{:>12}{:>12}{:>14}\n",
+         default.\n\n{:<18} {:<30} {:<wide$}{:>18}{:>9}{:>12}{:>12}{:>14}\n",
         1u64 << PhantomConfig::default().depth_width,
         "source",
         "size",
@@ -259,11 +260,11 @@ pub fn sines_text(all: &[Sine]) -> String {
             };
             let _ = writeln!(
                 text,
-                "{:<18}{}{:<30} {:<9}{rom:>18}{:>9}{:>12.3}{:>12.3}{:>14.4}",
+                "{:<18}{}{:<30} {:<wide$}{rom:>18}{:>9}{:>12.3}{:>12.3}{:>14.4}",
                 source.name(),
                 if sine.default { '*' } else { ' ' },
                 sine.size,
-                sine.format.to_string(),
+                notation.of(sine.format),
                 sine.rom.bits(),
                 sine.worst_lsb(),
                 sine.rms_lsb(),

@@ -64,6 +64,13 @@ impl Cell {
         let all: Vec<f64> = self.trials.iter().flatten().filter_map(|trial| trial.verdict.rms_m()).collect();
         Some(all.iter().sum::<f64>() / all.len() as f64)
     }
+
+    /// The greatest rms of the trials, by which the cell is passive or not; `None` where [`Cell::rms_m`] is.
+    #[must_use]
+    pub fn worst_rms_m(&self) -> Option<f64> {
+        self.rms_m()?;
+        self.trials.iter().flatten().filter_map(|trial| trial.verdict.rms_m()).max_by(f64::total_cmp)
+    }
 }
 
 /// How stiff a wall may be on a platform, along an axis.

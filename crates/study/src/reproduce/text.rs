@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use hpu_cosim::scene::Direction;
 
-use super::claims::{claims, newtons};
+use super::claims::{Claim, claims, newtons};
 use super::published::Agreement;
+use super::summing::summing_up;
 use super::table::{Class, Limit, Table};
 use super::trial::{Trial, Verdict};
 use super::{Point, Study};
@@ -58,24 +59,10 @@ pub fn table_text(table: &Table) -> String {
     text += "= printed and the same   ! printed otherwise   (neither: this cell is lost in the text of the paper)\n";
     let _ = writeln!(text, "{same} of {legible} legible cells are as printed, {} are not\n", legible - same);
     text += &limits(table);
-    text += "\nClaims of the paper\n";
-    for claim in claims(table) {
-        let met = claim.met.map_or("untold ", |met| if met { "met    " } else { "NOT met" });
-        let colon = if claim.found.is_empty() { "" } else { ": " };
-        let _ = writeln!(
-            text,
-            "({}){:<w$}{met}  {}{colon}{}",
-            claim.name,
-            "",
-            claim.says,
-            claim.found,
-            w = 4 - claim.name.len()
-        );
-    }
     for reason in table.failures() {
         let _ = writeln!(text, "could not be run: {reason}");
     }
-    text
+    text + &summing_up(&claims(table).iter().map(Claim::sum).collect::<Vec<_>>())
 }
 
 const WIDTH: usize = 5;

@@ -21,6 +21,8 @@ pub struct Measured {
     pub motion_s: f64,
     /// What became of the motion, one for each scene; none of a recording or of random motion.
     pub outcomes: Vec<OutcomeKind>,
+    /// Share of the judged window in which the wall sees penetration, one for each outcome.
+    pub contact_shares: Vec<Option<f64>>,
 }
 
 /// Makes a scene ready that has words.
@@ -61,6 +63,7 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
         edges: summary.edges,
         motion_s: summary.motion_s,
         outcomes: summary.outcome().into_iter().collect(),
+        contact_shares: summary.outcome().map(|_| summary.contact_share).into_iter().collect(),
     }))
 }
 
@@ -235,6 +238,7 @@ pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, Strin
         all.edges += run.edges;
         all.motion_s += run.motion_s;
         all.outcomes.extend(run.outcomes);
+        all.contact_shares.extend(run.contact_shares);
     }
     Ok(all)
 }

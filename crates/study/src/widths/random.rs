@@ -80,7 +80,14 @@ pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Contro
     let Some(nets) = ready.visit(drive) else { return Ok(None) };
     beside.finish(end);
     let rows = rows(&nets, &beside);
-    Ok(Some(Measured { wiring: ready.wiring().name(), rows, edges: end, motion_s: seconds, outcomes: Vec::new() }))
+    Ok(Some(Measured {
+        wiring: ready.wiring().name(),
+        rows,
+        edges: end,
+        motion_s: seconds,
+        outcomes: Vec::new(),
+        contact_shares: Vec::new(),
+    }))
 }
 
 fn walks(experiment: &Experiment, random: &mut SplitMix64) -> Result<Vec<Walk>, String> {

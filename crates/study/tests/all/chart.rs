@@ -4,6 +4,8 @@ use hpu_cosim::scene::{Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session};
 use hpu_study::chart::{Picture, Run, nets, run_pictures, side_by_side};
 
+use crate::looks::{assert_readable, attribute, elements, number, rgb, texts};
+
 const COMMAND: &str = "hpu run wall --set 'wall.stiffness=\"2 N.m/rad\"' -o <here> & there";
 
 fn parsed(name: &str) -> Scene {
@@ -17,7 +19,7 @@ fn with_runs<T>(names: &[&str], then: impl FnOnce(&[Run]) -> T) -> T {
     let finished: Vec<_> = sessions
         .iter()
         .map(|session| {
-            let mut trace = session.trace(nets(session.scene()));
+            let mut trace = session.drawn_trace(nets(session.scene()));
             let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
             (session, trace, summary)
         })
@@ -43,51 +45,75 @@ fn named<'a>(pictures: &'a [Picture], name: &str) -> &'a Picture {
     pictures.iter().find(|picture| picture.name == name).unwrap()
 }
 
-/// The texts of an SVG: what is written, its font size, its anchor, and the point it hangs on.
-fn texts(svg: &str) -> Vec<(String, f64, String, f64, f64)> {
-    svg.split("<text ")
-        .skip(1)
-        .map(|rest| {
-            let attribute = |name: &str| rest.split_once(&format!("{name}=\"")).unwrap().1.split_once('"').unwrap().0;
-            let number = |name: &str| attribute(name).parse::<f64>().unwrap();
-            let text = rest.split_once('>').unwrap().1.split_once("</text>").unwrap().0.trim();
-            (text.to_string(), number("font-size"), attribute("text-anchor").to_string(), number("x"), number(" y"))
-        })
-        .collect()
-}
-
-/// The smallest box that surely holds a text: its letters are at least a third of its size wide on average.
-fn box_of(text: &(String, f64, String, f64, f64)) -> [f64; 4] {
-    let (words, size, anchor, x, y) = text;
-    let width = words.chars().count() as f64 * size / 3.0;
-    let left = match anchor.as_str() {
-        "start" => *x,
-        "middle" => x - width / 2.0,
-        _ => x - width,
-    };
-    [left, y - 0.35 * size, left + width, y + 0.35 * size]
+#[test]
+fn every_picture_of_every_scene_is_readable_by_all() {
+    for scene in shipped().iter().filter(|scene| !scene.name.starts_with("phantom")) {
+        for picture in pictures(scene.name) {
+            assert_readable(&picture, scene.name);
+        }
+    }
+    with_runs(&["wrap-product", "wrap-saturated"], |runs| {
+        assert_readable(&side_by_side("Wrap or saturate", runs, COMMAND), "two");
+    });
 }
 
 #[test]
-fn every_picture_of_every_scene_keeps_its_texts_on_the_page_and_apart() {
-    for scene in shipped().iter().filter(|scene| !scene.name.starts_with("phantom")) {
-        for picture in pictures(scene.name) {
-            let texts = texts(&picture.svg);
-            assert!(texts.len() > 20, "{} {}", scene.name, picture.name);
-            for (index, text) in texts.iter().enumerate() {
-                let [left, top, right, bottom] = box_of(text);
-                assert!(left >= 0.0 && top >= 0.0 && right <= 2400.0 && bottom <= 1440.0, "{text:?}");
-                for other in &texts[..index] {
-                    let [l, t, r, b] = box_of(other);
-                    assert!(
-                        right < l || r < left || bottom < t || b < top,
-                        "{} {}: {text:?} over {other:?}",
-                        scene.name,
-                        picture.name
-                    );
-                }
-            }
-        }
+fn the_foot_has_no_folder_of_an_absolute_path() {
+    let command =
+        "hpu run /home/me/walls/soft.toml --set 'hand.file=/srv/a b/hand.csv' --set a=1/2 -o '/tmp/my dir/out'";
+    let said = "$ hpu run soft.toml --set 'hand.file=hand.csv' --set a=1/2 -o 'out'";
+    let scene = parsed("free-motion");
+    let session = Session::new(&scene).unwrap();
+    let mut trace = session.drawn_trace(nets(session.scene()));
+    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    for picture in
+        run_pictures(&Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command })
+    {
+        assert!(
+            texts(&picture.svg).iter().any(|text| text.text.replace("&apos;", "'") == said),
+            "{:?}",
+            texts(&picture.svg).last()
+        );
+    }
+}
+
+#[test]
+fn two_panels_of_a_short_run_do_not_show_the_same() {
+    let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").unwrap();
+    let scene = scene.parse(&[("run.duration".into(), "40 ms".into())]).unwrap().axis().unwrap();
+    let session = Session::new(&scene).unwrap();
+    let mut trace = session.drawn_trace(nets(session.scene()));
+    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
+    for picture in run_pictures(&run).iter().filter(|picture| picture.name != "bits") {
+        // The last time of a panel over its first: the close-up, in ms, is a quarter of the whole.
+        let times: Vec<f64> = texts(&picture.svg).iter().filter_map(|text| text.text.parse().ok()).collect();
+        assert!(times.contains(&0.04) && !times.contains(&20.0), "{}: {times:?}", picture.name);
+    }
+}
+
+#[test]
+fn the_command_is_drawn_upon_the_motors_torque_and_is_narrower() {
+    let pictures = pictures("hybrid-wall");
+    let picture = named(&pictures, "torque");
+    let color = |name: &str| {
+        let key = picture.keys.iter().find(|key| key.name.starts_with(name)).unwrap_or_else(|| panic!("{name}"));
+        key.color
+    };
+    let (asked, came) = (color("commanded"), color("the motor's"));
+    // The lines of the panels, not of their keys: the widest that there are of each colour.
+    let lines = |of| {
+        let all = elements(&picture.svg).filter(|(name, _)| *name == "polyline").enumerate();
+        let own = all.filter(move |(_, (_, mark))| attribute(mark, "stroke").map(rgb) == Some(of));
+        own.filter(|(_, (_, mark))| attribute(mark, "points").unwrap().split(' ').count() > 20)
+            .map(|(place, (_, mark))| (place, number(mark, "stroke-width")))
+            .collect::<Vec<_>>()
+    };
+    let (asked, came) = (lines(asked), lines(came));
+    assert_eq!((asked.len(), came.len()), (2, 2), "one in each panel");
+    for (asked, came) in asked.iter().zip(&came) {
+        assert!(asked.0 > came.0, "the command is painted after the torque");
+        assert!(2.0 * asked.1 <= came.1, "and leaves its borders to be seen");
     }
 }
 
@@ -114,7 +140,7 @@ fn a_picture_says_scene_verdict_and_the_command_that_made_it() {
         assert_eq!(pictures.iter().map(|p| p.name).collect::<Vec<_>>(), ["position", "torque", "bits"]);
         for (name, title) in [("position", position), ("torque", position), ("bits", bits)] {
             let svg = &named(&pictures, name).svg;
-            assert!(texts(svg)[0].0.starts_with(title), "{:?}", texts(svg)[0]);
+            assert!(texts(svg)[0].text.starts_with(title), "{:?}", texts(svg)[0]);
             // In SVG, what the shell takes for itself is written as XML wants it.
             assert!(svg.contains("-o &lt;here&gt; &amp; there"), "{scene} {name}");
         }
@@ -122,10 +148,13 @@ fn a_picture_says_scene_verdict_and_the_command_that_made_it() {
 }
 
 #[test]
-fn red_is_where_bits_were_lost_and_nowhere_else() {
-    let red = |scene: &str| named(&pictures(scene), "bits").svg.contains("#D62828");
-    assert!(red("wrap-product") && red("wrap-saturated"));
-    assert!(!red("hybrid-wall") && !red("free-motion"));
+fn a_loss_of_bits_is_shaded_where_it_was_and_nowhere_else() {
+    let is_shaded = |scene: &str| {
+        let pictures = pictures(scene);
+        named(&pictures, "bits").keys.iter().any(|key| key.name == "overflowed")
+    };
+    assert!(is_shaded("wrap-product") && is_shaded("wrap-saturated"));
+    assert!(!is_shaded("hybrid-wall") && !is_shaded("free-motion"));
 }
 
 #[test]
@@ -138,7 +167,7 @@ fn a_recording_has_no_motion_to_show_but_its_bits() {
 fn an_interrupted_run_is_drawn_as_far_as_it_went() {
     let scene = parsed("hybrid-wall");
     let session = Session::new(&scene).unwrap();
-    let mut trace = session.trace(nets(session.scene()));
+    let mut trace = session.drawn_trace(nets(session.scene()));
     let control = Control::default();
     control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
     let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
@@ -146,7 +175,7 @@ fn an_interrupted_run_is_drawn_as_far_as_it_went() {
     let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
     let pictures = run_pictures(&run);
     assert_eq!(pictures.iter().map(|picture| picture.name).collect::<Vec<_>>(), ["bits"]);
-    assert!(texts(&pictures[0].svg)[0].0.starts_with("hybrid-wall: no word overflows"));
+    assert!(texts(&pictures[0].svg)[0].text.starts_with("hybrid-wall: no word overflows"));
 }
 
 #[test]
@@ -157,6 +186,6 @@ fn the_same_runs_make_the_same_pictures() {
     let picture = beside();
     assert_eq!(picture, beside());
     for said in ["product drops its upper bits", "product saturates", "wrap-product and wrap-saturated"] {
-        assert!(texts(&picture.svg).iter().any(|text| text.0.contains(said)), "{said}");
+        assert!(texts(&picture.svg).iter().any(|text| text.text.contains(said)), "{said}");
     }
 }

@@ -215,7 +215,7 @@ fn a_quantiser_swings_from_pi_quarters_of_the_critical_stiffness_on() {
 
 #[test]
 fn a_motor_is_a_body_that_its_back_emf_brakes() {
-    let motor = "{ kind = \"motor\", coulomb_friction = 1e-3 }";
+    let motor = "{ kind = \"motor\", motor = \"vasudevan_2007\", coulomb_friction = 1e-3 }";
     let scene = linear(motor, NONE, &[("wall.stiffness", "1".into())]);
     let body = Rigid::new(&scene);
     near(body.damping_nm_s_per_rad, 1.3e-6 + 2.85979167e-4, 1e-5);
@@ -232,7 +232,7 @@ fn a_motor_is_a_body_that_its_back_emf_brakes() {
 fn routh_s_limit_counts_a_hand_that_holds_the_shaft() {
     let hand = "{ kind = \"spring_damper\", stiffness = 0.4, damping = 2e-4, path = [[0, 0]] }";
     let hybrid = [("method.kind", "hybrid".to_string()), ("wall.stiffness", "1".into())];
-    let scene = linear("{ kind = \"motor\" }", hand, &hybrid);
+    let scene = linear("{ kind = \"motor\", motor = \"vasudevan_2007\" }", hand, &hybrid);
     let found = emulated(&scene, 1e-7).expect("a limit");
     near(found.limit, told(&scene, "routh").limit, 1e-6);
     assert!(told(&scene, "routh").assumptions_met());
@@ -266,7 +266,11 @@ fn the_emulated_boundary_is_that_of_the_exact_loop_over_bodies_periods_delays_an
     for hand in [NONE.to_string(), held(0.3, 1e-4), held(2.0, 1e-3)] {
         for kind in ["conventional", "hybrid"] {
             for damping in ["0", "1e-4"] {
-                agrees("{ kind = \"motor\" }", &hand, &[("method.kind", kind), ("wall.damping", damping)]);
+                agrees(
+                    "{ kind = \"motor\", motor = \"vasudevan_2007\" }",
+                    &hand,
+                    &[("method.kind", kind), ("wall.damping", damping)],
+                );
                 scenes += 1;
             }
         }

@@ -12,6 +12,8 @@ const MOTOR: &str = r#"
 about = "The published motor against a wall, by the linear law."
 [device]
 kind = "motor"
+motor = "vasudevan_2007"
+wheel_ratio = 7
 [clock]
 frequency = "50 MHz"
 [method]
@@ -287,7 +289,18 @@ fn the_limit_in_words_does_not_depend_on_the_scene_s_own_stiffness() {
 fn a_scene_without_a_limit_in_words_says_why() {
     let reason = |scene: &Scene| limits(scene).in_words.expect_err("no limit");
     assert!(reason(&known("prescribed-sweep", &[])).contains("imposes"));
-    assert!(reason(&known("free-motion", &[])).contains("the stiffest that (0,12,0) holds"));
+    let untouched = reason(&known("free-motion", &[]));
+    assert!(untouched.contains("wall not reached") && untouched.contains("move wall.position (2 rad)"), "{untouched}");
+    // A damper of 100 N.s/m holds walls up to 2 b/T, 200 kN/m, and words of 5.24 N/m end at 21.5 kN/m.
+    let damped = [
+        ("hand.torque", "5 N"),
+        ("device.damping", "100 N.s/m"),
+        ("device.initial_position", "2 cm"),
+        ("method.stiffness_format", "(0,12,0)"),
+        ("run.duration", "1 s"),
+    ];
+    let damped = damped.map(|(key, value)| (key, value.to_string()));
+    assert!(reason(&known("rail-drop", &damped)).contains("the stiffest that (0,12,0) holds"));
     assert!(reason(&scene(MOTOR, &[])).contains("linear"));
     assert!(reason(&scene(MASS, &[])).contains("linear"));
 }

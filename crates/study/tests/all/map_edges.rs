@@ -27,6 +27,8 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         dissipated_j: 0.0,
         displayed_stiffness: None,
         displayed_ratio: None,
+        contact_share: Some(1.0),
+        stiffness_error: None,
         overflow_share,
         edges: 1,
     }))

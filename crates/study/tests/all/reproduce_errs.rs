@@ -12,7 +12,7 @@ fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tri
         comparison.lines.iter().map(|line| (line.measure)(&Control::default()).expect("nobody stops it")).collect();
     let of = |what: &str| {
         let at = comparison.lines.iter().position(|line| line.what == what).expect("a line");
-        results[at].as_ref().expect("measured").trim_start_matches(['!', ' ']).to_string()
+        results[at].as_ref().expect("measured").text.trim_start_matches(['!', ' ']).to_string()
     };
     let number = |text: String| text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).expect("a number");
     // 2 b / T and the bounce's threshold.

@@ -14,7 +14,7 @@ fn measured(what: &str) -> String {
     let mut lines = comparison.lines.iter().filter(|line| line.what == what);
     let line = lines.next().unwrap_or_else(|| panic!("no line {what}"));
     assert!(lines.next().is_none(), "two lines {what}");
-    (line.measure)(&Control::default()).expect("not stopped").unwrap_or_else(|reason| panic!("{what}: {reason}"))
+    (line.measure)(&Control::default()).expect("not stopped").unwrap_or_else(|reason| panic!("{what}: {reason}")).text
 }
 
 /// The numbers in a text, but those glued to a letter or another word.
@@ -134,7 +134,7 @@ fn one_count_a_sample_asks_for_all_torque_from_a_tenth_of_the_damping_at_ten_tim
     assert_eq!(lines.len(), 2);
     // Full torque times period over count: of the motor 265 mN.m and 2 pi / 4096.
     let motor = 0.265 * 50e-6 / (2.0 * PI / 4096.0);
-    let found = numbers(&(lines[0].measure)(&Control::default()).expect("not stopped").expect("measured"));
+    let found = numbers(&(lines[0].measure)(&Control::default()).expect("not stopped").expect("measured").text);
     near(found[0], motor, 0.5e-4);
     near(found[1], 10.0 * motor, 0.5e-4);
 }

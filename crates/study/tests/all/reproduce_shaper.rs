@@ -73,7 +73,7 @@ fn a_ladder_is_told_by_its_first_rung_that_fails_and_those_that_settle_beyond() 
 fn found(group: &str, what: &str) -> String {
     let comparison = comparison();
     let line = comparison.lines.iter().find(|line| line.group.starts_with(group) && line.what == what);
-    (line.expect(what).measure)(&Control::default()).expect("not stopped").expect("measured")
+    (line.expect(what).measure)(&Control::default()).expect("not stopped").expect("measured").text
 }
 
 #[test]

@@ -2,17 +2,21 @@
 
 use std::fs::File;
 
-use hpu_signal::{Format, Signal};
 use hpu_study::trace_table::TraceTable;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
 #[test]
 fn rows_come_back_from_the_file_in_their_order_over_more_than_a_group() {
-    let net = |name, unit| Signal { name, unit, format: Format::signed(12), doc: "" };
-    let nets = [net("position", "count"), net("command", "PWM count")];
+    let column = |name: &str, doc: &str| (name.to_string(), doc.to_string());
+    let columns = [
+        column("time_s", "Time"),
+        column("angle_rad", "Angle"),
+        column("position_count", "Position"),
+        column("command_pwm_count", "Command"),
+    ];
     let path = std::env::temp_dir().join(format!("hpu-trace-{}.parquet", std::process::id()));
-    let mut table = TraceTable::new(File::create(&path).unwrap(), &["angle_rad"], &nets, "hpu run x").unwrap();
+    let mut table = TraceTable::new(File::create(&path).unwrap(), &columns, "along the angle", "hpu run x").unwrap();
     let row = |row: u32| [f64::from(row) * 1e-4, f64::from(row).sin(), f64::from(row % 7), -f64::from(row)];
     let rows = 150_000;
     for index in 0..rows {
@@ -23,10 +27,11 @@ fn rows_come_back_from_the_file_in_their_order_over_more_than_a_group() {
     let file = reader.metadata().file_metadata();
     assert_eq!((file.num_rows(), reader.num_row_groups()), (i64::from(rows), 3));
     let names: Vec<&str> = file.schema_descr().columns().iter().map(|column| column.name()).collect();
-    assert_eq!(names, ["time_s", "angle_rad", "position", "command"]);
+    assert_eq!(names, ["time_s", "angle_rad", "position_count", "command_pwm_count"]);
     let metadata = file.key_value_metadata().unwrap();
     let metadata: Vec<_> = metadata.iter().map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap())).collect();
-    let expected = [("command", "hpu run x"), ("unit of position", "count"), ("unit of command", "PWM count")];
+    let told = columns.iter().map(|(name, doc)| (name.as_str(), doc.as_str()));
+    let expected: Vec<_> = [("command", "hpu run x"), ("signs", "along the angle")].into_iter().chain(told).collect();
     assert_eq!(metadata, expected);
     for (index, found) in (0..).zip(reader.get_row_iter(None).unwrap()) {
         let found = found.unwrap();

@@ -10,32 +10,40 @@ use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
+use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::units::Row;
 use hpu_study::widths::search::{
     Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, Width, estimate, search,
 };
 
-type Set = Vec<(String, String)>;
+use crate::looks::{assert_readable, texts};
 
-fn text(name: &str) -> SceneText {
+pub type Set = Vec<(String, String)>;
+
+pub fn text(name: &str) -> SceneText {
     let shipped = shipped().iter().find(|shipped| shipped.name == name).expect("a shipped scene");
     SceneText { name: format!("{name}.toml"), text: shipped.text.to_string(), files: BTreeMap::new() }
 }
 
-fn set(pairs: &[(&str, &str)]) -> Set {
+pub fn set(pairs: &[(&str, &str)]) -> Set {
     pairs.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect()
 }
 
-fn knobs(texts: &[&str]) -> Vec<Knob> {
+pub fn knobs(texts: &[&str]) -> Vec<Knob> {
     texts.iter().map(|text| text.parse().unwrap_or_else(|error| panic!("{error}"))).collect()
 }
 
-const PLAN: Plan = Plan { against: None, within: 0.05, jobs: NonZeroUsize::new(2).expect("two") };
+pub const PLAN: Plan = Plan { against: None, within: 0.05, proved: false, jobs: NonZeroUsize::new(2).expect("two") };
 
-fn found(scene: &SceneText, set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
+/// A shipped scene under changes, as it is named in a search.
+pub fn scene(name: &str, set: &Set) -> (String, Experiment) {
+    (name.to_string(), text(name).parse(set).expect("the scene"))
+}
+
+pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
     let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
-    match search((scene, set), knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
+    match search(scenes, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
         Err(Ended::Stopped | Ended::Kept(_)) => panic!("nobody stops it"),
@@ -90,40 +98,55 @@ fn stable_word(experiment: &Experiment) -> (i128, usize) {
     (word, runs)
 }
 
-fn error_of(experiment: &Experiment, reference: &Outputs, found: &Found) -> f64 {
-    let (outputs, _) = Outputs::of(experiment, Driver::Events, &Control::default()).expect("it runs");
-    worst(&outputs.expect("nobody stops it").errors(reference), &found.outputs)
-}
+/// One scene of a search: its name, its changes, and whether its own stable stiffness counts.
+pub type On<'a> = (&'a str, Set, bool);
 
-/// Holds the front that a search finds to that of the grid, every design a scene of its own.
-fn holds_to_the_grid(name: &str, set: &Set, texts: &[&str], plan: Plan) -> Found {
-    let scene = text(name);
+/// Holds the front that a search finds to that of the grid, every design a scene of its own; `allowed` are designs whose words
+/// hold what they have to. Returns how many runs the grid took, too.
+pub fn holds_to_the_grid(
+    on: &[On],
+    texts: &[&str],
+    plan: Plan,
+    allowed: impl Fn(&Experiment) -> bool,
+) -> (Found, usize) {
     let knobs = knobs(texts);
-    let found = found(&scene, set, &knobs, plan).expect("a search");
-    let own = Design::of(&scene.parse(set).expect("the scene").axis().expect("an axis"));
-    let parse = |design: Design| scene.parse(&set.iter().cloned().chain(design.set()).collect::<Set>());
-    let reference = parse(found.reference.design).expect("the reference");
-    let reference = Outputs::of(&reference, Driver::Events, &Control::default()).expect("it runs").0.expect("it ends");
+    let scenes: Vec<_> = on.iter().map(|(name, set, _)| scene(name, set)).collect();
+    let found = found(&scenes, &knobs, plan).expect("a search");
+    let own = Design::of(&scenes[0].1.clone().axis().expect("an axis"));
+    let parse = |(name, set, _): &On, design: Design| {
+        text(name).parse(&set.iter().cloned().chain(design.set()).collect::<Set>())
+    };
+    let outputs = |experiment: &Experiment| {
+        let (outputs, _) = Outputs::of(experiment, Driver::Events, &Control::default()).expect("it runs");
+        outputs.expect("nobody stops it")
+    };
+    let wide = |on: &On| outputs(&parse(on, found.reference.design).expect("the reference"));
+    let references: Vec<_> = on.iter().map(wide).collect();
 
     let mut grid: Vec<(String, Merit)> = Vec::new();
     let (mut refused, mut runs) = (0, 0);
     for design in designs(own, &knobs) {
-        let Ok(experiment) = parse(design) else {
+        let parsed: Result<Vec<_>, _> = on.iter().map(|on| parse(on, design)).collect();
+        let Some(experiments) = parsed.ok().filter(|all| all.iter().all(&allowed)) else {
             refused += 1;
             continue;
         };
-        let axis = experiment.clone().axis().expect("an axis");
-        let words = axis.words().expect("words");
-        let unit = words.realised.torque_quantum_nm / words.realised.count_rad * axis.method.stiffness_format.lsb();
-        let error = error_of(&experiment, &reference, &found);
-        let (word, tries) = stable_word(&experiment);
-        runs += 1 + tries;
-        let merit = Merit {
-            lut4: estimate(&words.config, axis.method.kind == Loop::Conventional),
-            error: if error > plan.within { f64::INFINITY } else { error },
-            stiffness: word as f64 * unit,
-        };
-        grid.push((design.to_string(), merit));
+        let (mut error, mut stiffness, mut lut4) = (0.0f64, f64::INFINITY, 0);
+        for (index, experiment) in experiments.iter().enumerate() {
+            let axis = experiment.clone().axis().expect("an axis");
+            let words = axis.words().expect("words");
+            let unit = words.realised.torque_quantum_nm / words.realised.count_rad * axis.method.stiffness_format.lsb();
+            error = error.max(worst(&outputs(experiment).errors(&references[index]), &found.on[index].outputs));
+            runs += 1;
+            if on[index].2 {
+                let (word, tries) = stable_word(experiment);
+                stiffness = stiffness.min(word as f64 * unit);
+                runs += tries;
+            }
+            lut4 = estimate(&words.config, axis.method.kind == Loop::Conventional);
+        }
+        let error = if error > plan.within { f64::INFINITY } else { error };
+        grid.push((design.to_string(), Merit { lut4, error, stiffness }));
     }
     assert_eq!(found.designs, grid.len() + refused);
     assert_eq!(found.refused.iter().map(|(_, count)| count).sum::<usize>(), refused);
@@ -136,17 +159,23 @@ fn holds_to_the_grid(name: &str, set: &Set, texts: &[&str], plan: Plan) -> Found
     assert!(wanted.len() > 1, "a front of one says little");
     assert_eq!(front, wanted);
     assert!(found.grid_runs <= runs, "{} runs of the grid, which took {runs}", found.grid_runs);
+    (found, runs)
+}
+
+/// As [`holds_to_the_grid`], of one scene.
+fn one_holds_to_the_grid(name: &str, set: &Set, texts: &[&str], plan: Plan) -> Found {
+    let (found, runs) = holds_to_the_grid(&[(name, set.clone(), true)], texts, plan, |_| true);
     assert!(3 * found.runs < runs, "{} runs instead of {runs}", found.runs);
     found
 }
 
-const ANY_ERROR: Plan = Plan { within: f64::MAX, ..PLAN };
+pub const ANY_ERROR: Plan = Plan { within: f64::MAX, ..PLAN };
 
 #[test]
 fn the_front_of_a_small_case_is_that_of_the_grid_run_design_by_design() {
     let set = set(&[("run.duration", "60 ms")]);
     let knobs = ["position_bits=4..7", "stiffness_format.frac=0..2", "damping_format.frac=1..3", "velocity_bits=2..5"];
-    holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
+    one_holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
 }
 
 #[test]
@@ -158,28 +187,27 @@ fn so_it_is_where_products_wrap_and_velocities_are_rescaled() {
         ("method.reference_rate", "5 kHz"),
     ]);
     let knobs = ["position_bits=5..7", "stiffness_format.int=5..7", "velocity_bits=3..5", "pwm.bits=10..12"];
-    holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
+    one_holds_to_the_grid("thrown-hybrid", &set, &knobs, ANY_ERROR);
 }
 
 #[test]
 fn so_it_is_of_a_held_position_and_where_designs_that_are_far_off_are_none() {
     let set = set(&[("run.duration", "40 ms")]);
     let knobs = ["position_bits=4..7", "stiffness_format.frac=0..1", "damping_format.frac=1..4", "velocity_bits=2..5"];
-    let found = holds_to_the_grid("thrown-conventional", &set, &knobs, Plan { within: 0.1, ..PLAN });
+    let found = one_holds_to_the_grid("thrown-conventional", &set, &knobs, Plan { within: 0.1, ..PLAN });
     assert!(found.points.iter().all(|point| point.merit.error <= 0.1));
 }
 
 #[test]
 fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() {
-    let scene = text("thrown-hybrid");
-    let set = set(&[("run.duration", "40 ms")]);
+    let scene = [scene("thrown-hybrid", &set(&[("run.duration", "40 ms")]))];
     let knobs = knobs(&["position_bits=5..7", "velocity_bits=3..5"]);
     let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
     let keep = |index: usize, row: &Row| {
         rows.insert(index, row.clone());
         if rows.len() < 7 { Ok(()) } else { Err("the disk is full") }
     };
-    let ended = search((&scene, &set), &knobs, PLAN, BTreeMap::new(), &Control::default(), keep, |_| ());
+    let ended = search(&scene, &knobs, PLAN, BTreeMap::new(), &Control::default(), keep, |_| ());
     assert!(matches!(ended, Err(Ended::Kept("the disk is full"))));
     let kept = rows.len();
     let mut more = 0;
@@ -187,11 +215,11 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
         more += 1;
         Ok::<(), Infallible>(())
     };
-    let ended = search((&scene, &set), &knobs, PLAN, rows, &Control::default(), keep, |_| ());
+    let ended = search(&scene, &knobs, PLAN, rows, &Control::default(), keep, |_| ());
     let Ok(resumed) = ended else { panic!("it goes on") };
     assert_eq!(resumed.runs, 1 + kept + more, "no run is done twice");
     let one = Plan { jobs: NonZeroUsize::MIN, ..PLAN };
-    assert_eq!(resumed, found(&scene, &set, &knobs, one).expect("a search"));
+    assert_eq!(resumed, found(&scene, &knobs, one).expect("a search"));
 }
 
 #[test]
@@ -200,25 +228,34 @@ fn a_search_that_is_stopped_says_so() {
     control.stop.store(true, Ordering::Relaxed);
     let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
     let knobs = knobs(&["velocity_bits=3..5"]);
-    let ended = search((&text("thrown-hybrid"), &Set::new()), &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
+    let ended = search(&[scene("thrown-hybrid", &Set::new())], &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
     assert!(matches!(ended, Err(Ended::Stopped)));
 }
 
 #[test]
 fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() {
     let knobs = knobs(&["position_bits=10..12", "stiffness_format.int=7..8", "velocity_bits=4..5"]);
-    let found = found(&text("hybrid-wall"), &Set::new(), &knobs, Plan { against: Some(24), ..PLAN }).expect("a search");
+    let found =
+        found(&[scene("hybrid-wall", &Set::new())], &knobs, Plan { against: Some(24), ..PLAN }).expect("a search");
     assert_eq!(found.reference.design.to_string(), "24 (0,12,12) (0,8,16) 24 12");
     let least = 0.99 * found.reference.merit.stiffness;
     let enough = found.points.iter().filter(|point| point.merit.stiffness >= least);
     let cheapest = enough.map(|point| point.merit.lut4).min();
     assert_eq!(found.smallest(0.01).map(|point| point.merit.lut4), cheapest);
     assert!(cheapest.is_some(), "{:#?}", found.points);
+    let by_cost = stiffness_by_cost("hybrid-wall", &found, 0.01, "hpu widths");
+    let said = |text: &str| texts(&by_cost.svg).iter().any(|of| of.text.contains(text));
+    // A design is told with the names of its widths, and the levels with what they are.
+    assert!(said("reference: position 24, stiffness (0,12,12), damping (0,8,16), velocity 24, PWM 12;"));
+    assert!(said("1 % less stiff than the reference") && said("smallest within 1 % of it"));
+    for picture in [by_cost, error_by_width("hybrid-wall", &found, "hpu widths")] {
+        assert_readable(&picture, "a search");
+    }
 }
 
 /// What a search says when it refuses.
 fn refusal(name: &str, pairs: &[(&str, &str)], texts: &[&str]) -> String {
-    found(&text(name), &set(pairs), &knobs(texts), PLAN).expect_err("it is refused").to_string()
+    found(&[scene(name, &set(pairs))], &knobs(texts), PLAN).expect_err("it is refused").to_string()
 }
 
 #[test]
@@ -263,7 +300,8 @@ fn widths_of_which_no_scene_has_any_say_which_and_why() {
 #[test]
 fn some_widths_that_no_scene_has_are_skipped_and_counted() {
     let set = set(&[("run.duration", "40 ms")]);
-    let found = found(&text("thrown-hybrid"), &set, &knobs(&["stiffness_format.int=5..7", "velocity_bits=4..5"]), PLAN);
+    let found =
+        found(&[scene("thrown-hybrid", &set)], &knobs(&["stiffness_format.int=5..7", "velocity_bits=4..5"]), PLAN);
     let found = found.expect("a search");
     assert_eq!(found.refused.len(), 1);
     assert!(found.refused[0].0.contains("does not fit (0,5,0)") && found.refused[0].1 == 2, "{:?}", found.refused);

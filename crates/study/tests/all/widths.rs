@@ -4,7 +4,11 @@ use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Ready, Rig, SplitMix64};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
+use hpu_study::chart::ranges;
+use hpu_study::widths::proof::{Bound, How};
 use hpu_study::widths::{Beside, Measured, Walk, beside, measured, random, together};
+
+use crate::looks::assert_readable;
 
 fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
@@ -194,6 +198,27 @@ fn the_tables_and_the_tip_of_a_phantom_are_as_near_as_rounding_lets_them() {
         let row = found.row(signal).expect("a row");
         assert!(row.rounded.edges > 0 && row.rounded.worst <= ulps * row.format.lsb(), "{signal}: {:?}", row.rounded);
     }
+}
+
+#[test]
+fn bars_of_ranges_are_readable_by_all() {
+    let measured = run("wrap-product", &[]);
+    let bounds: Vec<Bound> = measured
+        .rows
+        .iter()
+        .map(|row| Bound {
+            name: row.name,
+            format: row.format,
+            unit: "count",
+            min: row.format.min() as f64 * row.format.lsb(),
+            max: row.format.max() as f64 * row.format.lsb(),
+            error: None,
+            how: How::Proved,
+            never_overflows: true,
+            assumptions: Vec::new(),
+        })
+        .collect();
+    assert_readable(&ranges("wrap-product: widths", &measured, &bounds, "hpu widths"), "ranges");
 }
 
 #[test]

@@ -107,7 +107,7 @@ impl Push {
                 .expect("a string grows");
         }
         format!(
-            "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\n[clock]\nfrequency = \"5 MHz\"\n\
+            "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"5 MHz\"\n\
              [hand]\nkind = \"spring_damper\"\nstiffness = \"0.3 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"\npath = [{path}]\n\
              [wall]\nposition = \"0.1 rad\"\n{wall}\n[run]\nduration = \"{duration_s} s\"\n\
              [method]\nsample_rate = \"{rate_hz} Hz\"\n{method}\n"

@@ -6,10 +6,10 @@ mod sense;
 
 use std::io;
 
-use hpu_cosim::scene::Scene;
+use hpu_cosim::scene::{Device, Origin, Parameter, ParameterValue, Scene};
 use proptest::prelude::*;
 
-/// A scene that is accepted; every test spoils one thing.
+/// A scene that is accepted once its motor is named, as [`parse`] does; every test spoils one thing.
 const GOOD: &str = r#"about = "A wall."
 [device]
 kind = "motor"
@@ -46,7 +46,8 @@ fn files(name: &str) -> io::Result<Vec<u8>> {
 }
 
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Scene, String> {
-    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let motor = text.contains("kind = \"motor\"").then_some(&("device.motor", "vasudevan_2007"));
+    let overrides: Vec<_> = motor.into_iter().chain(overrides).map(|(k, v)| (k.to_string(), v.to_string())).collect();
     Scene::parse("testbench/scenes/x.toml", text, &overrides, &mut files).map_err(|error| error.to_string())
 }
 
@@ -112,7 +113,7 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
     says(
         parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
-         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges",
+         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share",
     );
 }
 
@@ -188,6 +189,23 @@ fn a_clock_of_zero_and_a_fraction_of_a_hertz_are_refused() {
 }
 
 #[test]
+fn whoever_asks_for_the_frequency_of_the_pwm_is_told_what_sets_it() {
+    let told = "a PWM's frequency is clock.frequency / 2^method.pwm.bits, as in 50 MHz / 2^12 = 12.207 kHz; \
+                set these two keys";
+    let rate = "sample_rate = \"1 kHz\"";
+    let says_told = |said: String, place: &str| says(said, &format!("{place}: unknown key; {told}"));
+    says_told(refused(rate, &format!("{rate}\npwm.frequency = \"20 kHz\"")), "9:5: method.pwm.frequency");
+    says_told(refused(rate, &format!("{rate}\npwm_frequency = \"20 kHz\"")), "9:1: method.pwm_frequency");
+    says_told(refused("[wall]", "[pwm]\nfrequency = \"20 kHz\"\n[wall]"), "9:2: pwm");
+    for key in ["pwm.frequency", "method.pwm.frequency", "method.pwm_frequency"] {
+        let said = parse(GOOD, &[(key, "20 kHz")]).expect_err(key);
+        assert!(said.starts_with(&format!("--set {key}=20 kHz: ")) && said.ends_with(told), "{said}");
+    }
+    let said = parse(GOOD, &[("pwm.bits", "10")]).expect_err("pwm.bits");
+    assert!(said.ends_with("pwm: unknown key; the PWM's keys stand in [method.pwm]"), "{said}");
+}
+
+#[test]
 fn an_impossible_format_is_refused() {
     let format =
         |text: &str| refused("sample_rate = \"1 kHz\"", &format!("sample_rate = 1000\nstiffness_format = {text}"));
@@ -195,13 +213,18 @@ fn an_impossible_format_is_refused() {
     says(
         format("\"12.0\""),
         "9:20: method.stiffness_format: `12.0` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, \
-         fraction bits, as in (1,9,22)",
+         fraction bits, as in (1,9,22); or UQ4.8, Q4.8 (as TI writes it: the sign bit is not among the 4), ufix12_En8, \
+         sfix16_En12, ufixed(3 downto -8), ap_ufixed<12,4>",
     );
     says(format("12"), "9:20: method.stiffness_format: `12` is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"");
     let gain = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
     for wrong in ["(1,11,0)", "(0,12,-1)", "(0,30,10)", "(0,1,0)"] {
         says(format(&format!("\"{wrong}\"")), &format!("9:20: method.stiffness_format: {wrong}: {gain}"));
     }
+    let ti = "`Q4.8` is (1,4,8), 13 bits, as TI writes it; ARM counts the sign bit too";
+    says(format("\"Q4.8\""), &format!("9:20: method.stiffness_format: {ti}: {gain}"));
+    let mathworks = "`sfix16_En12` is (1,3,12)";
+    says(format("\"sfix16_En12\""), &format!("9:20: method.stiffness_format: {mathworks}: {gain}"));
 }
 
 #[test]
@@ -401,4 +424,80 @@ proptest! {
             prop_assert!(message.starts_with(&format!("--set {key}={value}: ")) || message.contains("x.toml:"), "{message}");
         }
     }
+}
+
+/// A scene around a motor whose data are these.
+fn motor(data: &str) -> Result<Scene, String> {
+    let text = GOOD.replace("kind = \"motor\"", &format!("kind = 'motor'\n{data}"));
+    Scene::parse("testbench/scenes/x.toml", &text, &[], &mut files).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_motor_has_no_data_that_nobody_gave() {
+    let four = "resistance = \"2.18 Ohm\"\ninductance = \"0.238 mH\"\ntorque_constant = \"23.4 mN.m/A\"\n\
+                rotor_inertia = \"10.3 g.cm2\"";
+    let Device::Motor(own) = motor(four).unwrap().device else { panic!("a motor") };
+    assert_eq!((own.resistance_ohm, own.inductance_h), (2.18, 0.238e-3));
+    assert_eq!((own.torque_constant_nm_per_a, own.rotor_inertia_kg_m2), (23.4e-3, 10.3e-7));
+    assert_eq!((own.viscous_friction_nm_s_per_rad, own.coulomb_friction_nm, own.wheel_ratio), (0.0, 0.0, 1.0));
+    for left_out in four.lines() {
+        let key = left_out.split_once(' ').unwrap().0;
+        let said = motor(&four.replace(left_out, "")).unwrap_err();
+        let missing = format!("x.toml:2:1: device.{key}: missing; write ");
+        assert!(said.contains(&missing) && said.ends_with("or name the motor: motor = \"vasudevan_2007\""), "{said}");
+    }
+    // A named motor brings its own data, which a key replaces; the wheel is no part of it.
+    let Device::Motor(named) = motor("motor = \"vasudevan_2007\"\ninductance = \"1 mH\"").unwrap().device else {
+        panic!("a motor")
+    };
+    assert_eq!((named.torque_constant_nm_per_a, named.viscous_friction_nm_s_per_rad), (25.9e-3, 1.3e-6));
+    assert_eq!((named.inductance_h, named.wheel_ratio), (1e-3, 1.0));
+    says(motor("motor = \"maxon\"").unwrap_err(), "4:9: device.motor: `maxon` is none of \"vasudevan_2007\"");
+}
+
+#[test]
+fn every_parameter_tells_its_unit_and_who_said_it() {
+    let scene = parse(GOOD, &[("wall.stiffness", "2 N.m/rad")]).unwrap();
+    let said = |key: &str| {
+        let parameter = scene.parameters.iter().find(|parameter| parameter.key == key);
+        parameter.map(|Parameter { value, unit, origin, .. }| (value.clone(), *unit, *origin))
+    };
+    let number = |value| ParameterValue::Number(value);
+    assert_eq!(said("wall.stiffness"), Some((number(2.0), "N.m/rad", Origin::Set)));
+    assert_eq!(said("wall.position"), Some((number(1.5), "rad", Origin::Scene)));
+    assert_eq!(said("wall.damping"), Some((number(0.0), "N.m.s/rad", Origin::Default)));
+    assert_eq!(said("device.inductance"), Some((number(0.226e-3), "H", Origin::Motor("vasudevan_2007"))));
+    assert_eq!(said("device.wheel_ratio"), Some((number(1.0), "", Origin::Default)));
+    assert_eq!(said("method.pwm.bits"), Some((ParameterValue::Integer(12), "bit", Origin::Default)));
+    assert_eq!(said("method.kind"), Some((ParameterValue::Text("hybrid".into()), "", Origin::Scene)));
+    assert_eq!(said("method.stiffness_format"), Some((ParameterValue::Text("(0,12,0)".into()), "", Origin::Default)));
+    // Nothing is told twice, and nothing that no run uses.
+    let mut keys: Vec<&str> = scene.parameters.iter().map(|parameter| parameter.key.as_str()).collect();
+    let all = keys.len();
+    keys.sort_unstable();
+    keys.dedup();
+    assert_eq!(keys.len(), all);
+    for unused in ["about", "expect", "method.scale_format", "model.delay"] {
+        assert!(!keys.iter().any(|key| key.starts_with(unused)), "{unused}");
+    }
+}
+
+#[test]
+fn a_stiffness_that_its_word_misses_by_far_has_a_format_that_holds_it() {
+    // A word is 0.265 N.m / 4096 / (2 pi / 4096) = 42.176 mN.m/rad: 0.1 N.m/rad is 2.371 words, read as 2.
+    let word = 24.0 * 25.9e-3 / (25.9e-3 * 24.0 / 0.265) / std::f64::consts::TAU;
+    let miss = |format: &str, stiffness: &str| {
+        let set = [("method.stiffness_format", format), ("wall.stiffness", stiffness)];
+        parse(GOOD, &set).unwrap().words().unwrap().realised.stiffness_miss
+    };
+    let found = miss("(0,12,0)", "0.1").expect("15.7 % off");
+    assert!((found.error - (2.0 * word / 0.1 - 1.0)).abs() < 1e-12, "{}", found.error);
+    // Nearest of halves 2.5 (+5.4 %), of quarters 2.25 (-5.1 %), of eighths 2.375 (+0.17 %).
+    assert_eq!(found.format.map(|format| format.to_string()), Some("(0,12,3)".to_string()));
+    assert_eq!(miss("(0,12,3)", "0.1"), None);
+    // 1.5 N.m/rad is 35.57 words, 36 of which are 1.2 % more.
+    assert_eq!(miss("(0,12,0)", "1.5"), None);
+    // In 32 bits there is no room for what such a soft wall needs.
+    let none = miss("(0,31,1)", "0.015").expect("40.6 % off");
+    assert_eq!(none.format, None);
 }

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use hpu_signal::UNKNOWN;
 
 use super::{CHANGES, numbers};
 
@@ -103,6 +104,7 @@ impl Section {
         for &(slot, kind) in &self.signals {
             let bits = self.streams[slot].bits;
             match kind {
+                Kind::Word(width) if is_unknown(width, bits) => self.frame.extend((0..width).map(|_| UNKNOWN_BIT)),
                 Kind::Word(width) => {
                     self.frame.extend((0..width).rev().map(|place| b'0' + (bits >> place & 1) as u8));
                 }
@@ -115,7 +117,9 @@ impl Section {
     #[inline]
     pub fn word(&mut self, slot: usize, word: i64) {
         self.change(slot, word.cast_unsigned(), |stream, later| {
-            if stream.width == 1 {
+            if is_unknown(stream.width, stream.bits) {
+                stream.put_unknown(later);
+            } else if stream.width == 1 {
                 put_varint(&mut stream.bytes, later << 2 | (stream.bits & 1) << 1);
             } else {
                 put_varint(&mut stream.bytes, later << 1);
@@ -227,6 +231,27 @@ impl Stream {
         self.changed = now;
         Some(later)
     }
+
+    /// Puts a word of unknown bits: one bit is told by its number among the values beyond 0 and 1, several as
+    /// characters.
+    #[cold]
+    fn put_unknown(&mut self, later: u64) {
+        if self.width == 1 {
+            put_varint(&mut self.bytes, later << 4 | 1);
+        } else {
+            put_varint(&mut self.bytes, later << 1 | 1);
+            self.bytes.extend((0..self.width).map(|_| UNKNOWN_BIT));
+        }
+    }
+}
+
+/// The character of an unknown bit.
+const UNKNOWN_BIT: u8 = b'x';
+
+/// Whether bits are in the place of unknown ones.
+#[inline]
+fn is_unknown(width: u32, bits: u64) -> bool {
+    bits == UNKNOWN.cast_unsigned() && width < 64
 }
 
 /// Signals without changes, so many in a row.

@@ -1,8 +1,6 @@
 //! Names beside points, where they cover neither each other nor what they name.
 
-use plotters::style::RGBColor;
-
-use super::super::canvas::{Anchor, Canvas, text_width};
+use super::super::canvas::{Anchor, Canvas, INK, QUIET, text_width};
 
 /// Height of a label's text.
 pub(super) const SIZE: i32 = 24;
@@ -16,7 +14,6 @@ pub(super) type Area = [i32; 4];
 pub(super) struct Label {
     pub at: Pixel,
     pub text: String,
-    pub color: RGBColor,
     /// Whether it stands there even where there is no room.
     pub needed: bool,
 }
@@ -72,7 +69,7 @@ fn places(width: i32) -> impl Iterator<Item = Pixel> {
 /// Writes the labels, those first that come first.
 pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surroundings) {
     let mut taken = surroundings.taken.clone();
-    for Label { at, text, color, needed } in labels {
+    for Label { at, text, needed } in labels {
         let half = (text_width(text, SIZE) / 2, SIZE / 2 + 2);
         let [left, top, right, bottom] = surroundings.inside;
         let cost = |&(dx, dy): &Pixel| {
@@ -82,7 +79,7 @@ pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surrou
                 return i32::MAX;
             }
             let labels = taken.iter().filter(|other| overlap(other, &area)).count() as i32;
-            let dots = surroundings.dots.iter().filter(|dot| overlap(&around(**dot, (9, 9)), &area)).count() as i32;
+            let dots = surroundings.dots.iter().filter(|dot| overlap(&around(**dot, (13, 13)), &area)).count() as i32;
             let lines = surroundings.lines.iter().filter(|line| crosses(line, &area)).count() as i32;
             20_000 * labels + 2_000 * dots + 90 * lines + dx.abs() / 4 + 2 * dy.abs()
         };
@@ -95,9 +92,9 @@ pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surrou
         let middle = (at.0 + place.0, at.1 + place.1);
         if place.1.abs() > 40 {
             let end = if place.1 > 0 { middle.1 - half.1 } else { middle.1 + half.1 };
-            canvas.line(vec![*at, (at.0.clamp(middle.0 - half.0, middle.0 + half.0), end)], *color, 1);
+            canvas.line(vec![*at, (at.0.clamp(middle.0 - half.0, middle.0 + half.0), end)], QUIET, 1);
         }
-        canvas.text(middle, text.as_str(), SIZE, *color, Anchor::Centre);
+        canvas.text(middle, text.as_str(), SIZE, INK, Anchor::Centre);
         taken.push(around(middle, (half.0 + 6, half.1)));
     }
 }

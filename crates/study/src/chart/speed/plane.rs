@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use plotters::style::RGBColor;
+use plotters::style::WHITE;
 
-use super::super::canvas::{Anchor, Canvas, GREEN, GRID, HEIGHT, INK, ORANGE, PALE, QUIET, RED, WIDTH, text_width};
+use super::super::Marker;
+use super::super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
 use super::super::panel::Panel;
+use super::super::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
 use super::labels::{self, Area, Label, Surroundings};
 
 /// How high a spot stands.
@@ -21,14 +23,15 @@ pub(super) enum Height {
     Wrong,
 }
 
-/// The shape of a spot.
+/// The inside of a spot's marker.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Shape {
-    Dot,
-    Ring,
-    Triangle,
-    Square,
-    Diamond,
+pub(super) enum Inside {
+    Full,
+    Hollow,
+    /// Hollow, with a point in it.
+    Target,
+    /// Full, with a hole in it.
+    Pierced,
 }
 
 /// A contestant in the plane.
@@ -37,8 +40,8 @@ pub(super) struct Spot {
     pub family: String,
     pub speed: f64,
     pub height: Height,
-    pub shape: Shape,
-    pub color: RGBColor,
+    pub inside: Inside,
+    pub style: Style,
     /// Its name, if it is to have one.
     pub label: String,
     /// Whether the name must be there.
@@ -54,9 +57,10 @@ pub(super) struct Spot {
 /// What is written about the plane.
 pub(super) struct Words<'a> {
     pub x: &'a str,
+    pub y: String,
     pub floor: &'a str,
-    pub told: &'a str,
-    pub wrong: &'a str,
+    pub told: String,
+    pub wrong: String,
     /// The error that is allowed, and what to call it.
     pub allowed: Option<(f64, String)>,
 }
@@ -79,6 +83,22 @@ struct Plane {
     floor: i32,
 }
 
+/// Powers of ten that may lie empty between a point and the others; one farther off stands at the edge, with its value.
+const GAP: f64 = 1.5;
+
+/// The values without those few that lie farther beyond the others than [`GAP`], at either end.
+fn together(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.filter(|value| value.is_finite() && *value > 0.0).collect();
+    sorted.sort_by(f64::total_cmp);
+    let far = |a: f64, b: f64| libm::log10(b / a) > GAP;
+    // Few: two of at least ten.
+    let few = if sorted.len() >= 10 { 2 } else { 0 };
+    let above = (1..=few).rev().find(|&n| far(sorted[sorted.len() - n - 1], sorted[sorted.len() - n]));
+    sorted.truncate(sorted.len() - above.unwrap_or(0));
+    let below = (1..=few.min(sorted.len().saturating_sub(1))).rev().find(|&n| far(sorted[n - 1], sorted[n]));
+    sorted.split_off(below.unwrap_or(0))
+}
+
 /// Whole powers of ten around some values.
 fn decades(values: impl Iterator<Item = f64>, least: Range<f64>) -> Range<f64> {
     let (low, high) = values
@@ -89,13 +109,13 @@ fn decades(values: impl Iterator<Item = f64>, least: Range<f64>) -> Range<f64> {
 
 impl Plane {
     fn new(spots: &[Spot], allowed: Option<f64>) -> Self {
-        let speeds = spots.iter().map(|spot| spot.speed);
-        let slowest = spots.iter().map(|spot| spot.speed).fold(f64::INFINITY, f64::min);
-        let errors = spots.iter().filter_map(|spot| match spot.height {
+        let speeds = together(spots.iter().map(|spot| spot.speed));
+        let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+        let errors = together(spots.iter().filter_map(|spot| match spot.height {
             // What is wrong by more than all is as wrong as that.
             Height::At(error) => Some(error.clamp(1e-9, 10.0)),
             _ => None,
-        });
+        }));
         let allowed = allowed.unwrap_or(0.1);
         let there = |height| spots.iter().any(|spot| spot.height == height);
         let mut top = TOP;
@@ -106,8 +126,8 @@ impl Plane {
             })
         };
         let (wrong, told) = (band(Height::Wrong, BAND), band(Height::Told, TOLD));
-        let x = decades(speeds, slowest..slowest * 10.0);
-        let y = decades(errors, 0.1 * allowed..1.0);
+        let x = decades(speeds.into_iter(), slowest..slowest * 10.0);
+        let y = decades(errors.into_iter(), 0.1 * allowed..1.0);
         let panel = Panel { left: LEFT, top, right: RIGHT, bottom: BOTTOM - BAND, x, y };
         Self { panel, wrong, told, floor: BOTTOM - BAND / 2 }
     }
@@ -124,39 +144,48 @@ impl Plane {
         }
     }
 
+    /// What a spot's label adds where its place is not its value.
+    fn beyond(&self, spot: &Spot) -> String {
+        let far = |range: &Range<f64>, value: f64| value < range.start - 1e-9 || value > range.end + 1e-9;
+        match spot.height {
+            _ if far(&self.panel.x, libm::log10(spot.speed)) => format!(", at {} \u{2192}", power(spot.speed)),
+            Height::At(error) if far(&self.panel.y, libm::log10(error.clamp(1e-9, 10.0))) => {
+                format!(", {} %", power(100.0 * error))
+            }
+            _ => String::new(),
+        }
+    }
+
     /// Grid, axes and bands; returns where the bands' names stand.
     fn grid(&self, canvas: &mut Canvas, words: &Words) -> Vec<Area> {
         let Panel { left, right, bottom, .. } = self.panel;
-        let power = |power: i32| libm::exp10(f64::from(power));
+        let mut names = Vec::new();
+        let mut band = |canvas: &mut Canvas, from: i32, to: i32, text: &str| {
+            names.push([left, from, left + 32 + text_width(text, 24), from + 44]);
+            canvas.fill([(left, from), (right, to)], SHADE);
+            canvas.line(vec![(left, to), (right, to)], WHITE, 4);
+            canvas.text((left + 16, from + 22), text, 24, INK, Anchor::Left);
+        };
+        band(canvas, bottom, BOTTOM, words.floor);
+        if let Some(from) = self.told {
+            band(canvas, from, from + TOLD, &words.told);
+        }
+        if let Some(from) = self.wrong {
+            band(canvas, from, from + BAND, &words.wrong);
+        }
+        let value = |decade: i32| libm::exp10(f64::from(decade));
         for decade in self.panel.y.start as i32..=self.panel.y.end as i32 {
             let (_, y) = self.panel.at(self.panel.x.start, f64::from(decade));
             canvas.line(vec![(left, y), (right, y)], GRID, 2);
-            let label = match decade {
-                -5.. => format!("{:.*} %", (-2 - decade).max(0) as usize, 100.0 * power(decade)),
-                _ => format!("1e\u{2212}{} %", -2 - decade),
-            };
-            canvas.text((left - 14, y), label, 26, QUIET, Anchor::Right);
+            canvas.text((left - 14, y), power(value(decade + 2)), 26, QUIET, Anchor::Right);
         }
         for decade in self.panel.x.start as i32..=self.panel.x.end as i32 {
             let (x, _) = self.panel.at(f64::from(decade), 0.0);
             canvas.line(vec![(x, TOP), (x, BOTTOM)], GRID, 2);
-            let label = if (-3..=5).contains(&decade) { power(decade).to_string() } else { format!("1e{decade}") };
-            canvas.text((x, BOTTOM + 26), label, 26, QUIET, Anchor::Centre);
+            canvas.text((x, BOTTOM + 26), power(value(decade)), 26, QUIET, Anchor::Centre);
         }
         canvas.text(((left + right) / 2, BOTTOM + 66), words.x, 26, INK, Anchor::Centre);
-        let mut names = Vec::new();
-        let mut band = |canvas: &mut Canvas, from: i32, to: i32, color, alpha, text: &str| {
-            names.push([left, from, left + 32 + text_width(text, 24), from + 44]);
-            canvas.fill([(left, from), (right, to)], color, alpha);
-            canvas.text((left + 16, from + 22), text, 24, INK, Anchor::Left);
-        };
-        band(canvas, bottom, BOTTOM, PALE, 0.45, words.floor);
-        if let Some(from) = self.told {
-            band(canvas, from, from + TOLD, GRID, 0.6, words.told);
-        }
-        if let Some(from) = self.wrong {
-            band(canvas, from, from + BAND, RED, 0.10, words.wrong);
-        }
+        self.panel.y_name(canvas, &words.y);
         canvas.line(vec![(left, TOP), (left, BOTTOM)], QUIET, 2);
         names
     }
@@ -165,9 +194,9 @@ impl Plane {
     fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> ((i32, i32), (i32, i32)) {
         let (_, y) = self.panel.at(self.panel.x.start, libm::log10(error));
         for x in (LEFT..RIGHT).step_by(28) {
-            canvas.line(vec![(x, y), ((x + 16).min(RIGHT), y)], GREEN, 3);
+            canvas.line(vec![(x, y), ((x + 16).min(RIGHT), y)], INK, 3);
         }
-        canvas.text((RIGHT - 8, y - 20), text, 24, GREEN, Anchor::Right);
+        canvas.text((RIGHT - 8, y - 20), text, 24, INK, Anchor::Right);
         ((LEFT, y), (RIGHT, y))
     }
 }
@@ -208,20 +237,21 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
         })
         .collect();
     lines.extend(corners.windows(2).map(|pair| (pair[0], pair[1])));
-    canvas.line(corners, FRONT, 10);
+    canvas.line(corners, SAND, 12);
 
     families.sort_by_key(|family| !spots.iter().any(|spot| spot.family == *family && spot.behind));
     for family in families {
         let rungs: Vec<usize> = (0..spots.len()).filter(|index| spots[*index].family == family).collect();
         lines.extend(rungs.windows(2).map(|pair| (pixels[pair[0]], pixels[pair[1]])));
         if rungs.len() > 1 {
-            let width = if spots[rungs[0]].behind { 2 } else { 4 };
-            canvas.line(rungs.iter().map(|index| pixels[*index]).collect(), spots[rungs[0]].color, width);
+            let width = if spots[rungs[0]].behind { 1 } else { 4 };
+            canvas.line(rungs.iter().map(|index| pixels[*index]).collect(), spots[rungs[0]].style.color, width);
         }
         for index in rungs {
-            shape(canvas, pixels[index], spots[index].shape, spots[index].color);
+            let Spot { inside, style, behind, front, .. } = &spots[index];
+            shape(canvas, pixels[index], *style, *inside, if *behind && !front { 7 } else { 11 });
             if spots[index].chosen {
-                canvas.dot(pixels[index], 20, GREEN, 4);
+                canvas.dot(pixels[index], 22, INK, 4);
             }
         }
     }
@@ -230,45 +260,62 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
     let named: Vec<Label> = order
         .into_iter()
         .map(|index| {
-            let Spot { label, color, needed, .. } = &spots[index];
-            Label { at: pixels[index], text: label.clone(), color: *color, needed: *needed }
+            let Spot { label, needed, .. } = &spots[index];
+            Label { at: pixels[index], text: format!("{label}{}", plane.beyond(&spots[index])), needed: *needed }
         })
         .collect();
     let inside = [LEFT + 4, TOP + 4, RIGHT - 4, BOTTOM - 4];
     labels::write(canvas, &named, &Surroundings { inside, taken, dots: &pixels, lines: &lines });
 }
 
-/// The front, behind all that is on it.
-const FRONT: RGBColor = RGBColor(250, 222, 150);
-
-/// One spot.
-pub(super) fn shape(canvas: &mut Canvas, (x, y): (i32, i32), shape: Shape, color: RGBColor) {
-    match shape {
-        Shape::Dot => canvas.dot((x, y), 9, color, 0),
-        Shape::Ring => canvas.dot((x, y), 8, color, 4),
-        Shape::Square => canvas.fill([(x - 8, y - 8), (x + 8, y + 8)], color, 1.0),
-        Shape::Triangle => {
-            for row in 0i32..=18 {
-                let half = row * 10 / 18;
-                canvas.fill([(x - half, y - 11 + row), (x + half, y - 10 + row)], color, 1.0);
-            }
+/// A power of ten, or a value between two, in few letters.
+fn power(value: f64) -> String {
+    let decade = libm::log10(value).round();
+    match decade as i32 {
+        -3..=5 if (libm::log10(value) - decade).abs() < 1e-6 => {
+            format!("{value:.*}", (-decade).max(0.0) as usize)
         }
-        Shape::Diamond => {
-            for row in -10i32..=10 {
-                let half = 10 - row.abs();
-                canvas.fill([(x - half, y + row), (x + half, y + row + 1)], color, 1.0);
-            }
-        }
+        _ => format!("{value:.0e}").replace('-', "\u{2212}"),
     }
 }
 
-/// Entries of a key in a row, each with its shape.
-pub(super) fn key(canvas: &mut Canvas, (mut x, y): (i32, i32), entries: &[(String, Shape, RGBColor)]) {
-    for (text, of, color) in entries {
-        shape(canvas, (x + 10, y), *of, *color);
-        canvas.text((x + 32, y), text.as_str(), 26, *color, Anchor::Left);
-        x += 32 + text_width(text, 26) + 38;
+/// One spot.
+fn shape(canvas: &mut Canvas, at: (i32, i32), style: Style, inside: Inside, reach: i32) {
+    mark(canvas, at, style, reach);
+    let hole = |canvas: &mut Canvas, reach| mark(canvas, at, Style { color: WHITE, ..style }, reach);
+    match inside {
+        Inside::Full => {}
+        Inside::Hollow => hole(canvas, reach - 4),
+        Inside::Target => {
+            hole(canvas, reach - 4);
+            canvas.dot(at, 3, style.color, 0);
+        }
+        Inside::Pierced => canvas.dot(at, 3, WHITE, 0),
     }
-    canvas.line(vec![(x, y), (x + 44, y)], FRONT, 10);
-    canvas.text((x + 58, y), "beaten by none in both", 26, ORANGE, Anchor::Left);
+}
+
+/// The key: solvers in a row, and below what the insides of markers are, the front and the ring.
+pub(super) fn key(canvas: &mut Canvas, solvers: &[(String, Style)], insides: &[(&str, Inside)], allowed: Option<&str>) {
+    let mut x = 60;
+    for (text, style) in solvers {
+        x = entry(canvas, (x, 166), (text.as_str(), Look::Line(*style)), 26);
+    }
+    let (mut x, y) = (60, 218);
+    let mut say = |canvas: &mut Canvas, wide: i32, text: &str| {
+        canvas.text((x + wide, y), text, 26, INK, Anchor::Left);
+        x += wide + text_width(text, 26) + 40;
+        x
+    };
+    let mut at = 60;
+    for (text, inside) in insides {
+        shape(canvas, (at + 12, y), Style { marker: Marker::Square, ..BLACK }, *inside, 11);
+        at = say(canvas, 34, text);
+    }
+    canvas.declare("beaten by none in both", Look::Area(SAND));
+    canvas.line(vec![(at, y), (at + 44, y)], SAND, 12);
+    at = say(canvas, 58, "beaten by none in both");
+    if let Some(allowed) = allowed {
+        canvas.dot((at + 16, y), 16, INK, 4);
+        say(canvas, 46, &format!("fastest of {allowed}"));
+    }
 }

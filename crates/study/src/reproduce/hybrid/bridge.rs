@@ -3,7 +3,7 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment};
 
-use super::super::beside::Line;
+use super::super::beside::{Found, Line};
 use super::{Leaning, axis, line, stiffest};
 use crate::map::{Cell, CellLimits};
 
@@ -12,16 +12,18 @@ const GROUP: &str = "The stiffest wall with a bridge that brakes, against one th
 pub(super) fn lines() -> Vec<Line> {
     let mut lines = Vec::new();
     for hand in [Leaning::Push(20), Leaning::Shipped] {
-        for (what, scene, rate, published) in [
-            ("conventional, 100 Hz", "conventional-wall-1khz", "100 Hz", "+33.3 %"),
-            ("conventional, 1 kHz", "conventional-wall-1khz", "1 kHz", "+16.6 %"),
-            ("hybrid", "hybrid-wall", "1 kHz", "no perceivable change"),
+        for (claims, what, scene, rate, published) in [
+            ("d", "conventional, 100 Hz", "conventional-wall-1khz", "100 Hz", "+33.3 %"),
+            ("e", "conventional, 1 kHz", "conventional-wall-1khz", "1 kHz", "+16.6 %"),
+            ("f", "hybrid", "hybrid-wall", "1 kHz", "no perceivable change"),
         ] {
             lines.push(line(GROUP, format!("{what}, {}", hand.text()), published, move |control| {
                 let brake = Held::find(hand, scene, rate, "brake", control)?;
                 let float = Held::find(hand, scene, rate, "float", control)?;
-                Ok(format!("{}, floating {}{}", brake.text(), float.text(), brake.gain_over(&float)))
+                let text = format!("{}, floating {}{}", brake.text(), float.text(), brake.gain_over(&float));
+                Ok(Found::new(text, brake.gains(&float)))
             }));
+            lines.last_mut().expect("just added").claims = claims;
         }
     }
     lines.push(line(GROUP, "other damping that would make the short's share 33.3 %, 16.6 %", "", |_| {
@@ -61,9 +63,19 @@ impl Held {
         }
     }
 
+    /// What it is more than the other, in percent: asked for, and felt; infinite where the other does not hold.
+    fn gains(&self, other: &Self) -> [f64; 2] {
+        let asked = |held: &Self| held.asked.as_ref().ok().copied();
+        let more = |own: Option<f64>, other: Option<f64>| match (own, other) {
+            (Some(own), Some(other)) => (own / other - 1.0) * 100.0,
+            _ => f64::INFINITY,
+        };
+        [more(asked(self), asked(other)), more(self.felt, other.felt)]
+    }
+
     fn gain_over(&self, other: &Self) -> String {
-        let more = |own: Option<f64>, other: Option<f64>| Some(format!("{:+.0} %", (own? / other? - 1.0) * 100.0));
-        match (more(self.asked.clone().ok(), other.asked.clone().ok()), more(self.felt, other.felt)) {
+        let more = self.gains(other).map(|more| more.is_finite().then(|| format!("{more:+.0} %")));
+        match (&more[0], &more[1]) {
             (Some(asked), Some(felt)) => format!(": {asked} (felt {felt})"),
             (Some(asked), None) => format!(": {asked}"),
             (None, _) => String::new(),

@@ -3,7 +3,7 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 
-use super::super::beside::Line;
+use super::super::beside::{Found, Line};
 use super::{Leaning, line, linear_settles};
 use crate::map::{Cell, CellLimits};
 
@@ -19,6 +19,9 @@ const LOOPS: [(&str, &str, &str); 6] = [
     ("hybrid, 1 kHz", "hybrid-wall", "1 kHz"),
 ];
 
+/// Rates of the conventional loop, the lowest first.
+pub(super) const RATES: usize = LOOPS.len() - 1;
+
 pub(super) fn lines() -> Vec<Line> {
     let mut lines = Vec::new();
     for stiffness in ["0.6", "1.8", "2.5"] {
@@ -28,8 +31,12 @@ pub(super) fn lines() -> Vec<Line> {
                 let scene = damped(scene, stiffness, rate)?;
                 let linear = least(&scene, |scene| Ok(linear_settles(scene)))?;
                 let words = least(&scene, |scene| runs_settled(scene, control))?;
-                Ok(format!("linear {}, in words {}", text(linear, &scene), text(words, &scene)))
+                let text = format!("linear {}, in words {}", text(linear, &scene), text(words, &scene));
+                Ok(Found::new(text, [linear, words].map(|damping| damping.unwrap_or(f64::INFINITY))))
             }));
+            if scene.starts_with("conventional") {
+                lines.last_mut().expect("just added").claims = "c";
+            }
         }
     }
     lines

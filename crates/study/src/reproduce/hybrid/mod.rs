@@ -2,6 +2,7 @@
 //! and of two sampling rates.
 
 mod bridge;
+mod claims;
 mod damping;
 mod rates;
 mod stiffness;
@@ -12,7 +13,7 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
-use super::beside::{Comparison, Line, shipped_scene};
+use super::beside::{Comparison, Found, Line, shipped_scene};
 use crate::limits::{Emulated, in_words, settles};
 
 /// The published statements.
@@ -23,6 +24,7 @@ pub fn comparison() -> Comparison {
         name: "hybrid-loop",
         title: "Vasudevan et al. 2007: the hybrid loop against the conventional one",
         lines: groups.into_iter().flatten().collect(),
+        claims: claims::claims(),
         notes: &[
             "Assumed: R 2.346 Ohm, L 0.226 mH, K 25.9 mN.m/A, J 1.37e-6 kg.m2, b 1.3e-6 N.m.s/rad, no Coulomb friction: the \
              motor's sheet was not at hand, the paper fixes K U/R = 265 mN.m alone. The hybrid limit goes with 1/L.",
@@ -48,17 +50,17 @@ pub fn comparison() -> Comparison {
 }
 
 /// A line whose measurement is thrown away when it was stopped meanwhile.
-fn line(
+fn line<F: Into<Found>>(
     group: &'static str,
     what: impl Into<String>,
     published: &'static str,
-    measure: impl Fn(&Control) -> Result<String, String> + Sync + 'static,
+    measure: impl Fn(&Control) -> Result<F, String> + Sync + 'static,
 ) -> Line {
     let measure = move |control: &Control| {
-        let found = measure(control);
+        let found = measure(control).map(Into::into);
         (!control.stop.load(Ordering::Relaxed)).then_some(found)
     };
-    Line { group, what: what.into(), published, measure: Box::new(measure) }
+    Line { group, what: what.into(), published, claims: "", measure: Box::new(measure) }
 }
 
 /// A shipped scene of an axis under overrides.

@@ -3,7 +3,7 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
-use super::super::beside::Line;
+use super::super::beside::{Found, Line};
 use super::{axis, line, stiffest};
 use crate::SampledLoop;
 use crate::limits::bisect;
@@ -29,6 +29,8 @@ pub(super) fn lines() -> Vec<Line> {
     ] {
         let what = format!("{damping} N.m.s/rad");
         lines.push(line(INERTIA, what, published, move |control| both(inertia, damping, control)));
+        // The uniform rate's range is said to end above 0.1 N·m·s/rad.
+        lines.last_mut().expect("just added").claims = if ["0.3", "1"].contains(&damping) { "gh" } else { "g" };
     }
     lines.push(line(INERTIA, "a count a sample asks for all torque from", "", |_| saturating(inertia)));
     lines
@@ -80,7 +82,7 @@ fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
     )
 }
 
-fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control: &Control) -> Result<String, String> {
+fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control: &Control) -> Result<Found, String> {
     let (one, ten) = (device(damping, "1")?, device(damping, "10")?);
     let linear = [(&one, 1), (&ten, 10)].map(|(scene, every)| linear(scene, every));
     // From the linear limit: far below it a wall is too soft to come to rest within the run.
@@ -97,7 +99,8 @@ fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control:
         Err(reason) => reason.clone(),
     };
     let told = |of: [Result<f64, String>; 2]| format!("{}, two rates {}{}", text(&of[0]), text(&of[1]), share(&of));
-    Ok(format!("in words {}; linear {}", told(words), told(linear)))
+    let figures = [&words, &linear].map(|of| of.each_ref().map(|limit| limit.as_ref().map_or(0.0, |limit| *limit)));
+    Ok(Found::new(format!("in words {}; linear {}", told(words), told(linear)), figures.as_flattened().to_vec()))
 }
 
 /// The limit of the linear loop.

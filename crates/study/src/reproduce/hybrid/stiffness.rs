@@ -3,7 +3,7 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
-use super::super::beside::Line;
+use super::super::beside::{Found, Line};
 use super::{Leaning, axis, line, stiffest};
 use crate::criteria;
 use crate::limits::emulated;
@@ -16,7 +16,8 @@ pub(super) fn lines() -> Vec<Line> {
         line(GROUP, "linear, conventional at 1 kHz", "", |_| Ok(format!("{:.6} N.m/rad", conventional()?))),
         line(GROUP, "linear, hybrid, the spring never sampled", RATIO, |_| {
             let hybrid = linear(&axis("hybrid-wall", &BARE)?)?;
-            Ok(format!("{hybrid:.5} N.m/rad, {:.3} times", hybrid / conventional()?))
+            let times = hybrid / conventional()?;
+            Ok(Found::new(format!("{hybrid:.5} N.m/rad, {times:.3} times"), [times]))
         }),
         line(GROUP, "Routh's limit of the same", "", |_| {
             let criteria = criteria::all(&axis("hybrid-wall", &BARE)?);
@@ -29,12 +30,16 @@ pub(super) fn lines() -> Vec<Line> {
         lines.push(line(GROUP, what, RATIO, move |_| {
             let set = [&BARE[..], &[("clock.frequency", clock), ("method.sample_rate", rate)]].concat();
             let latched = linear(&axis("conventional-wall-1khz", &set)?)?;
-            Ok(format!("{latched:.5} N.m/rad, {:.3} times", latched / conventional()?))
+            let times = latched / conventional()?;
+            Ok(Found::new(format!("{latched:.5} N.m/rad, {times:.3} times"), [times]))
         }));
     }
     for hand in [Leaning::Push(20), Leaning::Push(50), Leaning::Push(100), Leaning::Push(200), Leaning::Shipped] {
         let what = format!("in words, {}", hand.text());
         lines.push(line(GROUP, what, RATIO, move |control| in_words(hand, control)));
+    }
+    for line in lines.iter_mut().filter(|line| line.published == RATIO) {
+        line.claims = "ab";
     }
     lines
 }
@@ -49,13 +54,14 @@ fn conventional() -> Result<f64, String> {
     linear(&axis("conventional-wall-1khz", &BARE)?)
 }
 
-fn in_words(hand: Leaning, control: &Control) -> Result<String, String> {
+fn in_words(hand: Leaning, control: &Control) -> Result<Found, String> {
     let limit = |name| Ok::<_, String>(stiffest(&hand.scene(name, &[])?, 0.5, control)?.limit);
     let conventional = limit("conventional-wall-1khz")?;
     let (hybrid, early) = (limit("hybrid-wall")?, limit("hybrid-wall-25mhz")?);
-    Ok(format!(
+    let times = [hybrid / conventional, early / conventional];
+    let text = format!(
         "{conventional:.3} N.m/rad, hybrid {hybrid:.3}, {:.2} times; at 25.175 MHz {early:.3}, {:.2} times",
-        hybrid / conventional,
-        early / conventional
-    ))
+        times[0], times[1]
+    );
+    Ok(Found::new(text, times))
 }

@@ -3,13 +3,13 @@
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig};
 
-use super::super::beside::Line;
+use super::super::beside::{Found, Line};
 use super::{axis, line};
 
 const GROUP: &str = "The text's numbers";
 
 pub(super) fn lines() -> Vec<Line> {
-    vec![
+    let mut lines = vec![
         line(GROUP, "torque of one PWM count", "265 mN.m in 2^12 counts", |_| {
             Ok(format!("{:.6} uN.m", words(&[])?.torque_quantum_nm * 1e6))
         }),
@@ -22,7 +22,11 @@ pub(super) fn lines() -> Vec<Line> {
         line(GROUP, "B at 1 kHz, read as a gain of 2/55", "36.36e-3 \"N s/m\"", |_| gain(2.0 / 55.0)),
         line(GROUP, "torque 0.5 rad deep in 1.5 N.m/rad", "265 mN.m", |control| torque("saturate", control)),
         line(GROUP, "the same, the product's upper 12 bits dropped", "", |control| torque("drop_upper", control)),
-    ]
+    ];
+    for (line, claims) in lines[4..].iter_mut().zip(["ij", "j"]) {
+        line.claims = claims;
+    }
+    lines
 }
 
 fn words(set: &[(&str, &str)]) -> Result<hpu_cosim::scene::Realised, String> {
@@ -39,8 +43,8 @@ fn gain(gain: f64) -> Result<String, String> {
     Ok(format!("{:.3} uN.m.s/rad, {:.4} of the motor's own", damping * 1e6, damping / own))
 }
 
-/// The mean of the motor's torque in the later half of a run that holds the shaft in the wall.
-fn torque(product: &str, control: &Control) -> Result<String, String> {
+/// The mean of the motor's torque in the last three tenths of a run that holds the shaft in the wall.
+fn torque(product: &str, control: &Control) -> Result<Found, String> {
     let scene = axis(
         "hybrid-wall",
         &[
@@ -52,8 +56,8 @@ fn torque(product: &str, control: &Control) -> Result<String, String> {
     let experiment = Experiment::Axis(scene);
     let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
     let mut trace = ready.brief_trace();
-    ready.run(Driver::Events, &mut trace, &mut (), control);
-    let torques = &trace.real(3)[trace.real(3).len() / 2..];
-    let mean = -torques.iter().sum::<f64>() / torques.len() as f64;
-    Ok(format!("{:.3} mN.m", mean * 1e3))
+    let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
+    let [torque_nm, _] = summary.averages.ok_or("stopped before its end")?;
+    let mean = -torque_nm;
+    Ok(Found::new(format!("{:.3} mN.m", mean * 1e3), [mean]))
 }

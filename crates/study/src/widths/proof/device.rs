@@ -15,6 +15,7 @@
 //! period's change of the response.
 
 use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
+use hpu_datapath::LoopConfig;
 
 use super::Limit;
 use super::interval::Interval;
@@ -148,15 +149,16 @@ impl<'s> Shaft<'s> {
         Ok(Self { scene, drive, torque, path, start, pulse, intended, held, why })
     }
 
-    /// What no command can exceed whose PWM counts stay within these, of `2^bits` for all of the supply.
-    pub fn motion(&self, command: (i128, i128)) -> Motion {
+    /// What no command can exceed whose PWM counts stay within these, of `2^width` for all of the supply. Of a loop's widths
+    /// those of its modulator and its position count.
+    pub fn motion(&self, command: (i128, i128), config: &LoopConfig) -> Motion {
         let Self { scene, intended: [angles, speeds], .. } = self;
         let mut why = self.why.clone();
         if let Hand::Prescribed { .. } = scene.hand {
             let current = self.current(*speeds);
             return Motion { speed: *speeds, angle: Some(*angles), current, why };
         }
-        let share = |count: i128| (count as f64 / 2f64.powi(scene.method.pwm.bits.cast_signed())).clamp(-1.0, 1.0);
+        let share = |count: i128| (count as f64 / 2f64.powi(config.pwm.width.cast_signed())).clamp(-1.0, 1.0);
         // A positive command pushes against the positive direction.
         let shares = Interval { lo: -share(command.1).max(0.0), hi: -share(command.0).min(0.0) };
         let (most, pulsed, text) = self.most_drive();
@@ -167,7 +169,7 @@ impl<'s> Shaft<'s> {
             if !one_sided {
                 return parts.driven(Interval { lo: -most, hi: most });
             }
-            let period_s = 2f64.powi(scene.method.pwm.bits.cast_signed()) * scene.clock.period_s();
+            let period_s = 2f64.powi(config.pwm.width.cast_signed()) * scene.clock.period_s();
             let spill = if pulsed { (period_s * bend).next_up() } else { 0.0 };
             // Of pulses of a share of the period: no more than all of it, and no more than the share of the period's best.
             let reach = |part: f64, share: f64| {
@@ -198,7 +200,7 @@ impl<'s> Shaft<'s> {
         let mut speed = all(self.drive.speed, self.torque.speed, self.path.speed, 0);
         if let (Some(mass), Hand::None | Hand::ConstantTorque { .. }) = (mass, &scene.hand) {
             // Between two turns the work is that of the greatest force over all of the travel, at most.
-            let travel_m = 2f64.powi(scene.method.position_bits.cast_signed()) * scene.encoder.count_rad();
+            let travel_m = 2f64.powi(config.position_width.cast_signed()) * scene.encoder.count_rad();
             let energy = mass.initial_speed_m_per_s.powi(2) + 2.0 * (most + push.size()) * travel_m / mass.mass_kg;
             let most_m_per_s = energy.sqrt() * (1.0 + 2f64.powi(-40));
             speed = Interval { lo: speed.lo.max(-most_m_per_s), hi: speed.hi.min(most_m_per_s) };

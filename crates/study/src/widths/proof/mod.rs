@@ -18,6 +18,7 @@ mod exhaust;
 mod gappa;
 mod gappa_phantom;
 mod haptic;
+mod holds;
 mod interval;
 mod laws;
 mod phantom;
@@ -28,15 +29,17 @@ mod travel;
 mod word;
 mod wrap;
 
-use hpu_cosim::scene::{Datapath, Scene};
+use hpu_cosim::scene::{Datapath, LoopWords, Scene};
 use hpu_cosim::{Rig, Session, TheLoop};
 use hpu_signal::Format;
 
-use device::Shaft;
+use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
 pub use gappa_phantom::gappa_phantom;
 use haptic::{Rows, Settings};
+pub use holds::Held;
+pub(super) use holds::Limits;
 pub use phantom::phantom_bounds;
 use span::Span;
 use travel::Travel;
@@ -155,24 +158,47 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
             return Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: Vec::new(), wraps_at: None });
         }
     };
-    // Any command first; what the words can then be is a narrower range of commands, which is true as well.
-    let full = (1i128 << words.config.pwm.width) - 1;
-    let mut commands = (-full, full);
-    let mut proof = Proof::default();
-    for _ in 0..4 {
-        let motion = shaft.motion(commands);
+    let Narrowed { motion, travel, rows } =
+        narrowed(&shaft, words, scene, &settings, |travel| of_wiring(&settings, travel, session.wiring()));
+    let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
+    let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
+    Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at })
+}
+
+/// A motion, and the words that it leads to.
+struct Narrowed {
+    motion: Motion,
+    travel: Travel,
+    rows: Rows,
+}
+
+/// Any command first; what the words can then be is a narrower range of commands, which is true as well. `rows` are the words of
+/// a travel.
+fn narrowed(
+    shaft: &Shaft,
+    words: &LoopWords,
+    scene: &Scene,
+    settings: &Settings,
+    rows: impl Fn(&Travel) -> Rows,
+) -> Narrowed {
+    let full = (1i128 << settings.config.pwm.width) - 1;
+    let made = |commands| {
+        let motion = shaft.motion(commands, &settings.config);
         let travel = Travel::new(scene, words, &motion);
-        let rows = of_wiring(&settings, &travel, session.wiring());
-        let Span { min, max } = rows.get("command").span;
-        let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
-        let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
-        proof = Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at };
+        let rows = rows(&travel);
+        Narrowed { motion, travel, rows }
+    };
+    let mut commands = (-full, full);
+    let mut found = made(commands);
+    for _ in 1..4 {
+        let Span { min, max } = found.rows.get("command").span;
         if (min, max) == commands {
             break;
         }
         commands = (min, max);
+        found = made(commands);
     }
-    Ok(proof)
+    found
 }
 
 /// The words of a wiring's nets.

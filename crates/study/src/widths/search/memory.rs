@@ -40,9 +40,11 @@ impl Gain {
     }
 }
 
-/// All that a run is a function of, but for position and velocity.
+/// All that a run is a function of, but for position and velocity. Runs of different scenes say nothing of each other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct Gains {
+    /// Which scene, by its index.
+    pub case: usize,
     pub pwm: u32,
     pub stiffness: Gain,
     pub damping: Gain,

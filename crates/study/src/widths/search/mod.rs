@@ -5,20 +5,26 @@
 //! words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is what no other design beats
 //! in all three; a design whose error is above [`Plan::within`], or that settles at no stiffness, is none.
 //!
+//! A design that is good for one motion may fail another. So a search takes several scenes of one hardware: a design's error is
+//! the worst, its stable stiffness the least of all. With [`Plan::proved`] a design's position and velocity hold the range proved
+//! for every motion within the device's limits ([`Held`]).
+//!
 //! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are monotone.
 //! Runs are saved by three theorems.
 //!
 //! 1. A run is a function of the gains' values, whatever their formats, and the same for all words of position and velocity
 //!    that hold what the run puts into them (`memory`, with the proof). So most designs are answered by other designs' runs;
 //!    of those that are alike in all runs only the cheapest are kept.
+//!    A run of one scene says nothing of another.
 //! 2. After each try the stable stiffness of a format lies in a known interval, and formats that differ in fraction bits
-//!    share their tries (`climb`).
+//!    share their tries (`climb`). The least of several is known once one of them is known and all others lie at or above it.
 //! 3. A design that is beaten even if its stiffness is the interval's upper end, is beaten. So only designs that are on the
 //!    front of what all may be at best are looked at any further, until all of that front are known.
 //!
 //! The order of the runs depends on their results and on nothing else, so a search may be interrupted and gone on with by its
 //! rows ([`crate::units`]).
 
+mod case;
 mod climb;
 mod estimate;
 mod front;
@@ -40,6 +46,8 @@ pub use refused::SearchError;
 pub use table::{csv, errors_csv};
 pub use wave::{Ended, Plan, Progress, search};
 
+use super::proof::Held;
+
 /// A design whose three figures are known.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Point {
@@ -60,15 +68,26 @@ pub struct Line {
     pub errors: Vec<(i32, Option<f64>)>,
 }
 
+/// A scene that every design of a search was run on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct On {
+    /// As it was named.
+    pub scene: String,
+    /// The reference's verdict on it.
+    pub outcome: OutcomeKind,
+    /// The outputs whose worst error counts.
+    pub outputs: Vec<Output>,
+}
+
 /// What a search found.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
     /// What errors are measured against.
     pub reference: Point,
-    /// Its verdict on the scene.
-    pub outcome: OutcomeKind,
-    /// The outputs whose worst error counts.
-    pub outputs: Vec<Output>,
+    /// The scenes that every design was run on.
+    pub on: Vec<On>,
+    /// What is proved of the reference's words on each scene; none where that was not asked, or where they do not hold it.
+    pub proved: Option<Vec<Held>>,
     /// Unit of stiffness.
     pub unit: &'static str,
     /// All designs of the knobs.
@@ -92,6 +111,18 @@ pub struct Found {
 }
 
 impl Found {
+    /// The outputs whose worst error counts, of all scenes together.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<Output> {
+        let all = self.on.iter().flat_map(|on| &on.outputs);
+        all.fold(Vec::new(), |mut all, &output| {
+            if !all.contains(&output) {
+                all.push(output);
+            }
+            all
+        })
+    }
+
     /// The points of the front, cheapest first; of equals the one of fewest bits.
     pub fn best(&self) -> impl Iterator<Item = &Point> {
         let front = self.front.iter().enumerate();

@@ -12,12 +12,12 @@ use crate::accuracy::{Outputs, ready, worst};
 use crate::map::{CellLimits, more_events};
 use crate::watch::limited;
 
-/// What all runs of a search have in common.
+/// What all runs of one scene have in common.
 pub(super) struct Runner<'a> {
     pub scene: &'a Scene,
     /// The reference's outputs, and which of them count.
-    pub reference: &'a Outputs,
-    pub outputs: &'a [Output],
+    pub reference: Outputs,
+    pub outputs: Vec<Output>,
     /// Stiffness of a full command a count.
     pub full_scale: f64,
 }
@@ -39,7 +39,7 @@ impl Runner<'_> {
     /// The scene of a run.
     pub fn scene(&self, gains: &Gains, (position, velocity): Depth) -> Scene {
         let mut scene = self.scene.clone();
-        let Gains { pwm, stiffness, damping } = *gains;
+        let Gains { pwm, stiffness, damping, .. } = *gains;
         scene.wall.stiffness_nm_per_rad =
             stiffness.format().to_f64(stiffness.word as i64) * self.full_scale / f64::from(1u32 << pwm);
         let method = &mut scene.method;
@@ -61,7 +61,7 @@ impl Runner<'_> {
         let (delta, velocity) = (used("delta")?, used("velocity")?);
         Ok(Some(Ran {
             settled: outputs.outcome == OutcomeKind::Settled,
-            error: worst(&outputs.errors(self.reference), self.outputs),
+            error: worst(&outputs.errors(&self.reference), &self.outputs),
             delta: (delta.min, delta.max),
             velocity: (velocity.overflowed == 0).then_some((velocity.min, velocity.max)),
             rescaled: self.scene.method.reference_rate_hz.is_some(),

@@ -5,18 +5,19 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
-use hpu_cosim::scene::{Experiment, Scene};
+use hpu_cosim::scene::Experiment;
 
+use super::case::{Case, cases};
 use super::front::{Merit, front};
 use super::kinds::{Kind, kinds};
 use super::knob::{Design, Knob, Width};
 use super::memory::{Depth, Gains, Memory, Ran};
-use super::refused::{SearchError, grid, searchable};
+use super::refused::{SearchError, grid};
 use super::runner::{Runner, run};
-use super::{Found, Line, Point};
+use super::{Found, Line, On, Point};
 use crate::accuracy::usual;
-use crate::map::SceneText;
 use crate::units::{Row, run_some};
+use crate::widths::proof::Limits;
 
 /// How a search is done.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -25,6 +26,8 @@ pub struct Plan {
     pub against: Option<i32>,
     /// The most that a design's outputs may be off by; beyond, it is another scene.
     pub within: f64,
+    /// Whether position and velocity of a design have to hold the ranges proved for every motion within the device's limits.
+    pub proved: bool,
     /// Threads.
     pub jobs: NonZeroUsize,
 }
@@ -40,7 +43,8 @@ pub struct Progress {
 
 /// The search in progress.
 struct Search<'a, E> {
-    runner: Runner<'a>,
+    /// Of each scene.
+    runners: Vec<Runner<'a>>,
     memory: Memory,
     jobs: NonZeroUsize,
     control: &'a Control,
@@ -84,10 +88,10 @@ impl<E> Search<'_, E> {
                 None => left.push(index),
             }
         }
-        let (first, runner, keep) = (self.runs, &self.runner, &mut self.keep);
+        let (first, runners, keep) = (self.runs, &self.runners, &mut self.keep);
         let unit = |index: usize, control: &Control| {
             let (gains, depth) = units[index - first];
-            let ran = runner.run(&gains, depth, control).transpose()?;
+            let ran = runners[gains.case].run(&gains, depth, control).transpose()?;
             Some(ran.map(|ran| ran.line()))
         };
         run_some(&left, self.jobs, self.control, unit, |index, row| {
@@ -123,7 +127,7 @@ impl<E> Search<'_, E> {
             let open = pick(kinds);
             for &index in &open {
                 let kind = &mut kinds[index];
-                let before = (kind.tries, kind.error.is_some());
+                let before = (kind.asked, kind.error.is_some());
                 match ask(kind, &self.memory) {
                     Some((gains, depth)) if self.failed.contains_key(&(gains, depth)) => {
                         (kind.failed, asked) = (true, true);
@@ -131,7 +135,7 @@ impl<E> Search<'_, E> {
                     Some(run) => wanted.push(run),
                     None => {}
                 }
-                asked |= before != (kind.tries, kind.error.is_some());
+                asked |= before != (kind.asked, kind.error.is_some());
             }
             told(Progress { runs: self.runs, open: open.len() });
             // What all may be at best may have changed: who is picked is asked before who is run.
@@ -149,16 +153,17 @@ impl<E> Search<'_, E> {
     }
 }
 
-/// Searches the designs of a scene (its text under `set`) over some knobs, until `control` stops it.
+/// Searches the designs of a loop over some knobs on scenes that all take the same hardware, until `control` stops it. Widths
+/// that no knob varies are the first scene's. A design's error is the worst and its stable stiffness the least of all scenes'.
 ///
-/// `done` are the rows of a search of the same scene, knobs and plan that was interrupted; every new row goes through `keep`,
+/// `done` are the rows of a search of the same scenes, knobs and plan that was interrupted; every new row goes through `keep`,
 /// and `told` hears how far the search is.
 ///
 /// # Errors
 ///
 /// [`Ended`].
 pub fn search<E>(
-    (text, set): (&SceneText, &[(String, String)]),
+    scenes: &[(String, Experiment)],
     knobs: &[Knob],
     plan: Plan,
     done: BTreeMap<usize, Row>,
@@ -166,66 +171,71 @@ pub fn search<E>(
     mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
     mut told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
-    let experiment = text.parse(set).map_err(|error| SearchError::Scene(error.to_string()))?;
-    let outputs = experiment.accuracy().outputs.clone();
-    let scene = searchable(experiment)?;
+    let cases = cases(scenes)?;
+    let limits = plan.proved.then(|| limits(&cases)).transpose()?;
     let designs = grid(knobs)?;
-    let own = Design::of(&scene);
-    let (mut kinds, refused) = kinds(&scene, own, knobs, designs);
+    let (mut kinds, refused) = kinds(&cases, knobs, designs, limits.as_deref());
     if kinds.is_empty() {
         return Err(SearchError::AllRefused(designs, refused).into());
     }
 
-    let wide = reference(own, knobs, plan.against).map_err(SearchError::Reference)?;
+    let wide = reference(Design::of(&cases[0].scene), knobs, plan.against).map_err(SearchError::Reference)?;
     let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
-    let mut first = Kind::new(&scene, wide).map_err(no_reference)?;
-    let reference_scene = Experiment::Axis(wide.scene(&scene).map_err(no_reference)?);
-    let Some((reference, _)) = run(&reference_scene, control).map_err(no_reference)? else {
-        return Err(Ended::Stopped);
-    };
-    let outputs = outputs.unwrap_or_else(|| usual(reference.outcome));
+    let mut first = Kind::new(&cases, wide).map_err(no_reference)?;
+    let mut runners = Vec::new();
+    for (case, full_scale) in cases.iter().zip(first.full_scales()) {
+        let scene = Experiment::Axis(wide.scene(&case.scene).map_err(no_reference)?);
+        let Some((reference, _)) = run(&scene, control).map_err(no_reference)? else { return Err(Ended::Stopped) };
+        let outputs = case.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
+        runners.push(Runner { scene: &case.scene, reference, outputs, full_scale });
+    }
     let mut search = Search {
-        runner: Runner { scene: &scene, reference: &reference, outputs: &outputs, full_scale: first.full_scale() },
+        runs: runners.len(),
+        runners,
         memory: Memory::default(),
         jobs: plan.jobs,
         control,
         done,
         keep: &mut keep,
-        runs: 1,
         failed: BTreeMap::new(),
     };
 
     // The reference alone, then the errors of all and around it, then the stiffness of those that can be on the front.
     let one = std::slice::from_mut(&mut first);
-    let (lines, mut around) = around(&scene, wide, knobs);
+    let (lines, mut around) = around(&cases, wide, knobs);
     let unfinished = |kinds: &[Kind]| (0..kinds.len()).filter(|&i| !kinds[i].failed).collect::<Vec<_>>();
     let unknown = |kinds: &[Kind]| -> Vec<usize> {
         let open = |kind: &Kind| kind.error.is_none() && !kind.failed;
         (0..kinds.len()).filter(|&index| open(&kinds[index])).collect()
     };
     let hopeful = |kinds: &[Kind]| front(&kinds.iter().map(Kind::at_best).collect::<Vec<Merit>>());
+    let look = |within: f64| move |kind: &mut Kind, memory: &Memory| kind.look(memory, within);
     search.settle(one, unfinished, Kind::follow, &mut told)?;
-    search.settle(one, unknown, Kind::look, &mut told)?;
-    search.settle(&mut around, unknown, Kind::look, &mut told)?;
-    search.settle(&mut kinds, unknown, Kind::look, &mut told)?;
-    let off = |kind: &&mut Kind| kind.error.is_some_and(|error| error > plan.within);
-    kinds.iter_mut().filter(off).for_each(|kind| kind.error = Some(f64::INFINITY));
+    search.settle(one, unknown, look(f64::INFINITY), &mut told)?;
+    search.settle(&mut around, unknown, look(f64::INFINITY), &mut told)?;
+    search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
     search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
+    let proved = limits.as_deref().and_then(|limits| first.held(&cases, limits).ok());
     let first = point(&first, wide);
     if first.merit.stiffness == 0.0 {
         let why = format!("settles at no stiffness down to the softest that {} holds", wide.stiffness());
         return Err(no_reference(why).into());
     }
-    let known = kinds.iter().filter(|kind| kind.climb.next().is_none() && kind.at_best().is_some());
+    let known = kinds.iter().filter(|kind| kind.is_climbed() && kind.at_best().is_some());
     let mut points: Vec<Point> =
         known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
     points.sort_by_key(|point| (point.merit.lut4, point.design.bits()));
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
+    let on = |(case, runner): (&Case, &Runner)| On {
+        scene: case.name.clone(),
+        outcome: runner.reference.outcome,
+        outputs: runner.outputs.clone(),
+    };
     Ok(Found {
         reference: first,
-        outcome: reference.outcome,
-        outputs: outputs.clone(),
-        unit: scene.device.units().stiffness,
+        on: cases.iter().zip(&search.runners).map(on).collect(),
+        proved,
+        unit: cases[0].scene.device.units().stiffness,
         designs,
         refused,
         kinds: kinds.len(),
@@ -233,9 +243,15 @@ pub fn search<E>(
         points,
         lines: lines_of(lines, &around),
         runs: search.runs,
-        grid_runs: kinds.iter().map(|kind| kind.count * (1 + kind.tries)).sum(),
+        grid_runs: kinds.iter().map(|kind| kind.count * kind.asked).sum(),
         failed: search.failed.into_values().collect(),
     })
+}
+
+/// What every motion of each scene keeps to.
+fn limits(cases: &[Case]) -> Result<Vec<Limits<'_>>, SearchError> {
+    let refused = |case: &Case, why| SearchError::Scene(format!("{}: no range is proved: {why}", case.name));
+    cases.iter().map(|case| Limits::new(&case.scene).map_err(|why| refused(case, why))).collect()
 }
 
 /// What errors are measured against: the widest design, or one of so many bits. The modulator's width is the scene's, as it sets
@@ -254,11 +270,11 @@ fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design
 type Values = Vec<(Width, i32, Option<usize>)>;
 
 /// The reference with another value of each width.
-fn around(scene: &Scene, wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
+fn around(cases: &[Case], wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
     let (mut lines, mut kinds) = (Vec::new(), Vec::new());
     for knob in knobs {
         for bits in knob.from..=knob.to {
-            let kind = Kind::new(scene, wide.with(knob.width, bits)).ok();
+            let kind = Kind::new(cases, wide.with(knob.width, bits)).ok();
             lines.push((knob.width, bits, kind.is_some().then_some(kinds.len())));
             kinds.extend(kind);
         }
@@ -279,5 +295,5 @@ fn lines_of(values: Values, around: &[Kind]) -> Vec<Line> {
 }
 
 fn point(kind: &Kind, design: Design) -> Point {
-    Point { design, merit: kind.at_best(), capped: kind.climb.is_capped() }
+    Point { design, merit: kind.at_best(), capped: kind.is_capped() }
 }

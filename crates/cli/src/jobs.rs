@@ -1,0 +1,23 @@
+//! How many jobs a command runs side by side.
+
+use std::num::NonZeroUsize;
+use std::thread;
+
+/// The option of every command that runs many simulations, or many tools.
+#[derive(clap::Args)]
+pub struct Jobs {
+    /// Jobs at a time [default: one for each core]
+    #[arg(short, long, value_name = "N", value_parser = number)]
+    jobs: Option<NonZeroUsize>,
+}
+
+fn number(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim().parse().map_err(|_| "write a whole number from 1, as in 2".to_string())
+}
+
+impl Jobs {
+    /// As many as asked for, or as the machine has cores.
+    pub fn get(&self) -> NonZeroUsize {
+        self.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+    }
+}

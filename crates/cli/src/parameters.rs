@@ -1,0 +1,75 @@
+//! The parameters of a run: what they are, and who said so.
+
+use hpu_cosim::number;
+use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
+use hpu_study::fit::Fit;
+use serde_json::{Value, json};
+
+use crate::units::error_percent;
+
+/// A parameter and who said it.
+pub struct Said {
+    parameter: Parameter,
+    by: String,
+}
+
+/// Every parameter of a run: of its scene, of the model that was chosen for it, and of `--edges`, where that gave the
+/// duration.
+pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said> {
+    let chosen = |key: &str| fitted.is_some_and(|found| found.set.iter().any(|(set, _)| set == key));
+    let said = scene.parameters().iter().map(|parameter| Said {
+        by: match parameter.origin {
+            Origin::Set if by_edges && parameter.key == "run.duration" => "--edges".to_string(),
+            Origin::Set if chosen(&parameter.key) => "fit".to_string(),
+            Origin::Set => "--set".to_string(),
+            Origin::Scene => "scene".to_string(),
+            Origin::Default => "default".to_string(),
+            Origin::Motor(name) => format!("motor {name}"),
+        },
+        parameter: parameter.clone(),
+    });
+    said.collect()
+}
+
+/// A line for each.
+pub fn text(all: &[Said]) -> String {
+    let lines = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
+        let value = match value {
+            ParameterValue::Number(value) => number(*value),
+            ParameterValue::Integer(value) => value.to_string(),
+            ParameterValue::Flag(flag) => flag.to_string(),
+            ParameterValue::Text(text) => text.clone(),
+        };
+        format!("{:<10} {key:<28} {:<34} {by}\n", "parameter", format!("{value} {unit}").trim_end())
+    });
+    lines.collect()
+}
+
+/// All as JSON: key, value in that unit, and who said it.
+pub fn object(all: &[Said]) -> Vec<Value> {
+    let objects = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
+        let value = match value {
+            ParameterValue::Number(value) => json!(value),
+            ParameterValue::Integer(value) => json!(value),
+            ParameterValue::Flag(flag) => json!(flag),
+            ParameterValue::Text(text) => json!(text),
+        };
+        json!({ "key": key, "value": value, "unit": unit, "source": by })
+    });
+    objects.collect()
+}
+
+/// That a stiffness is missed, and the format that would hold it.
+pub fn missed(Miss { error, format }: &Miss, key: Option<&str>) -> String {
+    let remedy = match (format, key) {
+        (Some(format), Some(key)) => format!("{key} = \"{format}\" holds it"),
+        (Some(format), None) => format!("{format} would hold it"),
+        (None, _) => "no format of 32 bits holds it".to_string(),
+    };
+    format!("stiffness misses what is asked for by {}; {remedy}", error_percent(*error))
+}
+
+/// The same as JSON.
+pub fn missed_object(miss: &Miss) -> Value {
+    json!({ "error": miss.error, "format": miss.format.map(|format| format.to_string()) })
+}

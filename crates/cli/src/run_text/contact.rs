@@ -1,0 +1,71 @@
+//! What a verdict has to do with the wall.
+
+use hpu_cosim::scene::{Loop, Scene};
+use hpu_cosim::{Ready, Session, Verdict};
+use hpu_study::map::displayed_stiffness;
+
+use super::ANGLE;
+use crate::run::Ran;
+use crate::units::si;
+
+/// What of the wall belongs beside the verdict.
+pub fn beside(ran: &Ran) -> String {
+    match (ran.summary.contact_share, wraps(ran)) {
+        (Some(0.0), _) => "; wall not reached in the judged window".to_string(),
+        (_, Some(wraps)) => {
+            let times = if wraps == 1 { "once" } else { &format!("{wraps} times") };
+            format!("; through the wall, whose product has wrapped {times}")
+        }
+        _ => String::new(),
+    }
+}
+
+/// For how long the wall was touched, and what it gave.
+pub fn line(ran: &Ran) -> Option<String> {
+    let share = ran.summary.contact_share?;
+    let [from, to] = ran.window_s.map(|time_s| si(time_s, "s"));
+    if share == 0.0 {
+        let before = if was_touched(ran) { "; touched before" } else { "" };
+        return Some(format!(
+            "none in the judged window, {from} to {to}{before}: the outcome says nothing of the wall"
+        ));
+    }
+    let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
+    let said = format!("{share} of the judged window, {from} to {to}");
+    let Some((session, depth, displayed, ratio)) = displayed(ran) else { return Some(said) };
+    let units = session.scene().device.units();
+    let of = ratio.map_or(String::new(), |ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+    Some(format!(
+        "{said}; {} deep the wall gives {}{of}",
+        si(depth, units.position),
+        si(displayed * depth, units.effort)
+    ))
+}
+
+/// Whether an axis saw penetration at any time.
+fn was_touched(ran: &Ran) -> bool {
+    let penetration = ran.summary.nets.iter().find(|net| net.signal.name == "penetration");
+    penetration.is_some_and(|net| net.usage.max > 0)
+}
+
+/// Of a settled contact of an axis: the depth at the end, the stiffness that is displayed, and its ratio to that asked
+/// for.
+pub fn displayed<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, f64, f64, Option<f64>)> {
+    let (Ready::Axis(session), Some(Verdict::Settled { .. })) = (ran.session, ran.summary.verdict) else { return None };
+    let scene = session.scene();
+    let (displayed, ratio) = displayed_stiffness(scene, &ran.trace, ran.summary.averages)?;
+    Some((session, ran.trace.last(ANGLE)? - scene.wall.position_rad, displayed, ratio))
+}
+
+/// How often the spring's product has wrapped where a motion came to rest in the wall, if it has.
+pub fn wraps(ran: &Ran) -> Option<u64> {
+    let (session, depth, ..) = displayed(ran)?;
+    let Scene { method, .. } = session.scene();
+    if method.saturate || matches!(method.kind, Loop::Law(_)) {
+        return None;
+    }
+    let realised = &session.words().realised;
+    let full = realised.torque_quantum_nm * f64::from(method.pwm.bits).exp2();
+    let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
+    (wraps > 0).then_some(wraps)
+}

@@ -1,0 +1,117 @@
+//! Whether the wall was touched, what the scene's parameters were and who said so: what every command says of it.
+
+use serde_json::{Value, json};
+
+use crate::common::{code, json, run, stderr, stdout};
+
+/// A hand that ends in free air, before the wall at 1.5 rad; half a second of it.
+const AIR: [&str; 4] = ["--set", "hand.path=[[0, 0], [\"150 ms\", 1.4]]", "--set", "run.duration=500 ms"];
+
+fn hpu(verb: &str, more: &[&str]) -> String {
+    let output = run(&[&[verb, "hybrid-wall"], &AIR[..], more].concat());
+    assert!(code(&output) <= 1, "{}", stderr(&output));
+    stdout(&output)
+}
+
+fn object(text: &str) -> Value {
+    serde_json::from_str(text).expect("one JSON object")
+}
+
+#[test]
+fn a_verdict_in_free_air_says_that_the_wall_was_not_reached() {
+    let said = hpu("run", &["--expect"]);
+    let line =
+        |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    assert!(line("outcome").contains("settled: rms"), "{said}");
+    assert!(line("outcome").ends_with("; wall not reached in the judged window"), "{said}");
+    // 5001 rows at 10 kHz, the last 1500 of them: from 0.3501 s on.
+    assert!(line("contact").contains("none in the judged window, 350.1 ms to 500 ms"), "{said}");
+    assert!(line("expected   outcome").ends_with("met; wall not reached in the judged window"), "{said}");
+    let found = object(&hpu("run", &["--json"]));
+    assert_eq!((&found["contact_share"], &found["displayed_stiffness"]), (&json!(0.0), &Value::Null));
+    assert_eq!(found["judged_window_s"], json!([0.3501, 0.5]));
+    // The wheel that was thrown at the wall has left it.
+    assert!(stdout(&run(&["run", "thrown-hybrid"])).contains("; touched before: the outcome says nothing of the wall"));
+    // A scene can ask for contact.
+    let wanted = "expect={ contact_share = { value = 1, tolerance = 0 } }";
+    let output = run(&[&["run", "hybrid-wall", "--set", wanted], &AIR[..]].concat());
+    assert_eq!(code(&output), 1, "{}", stdout(&output));
+    assert_eq!(code(&run(&["run", "hybrid-wall", "--set", wanted])), 0);
+}
+
+#[test]
+fn limits_judges_no_window_without_contact_and_says_what_to_change() {
+    let found = object(&hpu("limits", &["--json"]));
+    assert!(found["emulated_words"].is_null(), "{found}");
+    let why = found["emulated_words_reason"].as_str().expect("a reason");
+    for part in ["wall not reached", "0.3501 s to 0.5 s", "hand.path", "wall.position (1.5 rad)", "run.duration"] {
+        assert!(why.contains(part), "{part}: {why}");
+    }
+    // The linear loop is in contact always.
+    assert!(found["emulated"]["limit"].as_f64().is_some_and(|limit| limit > 1.0), "{found}");
+}
+
+#[test]
+fn maps_fits_and_widths_say_where_the_wall_is_not_reached() {
+    let axes = ["--x", "wall.stiffness=0.1..2 N.m/rad:3", "--y", "wall.damping=0..0.1 mN.m.s/rad:2", "--full"];
+    let said = hpu("map", &axes);
+    assert!(said.contains("wall not reached        6  of these, in the judged window"), "{said}");
+    // 0.1 N.m/rad is 2.37 words; 1.05 is 24.9 and 2 is 47.4, within 2 %.
+    assert!(said.contains("in 2 cells the stiffness misses what is asked for by -15.648 %"), "{said}");
+    assert!(said.contains("method.stiffness_format = \"(0,12,3)\" holds it"), "{said}");
+    let found = object(&hpu("map", &[&axes[..], &["--json"]].concat()));
+    assert_eq!(found["methods"][0]["wall_not_reached"], 6);
+    assert_eq!(found["cells"][0]["contact_share"], 0.0);
+    assert!(hpu("fit", &[]).contains("wall not reached"));
+    assert_eq!(object(&hpu("fit", &["--json"]))["contact_share"], 0.0);
+    assert!(hpu("widths", &["--no-trials"]).contains("settled (wall not reached)"));
+    assert_eq!(object(&hpu("widths", &["--no-trials", "--json"]))["contact_shares"], json!([0.0]));
+}
+
+#[test]
+fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
+    // At rest 0.449 rad behind the wall: 293 counts times 36 are 2 times 4096 and 2356, 0.152 N.m of the 0.67 N.m asked
+    // for.
+    let said = stdout(&run(&["run", "wrap-product"]));
+    assert!(said.contains("; through the wall, whose product has wrapped 2 times"), "{said}");
+    let found = json(&run(&["run", "wrap-product", "--json"]));
+    assert_eq!((&found["contact_share"], &found["product_wraps"]), (&json!(1.0), &json!(2)));
+    let ratio = found["displayed_ratio"].as_f64().expect("a ratio");
+    assert!((0.15..0.30).contains(&ratio), "{ratio}");
+    let held = json(&run(&["run", "wrap-saturated", "--json"]));
+    assert_eq!((&held["contact_share"], &held["product_wraps"]), (&json!(1.0), &Value::Null));
+}
+
+#[test]
+fn a_summary_lists_every_parameter_with_its_unit_and_who_said_it() {
+    let set = ["--set", "wall.stiffness=0.1", "--edges", "1000"];
+    let found = json(&run(&[&["run", "hybrid-wall", "--json"], &set[..]].concat()));
+    let parameters = found["parameters"].as_array().expect("parameters");
+    let of = |key: &str| {
+        let parameter = parameters.iter().find(|parameter| parameter["key"] == key);
+        parameter.unwrap_or_else(|| panic!("{key}: {parameters:?}"))
+    };
+    let said = |key: &str, value: Value, unit: &str, source: &str| {
+        let parameter = of(key);
+        assert_eq!((&parameter["value"], &parameter["unit"]), (&value, &json!(unit)), "{key}");
+        assert_eq!(parameter["source"], source, "{key}");
+    };
+    said("wall.stiffness", json!(0.1), "N.m/rad", "--set");
+    said("run.duration", json!(20e-6), "s", "--edges");
+    said("device.coulomb_friction", json!(0.0), "N.m", "default");
+    said("device.wheel_ratio", json!(7.0), "", "scene");
+    said("device.torque_constant", json!(25.9e-3), "N.m/A", "motor vasudevan_2007");
+    said("method.pwm.bits", json!(12), "bit", "default");
+    said("hand.path", json!("[[0, 0], [0.15, 1.4], [0.25, 1.9], [0.4, 1.2], [0.5, 1.8]]"), "s, rad", "scene");
+    let missed = &found["realised"]["stiffness_missed"];
+    assert_eq!(missed["format"], "(0,12,3)", "{missed}");
+    let text = stdout(&run(&[&["run", "hybrid-wall"], &set[..]].concat()));
+    let line =
+        |key: &str| text.lines().find(|line| line.starts_with("parameter") && line.contains(key)).expect("a line");
+    assert!(line("wall.stiffness").contains("0.1 N.m/rad") && line("wall.stiffness").ends_with("--set"), "{text}");
+    assert!(text.contains(
+        "warning    stiffness misses what is asked for by -15.648 %; method.stiffness_format = \"(0,12,3)\""
+    ));
+    let limits = stdout(&run(&["limits", "hybrid-wall", "--set", "wall.stiffness=0.1"]));
+    assert!(limits.contains("wall.stiffness misses what is asked for by -15.648 %"), "{limits}");
+}

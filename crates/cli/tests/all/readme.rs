@@ -1,0 +1,248 @@
+//! README.md: every command in it runs, the output shown below a command is its output, and every figure comes from a run or a
+//! record, or is named as one that depends on the machine or stands in the literature.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::common::{ROOT, code, scratch, stderr, stdout};
+use crate::readme_tables::{COMMANDS, EXCEPTED, FIGURES, Form, From};
+
+/// A piece of README: a command, or the output that is shown below the commands before it.
+#[derive(Debug)]
+enum Piece {
+    Command(String),
+    Output(Vec<String>),
+}
+
+fn readme() -> String {
+    fs::read_to_string(format!("{ROOT}/README.md")).expect("README.md")
+}
+
+/// A line of a shell without its comment, which begins with ` #` outside quotes; none while a quote is open.
+fn without_comment(text: &str) -> Option<String> {
+    let (mut quoted, mut kept, mut before) = (false, String::new(), ' ');
+    for c in text.chars() {
+        quoted ^= c == '\'';
+        if !quoted && c == '#' && before.is_whitespace() {
+            break;
+        }
+        kept.push(c);
+        before = c;
+    }
+    (!quoted).then(|| kept.trim().to_string())
+}
+
+/// The commands of a fenced block of shell.
+fn commands(block: &[&str]) -> Vec<Piece> {
+    let mut found = Vec::new();
+    let mut open = String::new();
+    for line in block {
+        open += line;
+        match without_comment(&open) {
+            Some(command) => {
+                found.extend((!command.is_empty()).then_some(Piece::Command(command)));
+                open.clear();
+            }
+            None => open.push('\n'),
+        }
+    }
+    assert_eq!(open, "", "a quote is left open");
+    found
+}
+
+/// The code spans of a line that are commands of `hpu`.
+fn spans(line: &str) -> impl Iterator<Item = String> {
+    let spans = line.split('`').skip(1).step_by(2);
+    spans.filter(|span| span.starts_with("hpu ") || span.starts_with("\u{2026} ")).map(str::to_string)
+}
+
+/// All commands and outputs of README, in its order.
+fn pieces(text: &str) -> Vec<Piece> {
+    let mut found = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let Some(language) = line.strip_prefix("```") else {
+            found.extend(spans(line).map(Piece::Command));
+            continue;
+        };
+        let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+        match language {
+            "sh" => found.extend(commands(&block)),
+            "" => found.push(Piece::Output(block.into_iter().map(str::to_string).collect())),
+            other => panic!("a block of {other}: write sh, or nothing for an output"),
+        }
+    }
+    found
+}
+
+fn form(command: &str) -> &'static Form {
+    let row = COMMANDS.iter().find(|(listed, _)| *listed == command);
+    &row.unwrap_or_else(|| panic!("`{command}` of README.md is not in the table of its commands")).1
+}
+
+/// A folder of its own with the command on the path, as README assumes it.
+struct Shell {
+    dir: PathBuf,
+    path: String,
+}
+
+impl Shell {
+    fn new() -> Self {
+        let dir = scratch("readme");
+        fs::create_dir_all(dir.join("bin")).expect("a folder");
+        symlink(env!("CARGO_BIN_EXE_hpu"), dir.join("bin/hpu")).expect("a link");
+        let path = format!("{}:{}", dir.join("bin").display(), std::env::var("PATH").expect("a PATH"));
+        fs::create_dir_all(dir.join("work")).expect("a folder");
+        Self { path, dir: dir.join("work") }
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", line]).current_dir(&self.dir).env("PATH", &self.path);
+        command
+    }
+
+    fn run(&self, line: &str) -> Output {
+        let output = self.command(line).output().expect("a shell");
+        assert_eq!(code(&output), 0, "`{line}`: {}{}", stdout(&output), stderr(&output));
+        output
+    }
+
+    /// Begins a long command, and interrupts it: it is accepted, and says that it was interrupted.
+    fn begin(&self, line: &str) {
+        let quiet = self.dir.join("begun.txt");
+        let mut child = self
+            .command(&format!("exec {line}"))
+            .stdout(fs::File::create(&quiet).expect("a file"))
+            .stderr(fs::File::create(self.dir.join("begun.err")).expect("a file"))
+            .spawn()
+            .expect("a shell");
+        sleep(Duration::from_millis(600));
+        let interrupted = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+        assert!(interrupted.success(), "`{line}` ended at once");
+        let code = child.wait().expect("an end").code();
+        assert_eq!(code, Some(130), "`{line}`: {}", fs::read_to_string(&quiet).expect("a text"));
+    }
+}
+
+/// Each line of an output that is shown is a line of the output, in its order; `…` stands for lines left out.
+fn assert_shown(shown: &[String], output: &str, command: &str) {
+    let mut lines = output.lines();
+    for line in shown.iter().filter(|line| !["", "\u{2026}"].contains(&line.trim())) {
+        let found = lines.any(|other| other.trim_end() == line.trim_end());
+        assert!(found, "`{command}` does not print this line of README.md:\n{line}\nbut:\n{output}");
+    }
+}
+
+/// Whether a line holds these words in their order, whatever the spaces; `…` stands for any text.
+fn holds(line: &str, words: &str) -> bool {
+    let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut rest = line.as_str();
+    words.split('\u{2026}').map(str::trim).all(|part| {
+        let at = rest.find(part);
+        rest = at.map_or("", |at| &rest[at + part.len()..]);
+        at.is_some()
+    })
+}
+
+fn file(path: &str) -> String {
+    fs::read_to_string(Path::new(ROOT).join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+#[test]
+fn every_command_runs_and_what_is_shown_is_what_it_prints() {
+    let shell = Shell::new();
+    let mut printed: Vec<(String, String)> = Vec::new();
+    let mut last = String::new();
+    for piece in pieces(&readme()) {
+        match piece {
+            Piece::Output(shown) => {
+                let output = match form(&last) {
+                    Form::Short { record: Some(path), .. } => file(path),
+                    _ => printed.iter().find(|(command, _)| *command == last).expect("a command before").1.clone(),
+                };
+                assert_shown(&shown, &output, &last);
+            }
+            Piece::Command(command) => {
+                if !printed.iter().any(|(before, _)| *before == command) {
+                    let output = match form(&command) {
+                        Form::AsIs => stdout(&shell.run(&command)),
+                        Form::Short { line, why, .. } => {
+                            assert!(!why.is_empty());
+                            stdout(&shell.run(line))
+                        }
+                        Form::Begun(why) => {
+                            assert!(!why.is_empty());
+                            shell.begin(&command);
+                            String::new()
+                        }
+                        Form::NotHere(why) => {
+                            assert!(!why.is_empty());
+                            String::new()
+                        }
+                    };
+                    printed.push((command.clone(), output));
+                }
+                last = command;
+            }
+        }
+    }
+    let listed: BTreeSet<&str> = COMMANDS.iter().map(|(command, _)| *command).collect();
+    let written: BTreeSet<&str> = printed.iter().map(|(command, _)| command.as_str()).collect();
+    let gone: Vec<_> = listed.difference(&written).collect();
+    assert!(gone.is_empty(), "these are in the table and no longer in README.md: {gone:?}");
+    for (said, from, shown) in FIGURES {
+        let output = match from {
+            From::Run(command) => &printed.iter().find(|(other, _)| other == command).expect("a command of README").1,
+            From::File(path) => &file(path),
+        };
+        assert!(
+            output.lines().any(|line| holds(line, shown)),
+            "README.md says `{said}`; `{shown}` is not in: {output}"
+        );
+    }
+}
+
+/// README as one line: without outputs, commands and links, with the comments of commands.
+fn prose() -> String {
+    let text = readme();
+    let (mut all, mut lines) = (Vec::new(), text.lines());
+    while let Some(line) = lines.next() {
+        if !line.starts_with("```") {
+            all.push(line);
+            continue;
+        }
+        let block = lines.by_ref().take_while(|line| *line != "```");
+        let comments = block.filter(|_| line == "```sh").filter_map(|line| line.split_once("# ").map(|(_, said)| said));
+        all.extend(comments);
+    }
+    let mut text = all.join(" ");
+    for (open, close) in [("`hpu ", '`'), ("`\u{2026} ", '`'), ("](", ')')] {
+        while let Some(at) = text.find(open) {
+            let end = text[at + open.len()..].find(close).expect("it is closed");
+            text.replace_range(at..=at + open.len() + end, "");
+        }
+    }
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn every_figure_comes_from_a_run_or_is_named_as_one_that_does_not() {
+    let mut text = prose();
+    let mut take = |said: &str| {
+        assert!(text.contains(said), "`{said}` is in the table of figures and not in README.md");
+        text = text.replace(said, "");
+    };
+    FIGURES.iter().map(|(said, ..)| *said).collect::<BTreeSet<_>>().into_iter().for_each(&mut take);
+    for (said, why) in EXCEPTED {
+        assert!(!why.is_empty());
+        take(said);
+    }
+    let left: Vec<&str> = text.split(' ').filter(|word| word.contains(|c: char| c.is_ascii_digit())).collect();
+    assert!(left.is_empty(), "figures of README.md that nothing is held against: {left:?}");
+}

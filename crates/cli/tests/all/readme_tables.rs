@@ -1,0 +1,271 @@
+//! What the test of README.md knows: the form in which each command runs, where each figure comes from, and which figures
+//! nothing here can tell.
+
+/// In which form a command of README runs in the test.
+pub enum Form {
+    /// As it is.
+    AsIs,
+    /// Shorter, for a reason. What README shows below it is then in the record of the whole command, if there is one.
+    Short { line: &'static str, why: &'static str, record: Option<&'static str> },
+    /// Begun and interrupted, because it takes no option that would make it short.
+    Begun(&'static str),
+    /// Not here.
+    NotHere(&'static str),
+}
+
+const fn short(line: &'static str, why: &'static str) -> Form {
+    Form::Short { line, why, record: None }
+}
+
+const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 --search --proved \
+                      --against 24 -o out";
+const PAGE: &str = "hpu widths hybrid-wall -o out";
+const WRAP: &str = "hpu run wrap-product --beside wrap-saturated -o out";
+const CHART: &str = "hpu chart friction-wall -o out";
+const FIT: &str = "hpu fit friction-wall";
+
+/// Every command of README.
+pub const COMMANDS: &[(&str, Form)] = &[
+    (
+        "cargo run --release -- run hybrid-wall -o out",
+        short("hpu run hybrid-wall -o out", "it builds the program, which this test has"),
+    ),
+    ("testbench/test.sh", Form::NotHere("it runs this test")),
+    ("hpu completions SHELL", short("hpu completions bash", "SHELL is any of the shells")),
+    ("hpu man", Form::AsIs),
+    ("hpu run hybrid-wall -o out", Form::AsIs),
+    (WRAP, Form::AsIs),
+    (PAGE, Form::AsIs),
+    (
+        SEARCH,
+        Form::Short {
+            line: "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 --search \
+                   --proved --against 24 -o short --vary position_bits=11..12 --vary stiffness_format.int=6..7 \
+                   --vary stiffness_format.frac=0..1 --vary damping_format.int=2..3 --vary damping_format.frac=1..2 \
+                   --vary velocity_bits=9..10",
+            why: "the whole grid takes a quarter of a minute; this part of it has the same smallest design",
+            record: Some("testbench/record/widths.txt"),
+        },
+    ),
+    ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
+    ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
+    ("hpu limits conventional-wall-1khz", Form::AsIs),
+    (
+        "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' --y 'wall.damping=0..0.4 mN.m.s/rad' -o map",
+        short(
+            "hpu map hybrid-wall --x 'wall.stiffness=0.1..6:5' --y 'wall.damping=0..0.4 mN.m.s/rad:5' -o map",
+            "41 by 41 cells take some seconds of two cores",
+        ),
+    ),
+    ("hpu reproduce phantom-formats", Form::AsIs),
+    (
+        "hpu cost position_counter",
+        short(
+            "hpu cost position_counter --variant 8_bit",
+            "each of its variants is a synthesis of seconds, the first time",
+        ),
+    ),
+    ("hpu block truncating_multiplier", Form::AsIs),
+    ("hpu vectors pwm --set-kind random --seed 7 --count 1000 > pwm.txt", Form::AsIs),
+    ("hpu vectors trig_table --set-kind table --table sines --format coe", Form::AsIs),
+    (
+        "hpu check",
+        short(
+            "hpu check truncating_multiplier displacement --rows 50 --scene hybrid-wall --edges 2000",
+            "all blocks and closed loops take a minute or two",
+        ),
+    ),
+    ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-rtl read the save file")),
+    ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
+    ("hpu scenes", Form::AsIs),
+    (
+        "hpu map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:21:log' --y 'method.sample_rate=0.2..20 kHz:11:log' \
+         --all-methods -o out",
+        short(
+            "hpu map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:2:log' --y 'method.sample_rate=2..20 kHz:2:log' \
+             --all-methods -o methods --set run.duration=0.6s",
+            "eleven methods on 231 cells take a quarter of a minute on two cores",
+        ),
+    ),
+    ("hpu reproduce criteria", Form::AsIs),
+    (
+        "hpu run thrown-hybrid --driver rtl --hdl hdl --edges 100000 -o out",
+        short("hpu run thrown-hybrid --driver rtl --edges 100000 -o out", "hpu carries the VHDL of that folder"),
+    ),
+    (
+        "hpu reproduce phantom-lag",
+        Form::Begun("one or two minutes on two cores; testbench/record/phantom-lag.txt is what it prints"),
+    ),
+    ("hpu reproduce hybrid-loop", Form::Begun("half a minute on two cores; hpu-study tests what it finds")),
+    ("hpu reproduce input-shaper", Form::Begun("half a minute on two cores; hpu-study tests what it finds")),
+    ("hpu reproduce power-scaling", Form::Begun("a quarter of a minute; hpu-study tests what it finds")),
+    (
+        "hpu reproduce phantom-table-2 -o out",
+        short(
+            "hpu reproduce phantom-table-2 --axes x --platforms RTOS-1,FPGA-20 --stiffness 250,5000 --trials 1 \
+             --set run.duration=1s -o table",
+            "all trials take about a minute on two cores",
+        ),
+    ),
+    (
+        "hpu reproduce phantom-ladder --axes y --trials 1 -o out",
+        short(
+            "hpu reproduce phantom-ladder --axes y --trials 1 --platforms FPGA-20 --stiffness 250 --set run.duration=1s \
+             -o ladder",
+            "all platforms and walls take a minute",
+        ),
+    ),
+    (
+        "hpu run SCENE --compare",
+        short(
+            "hpu run hybrid-wall --compare --edges 2000000",
+            "SCENE is any scene; by the clock a whole one takes long",
+        ),
+    ),
+    (
+        CHART,
+        short(
+            "hpu chart friction-wall --contestants \
+             averaged,sample+loaded,midpoint@1ms+law,rk4@1ms+law,midpoint@30us,euler@10us,euler@100us -o chart",
+            "all ways to run it take a minute or two on two cores",
+        ),
+    ),
+    (FIT, Form::AsIs),
+    ("hpu fit", Form::Begun("all scenes take two minutes; testbench/long.sh runs it and records it")),
+    ("hpu run hybrid-wall", Form::AsIs),
+    ("hpu run friction-wall --set run.duration=10s", Form::AsIs),
+    ("hpu run friction-wall --set run.duration=10s --set model.bridge=averaged", Form::AsIs),
+    (
+        "\u{2026} --set record.plant_rate=1kHz",
+        short(
+            "hpu run friction-wall --set run.duration=10s --set model.bridge=averaged --set record.plant_rate=1kHz",
+            "the dots stand for the command above it",
+        ),
+    ),
+    (
+        "hpu run hybrid-wall --driver clock",
+        short("hpu run hybrid-wall --driver clock --edges 2000000", "two seconds of every edge take seconds"),
+    ),
+];
+
+/// Where a figure comes from.
+pub enum From {
+    /// The output of a command of README, in the form in which it runs here.
+    Run(&'static str),
+    /// A file of the repository.
+    File(&'static str),
+}
+
+const WIDTHS: From = From::File("testbench/record/widths.txt");
+const LAG: From = From::File("testbench/record/phantom-lag.txt");
+const PRECISION: From = From::File("testbench/record/high-precision.txt");
+
+/// Figures of README's prose: what it says, where that comes from, and what is printed there.
+pub const FIGURES: &[(&str, From, &str)] = &[
+    (
+        "with 3.5 kN/m 0.30 to 0.40 ms fit",
+        LAG,
+        "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.30 0.35 0.40; at",
+    ),
+    ("(the whole arm: 0.35 to 0.45)", LAG, "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.35 0.40 0.45; at"),
+    ("with a rigid one 0.25 ms at most", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
+    ("with 2 kN/m 0.40 ms and more", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
+    ("`spring \u{2026} 77.57 %`", From::Run(WRAP), "4076 0 % 77.57 % PWM count"),
+    (
+        "Within 1 % of a 24-bit design's stable stiffness",
+        WIDTHS,
+        "smallest widths that keep the reference's stable stiffness within 1.00 %",
+    ),
+    ("505 LUTs do instead of 3590", WIDTHS, "505 LUT4 instead of 3590"),
+    (
+        "505 LUTs do instead of 3590",
+        From::Run(SEARCH),
+        "position 12, stiffness (0,6,0), damping (0,2,2), velocity 10, pwm 12",
+    ),
+    ("505 LUTs do instead of 3590", From::Run(SEARCH), "2.657092 N.m/rad instead of 2.666122: -0.34 %"),
+    ("505 LUTs do instead of 3590", From::Run(SEARCH), "512 LUT4 instead of 3663"),
+    (
+        "463 LUTs seem to do: the velocity then saturates at 2 bits",
+        WIDTHS,
+        "velocity 2, pwm 12: 474 LUT4 estimated, 463 counted",
+    ),
+    ("at 2.5 N.m/rad the wall is 1.7 % off", WIDTHS, "it is 1.7 % off at 2.5 N.m/rad"),
+    ("An averaged bridge is 0.16 % off", From::Run(CHART), "averaged … whole 0.16 %"),
+    ("are 0.04 % off", From::Run(CHART), "sample+loaded … whole 0.04 %"),
+    ("by the implicit midpoint: 0.9 % off", From::Run(CHART), "midpoint@1ms+law … whole 0.89 %"),
+    ("errors between 0.2 % and 3.6 % depend", From::Run(CHART), "euler@10us … whole 0.21 %"),
+    ("errors between 0.2 % and 3.6 % depend", From::Run(CHART), "midpoint@30us … whole 3.57 %"),
+    ("at 100 \u{b5}s the wall is called unstable", From::Run(CHART), "euler@100us … whole wrong"),
+    ("the classic Runge-Kutta method calls the wall unstable there", From::Run(CHART), "rk4@1ms+law … whole wrong"),
+    // Whether it also leaves out the winding, and so 0.27 % or 0.28 %, depends on what saves time on this machine.
+    (
+        "So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off",
+        From::Run(FIT),
+        "run it by … model.solver=semi_implicit … model.step='100 us'",
+    ),
+    ("So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off", From::Run(FIT), "judged … peak_penetration 0.2…%"),
+    (
+        "So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off",
+        From::File("testbench/record/fit.txt"),
+        "friction-wall … 0.28 % … solver=semi_implicit step=100 us",
+    ),
+    (
+        "30 of 59 can be had at least five times as fast",
+        From::File("testbench/record/fit.txt"),
+        "30 of 59 at least 5 times as fast as written",
+    ),
+    ("over 1.6·10¹⁰ edges", PRECISION, "all 7887980505"),
+    ("over 1.6·10¹⁰ edges", PRECISION, "all 8844592700"),
+    ("an integration of 58 decimal places", PRECISION, "plant against 58 decimal places"),
+];
+
+/// Figures of README that no run here tells, and why.
+pub const EXCEPTED: &[(&str, &str)] = &[
+    ("`motor = \"vasudevan_2007\"`", "a name"),
+    ("the last 30 % of the run", "how the window is defined"),
+    // Speeds and times: they depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.
+    ("more than a hundred times slower than events", MACHINE),
+    ("some 30 times as fast", MACHINE),
+    ("some 75 times as fast", MACHINE),
+    ("some 330 times as fast", MACHINE),
+    ("some 60 times as fast", MACHINE),
+    ("| 1.9·10¹⁰ |", MACHINE),
+    ("| 1.4·10⁹ |", MACHINE),
+    ("| 1.1·10¹¹ |", MACHINE),
+    ("| 2.0·10¹¹ |", MACHINE),
+    ("| 4.3·10⁷ |", MACHINE),
+    ("Medians on one core of a shared 2-core Intel Xeon", MACHINE),
+    ("by 0.1 to 0.9 of that", MACHINE),
+    ("is 1000 times slower than events", MACHINE),
+    ("GHDL more than 40 000 times slower", MACHINE),
+    ("Linux x86-64", "the machine that it is developed on"),
+    // What a sentence is about: settings that a reader chooses, and figures of other people.
+    ("Vasudevan, Manohar and Manivannan (2007)", LITERATURE),
+    ("The paper keeps the lower 12 bits of a 24-bit product", LITERATURE),
+    ("*Advanced Robotics* 21(11), 2007", LITERATURE),
+    ("*Journal of Computing and Information Science in Engineering* 9(1), 2009", LITERATURE),
+    ("Table 2 of Sevcik et al.", LITERATURE),
+    ("PHANToM Premium 1.0", LITERATURE),
+    ("PMOS-1", "the name of a platform"),
+    ("up to 400 000 times a second", "the name of the platform FPGA-400, in kHz"),
+    ("Are 12 bits enough?", SETTING),
+    ("A device, 12 bits, 20 kHz", SETTING),
+    ("3 axes x 8 platforms x 20 walls x 3 trials of 10 s", "the defaults of the command, as its help says"),
+    ("| at 50 MHz |", SETTING),
+    ("instead of each 0.1 ms", "the usual record.plant_rate, 10 kHz"),
+    ("`\"25.175 MHz\"`, `\"1.2 mN.m\"`", SETTING),
+    ("within 1 %", "the usual tolerance"),
+    ("steps the plant at every 20 ns edge", SETTING),
+    ("from 1 µs on", SETTING),
+    // What takes too long here, or is tested elsewhere.
+    ("still 0.002 % off", "a hundred million steps of rk4 take half a minute: the whole command tells it"),
+    ("At 4096 the product wraps", "2^12"),
+    ("That is 4200 mod 4096", "60 by 70, and 2^12"),
+    ("the last 16 edges", "the tests of hpu-rtl break a block and count them"),
+    ("about 10⁻¹⁶ of the exchange", "rounding of f64; every run's test of energy holds it"),
+    ("MIT or Apache-2.0", "names of licences"),
+];
+
+const MACHINE: &str = "it depends on the machine";
+const LITERATURE: &str = "it stands in the literature";
+const SETTING: &str = "a setting, which no run finds";

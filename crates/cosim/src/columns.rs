@@ -1,0 +1,105 @@
+//! What the rows of a trace tell, column by column.
+//!
+//! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a
+//! positive position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least
+//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then what is felt. A row of a PHANToM has its
+//! outputs, then mean, least and greatest torque of each motor.
+
+use hpu_plant::{Axis, Measured, REALS};
+use hpu_signal::Real;
+
+use crate::arm_world::ARM_REALS;
+
+/// The convention of signs: what traces, waveforms and summaries say of it.
+pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
+                         a wall at a positive position pushes back with a negative one; a net is the value of its word, \
+                         and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a \
+                         positive one";
+
+const fn real(name: &'static str, doc: &'static str) -> Real {
+    Real { name, doc }
+}
+
+const MEAN: &str = "Mean over whole periods of the modulator since the row before, or over the row";
+const LEAST: &str = "Least value since the row before";
+const GREATEST: &str = "Greatest value since the row before";
+
+/// Columns of a motor's row.
+pub const AXIS_ROW: [Real; 15] = [
+    REALS[0],
+    REALS[1],
+    REALS[2],
+    REALS[3],
+    real("current_mean_a", MEAN),
+    real("current_least_a", LEAST),
+    real("current_greatest_a", GREATEST),
+    real("speed_mean_rad_per_s", MEAN),
+    real("speed_least_rad_per_s", LEAST),
+    real("speed_greatest_rad_per_s", GREATEST),
+    real("torque_mean_nm", MEAN),
+    real("torque_least_nm", LEAST),
+    real("torque_greatest_nm", GREATEST),
+    real("hand_angle_rad", "The hand's intention where it has one, else the shaft's angle"),
+    real("hand_torque_nm", "Torque of the hand on the shaft, positive along the positive angle"),
+];
+
+/// Columns of a mass's row, whose amplifier is known by its force.
+pub const RAIL_ROW: [Real; 15] = [
+    real("current_a", "The force, as the current of an amplifier that gives one newton an ampere"),
+    real("speed_m_per_s", "Speed of the mass"),
+    real("position_m", "Position of the mass"),
+    real("force_n", "Force of the amplifier on the mass, positive along the positive position"),
+    real("current_mean_a", "The same"),
+    real("current_least_a", "The same"),
+    real("current_greatest_a", "The same"),
+    real("speed_mean_m_per_s", MEAN),
+    real("speed_least_m_per_s", LEAST),
+    real("speed_greatest_m_per_s", GREATEST),
+    real("force_mean_n", MEAN),
+    real("force_least_n", LEAST),
+    real("force_greatest_n", GREATEST),
+    real("hand_position_m", "The hand's intention where it has one, else the position of the mass"),
+    real("hand_force_n", "Force of the hand on the mass, positive along the positive position"),
+];
+
+/// Columns of [`RAIL_ROW`] that stand for nothing: an amplifier's current is its force by another name.
+pub(crate) const CURRENTS: [usize; 4] = [0, 4, 5, 6];
+
+/// Index, in a row of an axis, of mean, least and greatest torque or force.
+pub const TORQUE_BETWEEN: [usize; 3] = [10, 11, 12];
+
+/// Columns of a PHANToM's row.
+pub const ARM_ROW: [Real; 18] = [
+    ARM_REALS[0],
+    ARM_REALS[1],
+    ARM_REALS[2],
+    ARM_REALS[3],
+    ARM_REALS[4],
+    ARM_REALS[5],
+    ARM_REALS[6],
+    ARM_REALS[7],
+    ARM_REALS[8],
+    real("torque1_mean_nm", MEAN),
+    real("torque1_least_nm", LEAST),
+    real("torque1_greatest_nm", GREATEST),
+    real("torque2_mean_nm", MEAN),
+    real("torque2_least_nm", LEAST),
+    real("torque2_greatest_nm", GREATEST),
+    real("torque3_mean_nm", MEAN),
+    real("torque3_least_nm", LEAST),
+    real("torque3_greatest_nm", GREATEST),
+];
+
+/// What a row tells of one output.
+pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {
+    [measured.mean, measured.extent.least, measured.extent.greatest].map(|x| scale * x)
+}
+
+/// Adds to a row of an axis what it tells of current, speed and torque between rows, and of the hand.
+pub(crate) fn tell(axis: &Axis, [current, speed]: &[Measured; 2], felt: [f64; 2], row: &mut Vec<f64>) {
+    let torque = three(current, axis.torque_constant_nm_per_a());
+    for values in [three(current, 1.0), three(speed, 1.0), torque] {
+        row.extend(values);
+    }
+    row.extend(felt);
+}

@@ -1,0 +1,67 @@
+//! What a scene's parameters are and who said so.
+
+use std::cell::RefCell;
+
+/// A parameter of a scene, as it is used.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Parameter {
+    /// Its key, as in `wall.stiffness`.
+    pub key: String,
+    /// What it is.
+    pub value: ParameterValue,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+    /// Who said so.
+    pub origin: Origin,
+}
+
+/// The value of a parameter.
+#[derive(Clone, PartialEq, Debug)]
+pub enum ParameterValue {
+    /// A quantity, in the parameter's unit.
+    Number(f64),
+    /// A whole number.
+    Integer(u64),
+    /// Yes or no.
+    Flag(bool),
+    /// A choice, a format, the name of a file, a path.
+    Text(String),
+}
+
+/// Who said what a parameter is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Origin {
+    /// The scene's file.
+    Scene,
+    /// An override.
+    Set,
+    /// Nobody: it is the default.
+    Default,
+    /// The motor that the scene names.
+    Motor(&'static str),
+}
+
+/// Parameters in the order in which they are read.
+#[derive(Default)]
+pub(super) struct Parameters(RefCell<Vec<Parameter>>);
+
+impl Parameters {
+    /// Notes a parameter, or what it is now when it was read before.
+    pub(super) fn note(&self, parameter: Parameter) {
+        let mut all = self.0.borrow_mut();
+        match all.iter_mut().find(|known| known.key == parameter.key) {
+            Some(known) => *known = parameter,
+            None => all.push(parameter),
+        }
+    }
+
+    /// All but those under these keys, which the run does not use.
+    pub(super) fn take(&self, unused: &[&str]) -> Vec<Parameter> {
+        let mut all = self.0.take();
+        let under = |key: &str, section: &str| {
+            key.strip_prefix(section).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'.', ..]))
+        };
+        all.retain(|parameter| !unused.iter().any(|section| under(&parameter.key, section)));
+        all
+    }
+}

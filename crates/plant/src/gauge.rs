@@ -1,0 +1,421 @@
+//! What an output did between the rows of a trace: its mean, its least and its greatest value.
+//!
+//! A row at edge `r`, after one at `r'`, tells
+//!
+//! - the mean from the last period of the modulator that began at or before `r'` to the last one at or before `r`, so
+//!   that a ripple is in it by whole periods and does not beat with the rows; without a modulator, or where no period
+//!   began between the two rows, the mean from `r'` to `r`;
+//! - least and greatest value from `r'` to `r`, both included: at every anchor and at stationary points in between.
+//!
+//! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. What a row tells is a
+//! function of the gauge at the anchor and of the stretch, so it does not depend on how often anybody looked. Integrals
+//! are those of the flow; no sum is taken over samples.
+
+use crate::cruise::Cruise;
+use crate::guard::{Guard, Point, dyadic};
+use crate::linear::Trajectory;
+use crate::matrix::{CURRENT, SPEED, State, dot, sizes};
+
+/// When rows are taken, and when a modulator's periods begin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pace {
+    /// Edges from one row to the next; the first is at edge 0.
+    pub stride: u64,
+    /// Edges of a period, the first of which begins at edge 1; `None` without a modulator.
+    pub period: Option<u64>,
+}
+
+impl Pace {
+    /// The last row before an edge.
+    #[must_use]
+    pub fn row_before(&self, edge: u64) -> u64 {
+        edge.saturating_sub(1) / self.stride * self.stride
+    }
+
+    /// The last edge up to this one at which a period began, or 0.
+    #[must_use]
+    pub fn boundary(&self, edge: u64) -> u64 {
+        match self.period {
+            Some(period) if edge > 0 => (edge - 1) / period * period + 1,
+            _ => 0,
+        }
+    }
+
+    /// What the mean of a row is taken over: from edge to edge.
+    #[must_use]
+    pub fn window(&self, row: u64) -> (u64, u64) {
+        let before = self.row_before(row);
+        let (begun, ended) = (self.boundary(before), self.boundary(row));
+        if ended > begun { (begun, ended) } else { (before, row) }
+    }
+}
+
+/// Least and greatest value.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Extent {
+    /// The least.
+    pub least: f64,
+    /// The greatest.
+    pub greatest: f64,
+}
+
+impl Extent {
+    /// Of no value at all.
+    pub const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+
+    /// Takes in a value.
+    #[inline(always)]
+    pub fn take(&mut self, x: f64) {
+        self.least = if x < self.least { x } else { self.least };
+        self.greatest = if x > self.greatest { x } else { self.greatest };
+    }
+
+    /// Of both together.
+    #[must_use]
+    pub fn with(mut self, other: &Self) -> Self {
+        self.take(other.least);
+        self.take(other.greatest);
+        self
+    }
+
+    /// What a course within one clock edge comes to, by its values and slopes at both ends; in between it is a
+    /// parabola.
+    fn course(&mut self, length_s: f64, values: [f64; 2], slopes: [f64; 2]) {
+        values.into_iter().for_each(|x| self.take(x));
+        if slopes[0] * slopes[1] < 0.0 {
+            self.take(values[0] + 0.5 * length_s * slopes[0] * (slopes[0] / (slopes[0] - slopes[1])));
+        }
+    }
+}
+
+/// What a row tells of an output.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Measured {
+    /// The mean.
+    pub mean: f64,
+    /// Least and greatest value.
+    pub extent: Extent,
+}
+
+/// A motion from one anchor to the next, as a [`Gauge`] sees it. An end that is `None` is the stretch's own, which may
+/// lie between two edges.
+pub trait Stretch<const N: usize> {
+    /// The integrals of the outputs over the time between.
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N];
+    /// Least and greatest values, both ends included.
+    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; N];
+}
+
+/// What has become of `N` outputs since the last row, at an anchor of their motion.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Gauge<const N: usize> {
+    pace: Pace,
+    /// Integrals since the last row before the anchor.
+    since_row: [f64; N],
+    /// Integrals since the modulator's present period began.
+    since_boundary: [f64; N],
+    /// Integrals over the periods between: from the one in which the last row lies to the present one.
+    periods: [f64; N],
+    /// Since the last row.
+    extent: [Extent; N],
+}
+
+fn sum<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+impl<const N: usize> Gauge<N> {
+    /// At edge 0.
+    #[must_use]
+    pub fn new(pace: Pace) -> Self {
+        let (none, extent) = ([0.0; N], [Extent::NONE; N]);
+        Self { pace, since_row: none, since_boundary: none, periods: none, extent }
+    }
+
+    /// The gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the stretch's
+    /// start, `now` the first at or after the end `to`.
+    #[must_use]
+    pub fn after(&self, first: u64, now: u64, to: Option<u64>, stretch: &impl Stretch<N>) -> Self {
+        let pace = self.pace;
+        let (row, ended) = (pace.row_before(now), pace.boundary(now));
+        let (has_row, has_boundary) = (row >= first, ended > first);
+        let is_modulated = pace.period.is_some();
+        let whole = if has_row && (has_boundary || !is_modulated) { [0.0; N] } else { stretch.integral(None, to) };
+        let since_row = if has_row { stretch.integral(Some(row), to) } else { sum(&self.since_row, &whole) };
+        let extent = if has_row {
+            stretch.extent(Some(row), to)
+        } else {
+            let extent = stretch.extent(None, to);
+            std::array::from_fn(|k| self.extent[k].with(&extent[k]))
+        };
+        let mut next = Self { pace, since_row, extent, since_boundary: [0.0; N], periods: [0.0; N] };
+        if is_modulated {
+            next.since_boundary =
+                if has_boundary { stretch.integral(Some(ended), to) } else { sum(&self.since_boundary, &whole) };
+            let begun = pace.boundary(row);
+            if ended > begun {
+                next.periods = self.between(first, row, (begun, ended), stretch);
+            }
+        }
+        next
+    }
+
+    /// The integrals from the period `begun`, in which `row` lies, to the later one `ended`.
+    fn between(&self, first: u64, row: u64, (begun, ended): (u64, u64), stretch: &impl Stretch<N>) -> [f64; N] {
+        if ended <= first {
+            return self.periods;
+        }
+        if begun > first {
+            return stretch.integral(Some(begun), Some(ended));
+        }
+        let open = sum(&self.since_boundary, &stretch.integral(None, Some(ended)));
+        if row < first { sum(&self.periods, &open) } else { open }
+    }
+
+    /// What the row at the edge `row`, at which the gauge is, tells of outputs that have these values there.
+    #[must_use]
+    pub fn row(&self, row: u64, edge_s: f64, values: &[f64; N]) -> [Measured; N] {
+        let (from, to) = self.pace.window(row);
+        let is_of_periods = self.pace.boundary(row) > self.pace.boundary(self.pace.row_before(row));
+        let integrals = if is_of_periods { &self.periods } else { &self.since_row };
+        let length_s = (to - from) as f64 * edge_s;
+        std::array::from_fn(|k| {
+            if row == 0 {
+                return Measured { mean: values[k], extent: Extent { least: values[k], greatest: values[k] } };
+            }
+            let mut extent = self.extent[k];
+            extent.take(values[k]);
+            Measured { mean: integrals[k] / length_s, extent }
+        })
+    }
+}
+
+/// A stretch that lies within one clock edge, or is known as a whole.
+pub(crate) struct Whole<const N: usize> {
+    integral: [f64; N],
+    extent: [Extent; N],
+}
+
+impl Whole<2> {
+    pub(crate) const NOTHING: Self = Self { integral: [0.0; 2], extent: [Extent::NONE; 2] };
+
+    /// Goes on by a motion within an edge: from one state to another, with its integrals on the way.
+    pub(crate) fn add(&mut self, motion: &Trajectory, length_s: f64, states: [&State; 2], integrals: &State) {
+        let slopes = states.map(|x| motion.slope(x));
+        for (k, of) in [CURRENT, SPEED].into_iter().enumerate() {
+            self.integral[k] += integrals[of];
+            self.extent[k].course(length_s, states.map(|x| x[of]), slopes.map(|w| w[of]));
+        }
+    }
+}
+
+impl<const N: usize> Stretch<N> for Whole<N> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N] {
+        if from.is_some() && from == to { [0.0; N] } else { self.integral }
+    }
+
+    fn extent(&self, _: Option<u64>, _: Option<u64>) -> [Extent; N] {
+        self.extent
+    }
+}
+
+/// Outputs that go in straight lines from one edge to another: a step of a device that moves in steps.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Chord<const N: usize> {
+    /// First edge.
+    pub start: u64,
+    /// Edges of it.
+    pub edges: u64,
+    /// The clock period in seconds.
+    pub edge_s: f64,
+    /// The outputs at both ends.
+    pub ends: [[f64; N]; 2],
+}
+
+impl<const N: usize> Chord<N> {
+    fn between(&self, from: Option<u64>, to: Option<u64>) -> [(f64, [f64; N]); 2] {
+        let [a, b] = &self.ends;
+        [from.unwrap_or(self.start), to.unwrap_or(self.start + self.edges)].map(|edge| {
+            let share = (edge - self.start) as f64 / self.edges as f64;
+            let at = |k: usize| (a[k] + (b[k] - a[k]) * share).clamp(a[k].min(b[k]), a[k].max(b[k]));
+            ((edge - self.start) as f64 * self.edge_s, std::array::from_fn(at))
+        })
+    }
+}
+
+impl<const N: usize> Stretch<N> for Chord<N> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N] {
+        let [(start_s, a), (end_s, b)] = self.between(from, to);
+        std::array::from_fn(|k| 0.5 * (end_s - start_s) * (a[k] + b[k]))
+    }
+
+    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; N] {
+        let [(_, a), (_, b)] = self.between(from, to);
+        std::array::from_fn(|k| Extent { least: a[k].min(b[k]), greatest: a[k].max(b[k]) })
+    }
+}
+
+/// Current and speed along one motion from its anchor.
+pub(crate) struct Flow<'m, 'a> {
+    pub(crate) motion: &'m Trajectory<'a>,
+    /// Of current and speed.
+    pub(crate) guards: [&'m Guard; 2],
+    pub(crate) anchor: u64,
+}
+
+impl Flow<'_, '_> {
+    fn since(&self, edge: Option<u64>) -> u64 {
+        edge.map_or(0, |edge| edge - self.anchor)
+    }
+}
+
+impl Stretch<2> for Flow<'_, '_> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
+        let (from, to) = (self.since(from), self.since(to));
+        path(self.motion, from, to)
+    }
+
+    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 2] {
+        let ends = [from, to].map(|edge| Point::of(self.motion, self.since(edge)));
+        self.guards.map(|guard| {
+            let mut extent = Extent::NONE;
+            ends.iter().for_each(|end| extent.take(guard.value(&end.x)));
+            turns(self.motion, guard, ends[0], ends[1], &mut extent);
+            extent
+        })
+    }
+}
+
+/// The integrals of current and speed between two edges, counted from the anchor.
+fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
+    let Point { x, w, .. } = Point::of(motion, from);
+    let states = motion.system().path(&x, &w, to - from);
+    [states[CURRENT], states[SPEED]]
+}
+
+/// Rounding of a value: a bulge below it is no turn.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Takes in the stationary values between two points of a motion, whose own values have been taken.
+fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Extent) {
+    let edges = b.edge - a.edge;
+    if edges == 0 {
+        return;
+    }
+    let length_s = edges as f64 * motion.system().edge_s();
+    let slopes = [guard.value(&a.w), guard.value(&b.w)];
+    let has_turned = slopes[0] * slopes[1] < 0.0;
+    let speeds = sizes(&a.w);
+    if let Some([second, fourth]) = guard.derivatives(dyadic(edges)) {
+        let bend = dot(second, &speeds);
+        let size = guard.value(&a.x).abs().max(guard.value(&b.x).abs());
+        // To come to 0 and back its slope would have to change by more than it can; or it cannot leave its chord.
+        if !has_turned && slopes[0].abs() + slopes[1].abs() >= bend * length_s
+            || 0.125 * bend * length_s * length_s <= ROUNDING * size
+        {
+            return;
+        }
+        if edges > 1 {
+            let ends = [guard.curvature(&a.w), guard.curvature(&b.w)];
+            let sag = 0.125 * length_s * length_s * dot(fourth, &speeds);
+            if ends[0] * ends[1] > 0.0 && ends[0].abs().min(ends[1].abs()) > sag {
+                // Its slope goes one way: it turns once, or not at all.
+                if has_turned {
+                    extent.take(turn(motion, guard, a, b));
+                }
+                return;
+            }
+        }
+    }
+    if edges == 1 {
+        return extent.course(length_s, [guard.value(&a.x), guard.value(&b.x)], slopes);
+    }
+    let middle = Point::of(motion, a.edge + edges / 2);
+    extent.take(guard.value(&middle.x));
+    turns(motion, guard, a, middle, extent);
+    turns(motion, guard, middle, b, extent);
+}
+
+/// The value where the slope, which has other signs at the two ends and goes one way between them, is 0.
+fn turn(motion: &Trajectory, guard: &Guard, mut a: Point, mut b: Point) -> f64 {
+    let edge_s = motion.system().edge_s();
+    loop {
+        let edges = b.edge - a.edge;
+        let slopes = [guard.value(&a.w), guard.value(&b.w)];
+        if edges == 1 {
+            return guard.value(&a.x) + 0.5 * edge_s * slopes[0] * (slopes[0] / (slopes[0] - slopes[1]));
+        }
+        let share = slopes[0] / (slopes[0] - slopes[1]);
+        let near = Point::of(motion, a.edge + ((share * edges as f64).round() as u64).clamp(1, edges - 1));
+        let (slope, curvature) = (guard.value(&near.w), guard.curvature(&near.w));
+        if slope == 0.0 {
+            return guard.value(&near.x);
+        }
+        // Newton's step from there: within an edge the motion is a parabola.
+        if (slope / curvature).abs() <= edge_s {
+            return guard.value(&near.x) - 0.5 * slope * (slope / curvature);
+        }
+        if slope * slopes[0] > 0.0 { a = near } else { b = near }
+    }
+}
+
+/// Current and speed on a cruise: the smooth motion and the ripple, which is the same in every period.
+pub(crate) struct Waves<'m, 'a> {
+    pub(crate) cruise: &'m Cruise<'a>,
+    pub(crate) flow: Flow<'m, 'a>,
+}
+
+impl Stretch<2> for Waves<'_, '_> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
+        let smooth = self.flow.integral(from, to);
+        let [from, to] = [from, to].map(|edge| self.cruise.ripple_until(self.flow.motion, self.flow.since(edge)));
+        std::array::from_fn(|k| smooth[k] + (to[k] - from[k]))
+    }
+
+    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 2] {
+        let mut extents = [Extent::NONE; 2];
+        self.look(self.flow.since(from), self.flow.since(to), &mut extents);
+        extents
+    }
+}
+
+impl Waves<'_, '_> {
+    /// Where the smooth motion goes one way the ripple makes its greatest value in the last period, or in the first.
+    fn look(&self, from: u64, to: u64, extents: &mut [Extent; 2]) {
+        let period = self.cruise.period_edges();
+        if to - from <= 2 * period {
+            return self.walk(from, to, extents);
+        }
+        if self.flow.guards.iter().all(|guard| self.goes_one_way(guard, from, to)) {
+            self.walk(from, from + period, extents);
+            return self.walk(to - period, to, extents);
+        }
+        let middle = from + ((to - from) / 2).div_ceil(period) * period;
+        self.look(from, middle, extents);
+        self.look(middle, to, extents);
+    }
+
+    fn goes_one_way(&self, guard: &Guard, from: u64, to: u64) -> bool {
+        let motion = self.flow.motion;
+        let [a, b] = [from, to].map(|edge| Point::of(motion, edge));
+        let Some([second, _]) = guard.derivatives(dyadic(to - from)) else { return false };
+        let (length_s, bend) = ((to - from) as f64 * motion.system().edge_s(), dot(second, &sizes(&a.w)));
+        let [slope, later] = [guard.value(&a.w), guard.value(&b.w)];
+        slope * later >= 0.0 && slope.abs() + later.abs() >= bend * length_s
+            || 0.125 * bend * length_s * length_s <= ROUNDING * guard.value(&a.x).abs().max(guard.value(&b.x).abs())
+    }
+
+    /// Pulse by pulse.
+    fn walk(&self, from: u64, to: u64, extents: &mut [Extent; 2]) {
+        let mut edge = from;
+        while edge < to {
+            let (begun, ended, motion) = self.cruise.pulse(self.flow.motion, edge);
+            let ends = [edge, ended.min(to)].map(|edge| Point::of(&motion, edge - begun));
+            for (guard, extent) in self.flow.guards.iter().zip(&mut *extents) {
+                ends.iter().for_each(|end| extent.take(guard.value(&end.x)));
+                turns(&motion, guard, ends[0], ends[1], extent);
+            }
+            edge = ended;
+        }
+    }
+}

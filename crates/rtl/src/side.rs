@@ -1,0 +1,196 @@
+//! The two sides of a comparison: the emulator with its world, and the world that the VHDL drives.
+
+use hpu_cosim::{EnergyAudit, Visit, World};
+use hpu_datapath::{Repeat, Wiring, flatten};
+use hpu_signal::{Ports, Signal, SignalUse};
+
+use crate::late::{Begin, Homing, Late};
+
+/// What a run of the VHDL's world has come to.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct Totals {
+    /// Clock edges done.
+    pub(crate) edges: u64,
+    /// Edges at which an output of the VHDL changed.
+    pub(crate) output_changes: u64,
+    pub(crate) encoder_edges: u64,
+    pub(crate) mode_changes: u64,
+    pub(crate) steps: u64,
+    pub(crate) redecided: u64,
+    pub(crate) energy: EnergyAudit,
+    /// The use that the emulator made of its words: the VHDL's, as long as both agree.
+    pub(crate) uses: Vec<SignalUse>,
+    /// Why the world ended the run, if it did.
+    pub(crate) over: Option<String>,
+}
+
+/// Both sides of a scene, whatever its wiring and its world are.
+pub(crate) trait Pair {
+    /// One edge of the emulator; the words of all nets after it.
+    fn step(&mut self) -> &[i64];
+    /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
+    fn sense(&mut self, input: &mut Vec<i64>);
+    /// The words that the VHDL's nets have, outputs from this index on, drive its world. `agrees`: they have been the
+    /// emulator's at every edge.
+    fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool);
+    /// Whether the encoders are still being turned to where they are at the start, and the worlds wait for that.
+    fn is_homing(&self) -> bool;
+    /// The VHDL's world, from its start on, keeps what rows at every so many edges tell of means and extremes.
+    fn measure(&mut self, stride: u64);
+    /// A row of the VHDL's world at the present edge.
+    fn reals(&self, edge: u64, values: &mut Vec<f64>);
+    /// Why the VHDL's world cannot go on, if it cannot.
+    fn over(&self) -> Option<&'static str>;
+    /// What has become of the VHDL's world; the edges are for the caller to say.
+    fn totals(&self) -> Totals;
+}
+
+/// A world, and what drives it.
+struct Driven<E: World> {
+    world: E,
+    input: E::In,
+    out: E::Out,
+    output_changes: u64,
+    homing: Option<Homing>,
+}
+
+impl<E: World> Driven<E> {
+    /// Flows to the next edge, as the engine's `clock` driver does.
+    #[inline]
+    fn sense(&mut self) {
+        if let Some(homing) = &mut self.homing {
+            let mut words = flatten(&self.input);
+            if homing.turn(&mut words) {
+                let mut next = words.into_iter();
+                self.input = E::In::build(|| next.next().expect("as many words as ports"));
+                return;
+            }
+            self.homing = None;
+        }
+        self.world.sense();
+        self.world.place(&mut self.input);
+    }
+
+    /// Takes the outputs of the present edge. A world that is told how they repeat goes on by itself, as it does for
+    /// the engine; one whose outputs then do something else is driven by those.
+    #[inline]
+    fn drive(&mut self, out: E::Out, words: &[i64], repeats: impl FnOnce(&E::In) -> Option<Repeat<E::Out>>) {
+        let changed = std::mem::replace(&mut self.out, out) != out;
+        self.output_changes += u64::from(changed);
+        if self.homing.is_some() {
+            return;
+        }
+        self.world.drive(out, words);
+        if changed && let Some(repeat) = repeats(&self.input) {
+            self.world.foresee(&repeat);
+        }
+    }
+}
+
+struct Both<W, E: World> {
+    wiring: W,
+    emulated: Driven<E>,
+    vhdl: Driven<E>,
+}
+
+impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E> {
+    fn step(&mut self) -> &[i64] {
+        let Self { wiring, emulated, .. } = self;
+        emulated.sense();
+        let out = wiring.tick(emulated.input);
+        emulated.drive(out, wiring.words(), |input| wiring.repeats(input));
+        wiring.words()
+    }
+
+    fn sense(&mut self, input: &mut Vec<i64>) {
+        self.vhdl.sense();
+        input.clear();
+        self.vhdl.input.each(|&word| input.push(word));
+    }
+
+    fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool) {
+        let Self { wiring, vhdl, .. } = self;
+        let mut next = words[outputs..].iter();
+        let out = E::Out::build(|| *next.next().expect("outputs come before other nets"));
+        // VHDL promises nothing; but as long as it agrees, the emulator's promise is about the same registers.
+        vhdl.drive(out, words, |input| if agrees { wiring.repeats(input) } else { None });
+    }
+
+    fn is_homing(&self) -> bool {
+        self.vhdl.homing.is_some()
+    }
+
+    fn measure(&mut self, stride: u64) {
+        self.vhdl.world.measure(stride);
+    }
+
+    fn reals(&self, edge: u64, values: &mut Vec<f64>) {
+        values.clear();
+        values.extend_from_slice(self.vhdl.world.reals(edge).as_ref());
+        self.vhdl.world.measured(edge, values);
+    }
+
+    fn over(&self) -> Option<&'static str> {
+        self.vhdl.world.over()
+    }
+
+    fn totals(&self) -> Totals {
+        let Driven { world, output_changes, .. } = &self.vhdl;
+        Totals {
+            edges: 0,
+            output_changes: *output_changes,
+            encoder_edges: world.encoder_edges(),
+            mode_changes: world.mode_changes(),
+            steps: world.steps(),
+            redecided: world.redecided(),
+            energy: world.audit(),
+            uses: self.wiring.uses(),
+            over: world.over().map(str::to_string),
+        }
+    }
+}
+
+/// Both sides of a scene at the start of a comparison.
+pub(crate) struct Sides<'s> {
+    pub(crate) pair: Box<dyn Pair + 's>,
+    /// The inputs, as they stand.
+    pub(crate) input: Vec<i64>,
+    pub(crate) nets: Vec<Signal>,
+    pub(crate) late: Option<Late>,
+    /// Edges until the encoders are where they are.
+    pub(crate) homing: u64,
+}
+
+/// Makes both sides of a session, from its start or, with a number of edges to compare, shortly before the wall is
+/// reached.
+pub(crate) struct Pairing {
+    /// Edges to compare, and edges of the whole scene.
+    pub(crate) late: Option<(u64, u64)>,
+    /// Whether the gates drive the device.
+    pub(crate) modulated: bool,
+}
+
+impl<'s> Visit<'s> for Pairing {
+    type Out = Sides<'s>;
+    fn visit<E, W>(self, wiring: &W, mut world: E, mut input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let (mut late, mut homing) = (None, None);
+        if let Some((edges, end)) = self.late {
+            let begin = Begin::find(wiring, &world, input, (edges, end), self.modulated);
+            (world, input, homing) = (begin.world, begin.input, begin.homing);
+            late = Some(begin.late);
+        }
+        let mut wiring = wiring.clone();
+        let out = wiring.reset();
+        world.place(&mut input);
+        let words = flatten(&input);
+        let nets = wiring.nets();
+        let edges = homing.as_ref().map_or(0, Homing::edges);
+        let side = |world, homing| Driven { world, input, out, output_changes: 0, homing };
+        let (emulated, vhdl) = (side(world.clone(), homing.clone()), side(world, homing));
+        Sides { pair: Box::new(Both { wiring, emulated, vhdl }), input: words, nets, late, homing: edges }
+    }
+}

@@ -1,0 +1,97 @@
+//! Which VHDL files a block is made of.
+
+use std::io;
+
+use crate::ghdl::GhdlError;
+use crate::ghdl::Library;
+use crate::hdl::{Hdl, Setup};
+
+/// The VHDL of a block and of all that it instantiates, in the order of analysis, as one text.
+///
+/// # Errors
+///
+/// When a file cannot be read.
+pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, GhdlError> {
+    sources([name], hdl)?.iter().map(|unit| hdl.text(unit)).collect()
+}
+
+/// It, analysed.
+pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, GhdlError> {
+    let sources = sources([name], &setup.hdl)?;
+    Library::analyse(&[], setup, sources.iter().map(String::as_str), &[])
+}
+
+/// Entities and all that they instantiate or use, each once, in the order of analysis: no other file of a folder has to
+/// be there. A package of the folder's own is among them; those that are generated for each block are not.
+pub(crate) fn sources<'n>(names: impl IntoIterator<Item = &'n str>, hdl: &Hdl) -> Result<Vec<String>, GhdlError> {
+    let mut found = Found { hdl, begun: Vec::new(), done: Vec::new() };
+    names.into_iter().try_for_each(|name| found.visit(name))?;
+    Ok(found.done)
+}
+
+struct Found<'h> {
+    hdl: &'h Hdl,
+    begun: Vec<String>,
+    done: Vec<String>,
+}
+
+impl Found<'_> {
+    fn visit(&mut self, unit: &str) -> Result<(), GhdlError> {
+        if self.begun.iter().any(|known| known == unit) {
+            return Ok(());
+        }
+        self.begun.push(unit.to_string());
+        for (name, is_entity) in references(&self.hdl.text(unit)?) {
+            let there = self.hdl.text(&name);
+            match there {
+                Ok(_) if !is_generated(&name) => self.visit(&name)?,
+                Err(GhdlError::Io(file, error)) if is_entity => {
+                    let needs = format!("{error}; {} instantiates it", self.hdl.file(unit).display());
+                    return Err(GhdlError::Io(file, io::Error::new(error.kind(), needs)));
+                }
+                // What is no file of its own is in another one, or GHDL will say that it misses it.
+                _ => {}
+            }
+        }
+        self.done.push(unit.to_string());
+        Ok(())
+    }
+}
+
+/// Whether this is the package of constants that is made from a block's ports.
+fn is_generated(name: &str) -> bool {
+    name.strip_suffix("_pkg").is_some_and(|block| hpu_datapath::block_by_name(block).is_some())
+}
+
+/// The names that VHDL has from the library `work`, and those of components; whether each is instantiated as an entity.
+fn references(text: &str) -> Vec<(String, bool)> {
+    let code = text.lines().map(|line| line.split_once("--").map_or(line, |(code, _)| code));
+    let code = code.collect::<Vec<_>>().join(" ").to_ascii_lowercase();
+    let is_letter = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let words: Vec<&str> = code.split(|letter| !is_letter(letter)).filter(|word| !word.is_empty()).collect();
+    let mut names = Vec::new();
+    for (index, pair) in words.windows(2).enumerate() {
+        let before = index.checked_sub(1).map(|before| words[before]);
+        match pair {
+            ["work", name] => names.push((name.to_string(), before == Some("entity"))),
+            ["component", name] if before != Some("end") => names.push((name.to_string(), false)),
+            _ => {}
+        }
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::references;
+
+    #[test]
+    fn entities_packages_and_components_are_found_and_comments_are_not() {
+        let text = "-- like entity work.ghost\nuse work.helper.all;\n\
+                    component Half is port (a : in bit); end component;\n\
+                    u : entity WORK.Adder generic map (N => 1) -- work.other\n";
+        let found = references(text);
+        let expected = [("helper", false), ("half", false), ("adder", true)];
+        assert_eq!(found, expected.map(|(name, is_entity)| (name.to_string(), is_entity)));
+    }
+}

@@ -1,0 +1,85 @@
+//! The summing-up at the end of a reproduction: each published claim, in the paper's words, and what the runs say to
+//! it.
+
+use std::fmt::Write;
+
+/// A published claim.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Statement {
+    /// Its letter.
+    pub letter: &'static str,
+    /// The paper's words.
+    pub paper: &'static str,
+    /// Where the paper says so.
+    pub place: &'static str,
+    /// What of a run counts as that.
+    pub means: &'static str,
+}
+
+/// What the runs say to a claim.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Finding {
+    /// It is so.
+    Confirmed,
+    /// It is not so.
+    NotConfirmed,
+    /// The runs do not decide, or it depends on what the paper leaves open.
+    CannotBeTold,
+}
+
+impl Finding {
+    /// From whether it is so, `None` when the runs do not decide.
+    #[must_use]
+    pub fn of(met: Option<bool>) -> Self {
+        match met {
+            Some(true) => Self::Confirmed,
+            Some(false) => Self::NotConfirmed,
+            None => Self::CannotBeTold,
+        }
+    }
+
+    /// From cases that differ in what the paper leaves open: all of them have to agree.
+    #[must_use]
+    pub fn of_cases(cases: &[bool]) -> Self {
+        match cases.first() {
+            Some(first) if cases.iter().all(|case| case == first) => Self::of(Some(*first)),
+            _ => Self::CannotBeTold,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::NotConfirmed => "not confirmed",
+            Self::CannotBeTold => "cannot be told",
+        }
+    }
+}
+
+/// A claim with its finding and the figures that it rests on.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Sum {
+    /// The claim.
+    pub statement: Statement,
+    /// What the runs say to it.
+    pub finding: Finding,
+    /// The figures.
+    pub found: String,
+}
+
+/// The summing-up as text; empty where the paper claims nothing.
+#[must_use]
+pub fn summing_up(sums: &[Sum]) -> String {
+    if sums.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("\nSumming up: the paper's claims, and what came out here\n");
+    for Sum { statement: Statement { letter, paper, place, means }, finding, found } in sums {
+        let _ = writeln!(text, "{:<6}{:<16}\"{paper}\" ({place})", format!("({letter})"), finding.name());
+        let colon = if found.is_empty() { "" } else { ": " };
+        let _ = writeln!(text, "{:<22}{means}{colon}{found}", "");
+    }
+    text
+}

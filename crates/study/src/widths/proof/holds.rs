@@ -1,0 +1,64 @@
+//! Whether the words of a haptic loop hold all that the device can bring into them.
+
+use hpu_cosim::scene::Scene;
+
+use super::device::Shaft;
+use super::haptic::{Settings, haptic};
+use super::narrowed;
+use super::span::Span;
+
+/// What is proved of a loop's words for every motion within the device's limits and every stiffness from the scene's own up to
+/// the stiffest that its format holds.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Held {
+    /// Least and greatest displacement, in counts.
+    pub delta: (i64, i64),
+    /// Least and greatest velocity, in its unit.
+    pub velocity: (i64, i64),
+}
+
+/// A scene's device and hand, for proofs of loops that differ in widths alone.
+pub(in crate::widths) struct Limits<'s> {
+    shaft: Shaft<'s>,
+}
+
+impl<'s> Limits<'s> {
+    /// The limits of a scene's device.
+    ///
+    /// # Errors
+    ///
+    /// Why none are proved, as of [`Shaft::new`].
+    pub fn new(scene: &'s Scene) -> Result<Self, String> {
+        Shaft::new(scene).map(|shaft| Self { shaft })
+    }
+
+    /// What the words of this scene hold, which differs from that of [`new`](Self::new) in widths alone.
+    ///
+    /// Position and velocity hold every value that is to be in them: the displacement is never read the other way, and the
+    /// velocity never saturates. Products that saturate are limited to the modulator's full command, which is no matter of
+    /// their factors' widths; products that drop their upper bits never lose any.
+    ///
+    /// # Errors
+    ///
+    /// Which width is too narrow, or why the scene has no words.
+    pub fn held(&self, scene: &Scene) -> Result<Held, String> {
+        let words = scene.words().map_err(|error| error.to_string())?;
+        let mut settings = Settings::new(&words, scene.device.units().position);
+        settings.stiffness = settings.stiffness.hull(Span::exact(scene.method.stiffness_format.max()));
+        let found = narrowed(&self.shaft, &words, scene, &settings, |travel| haptic(&settings, travel));
+        if found.travel.counts.is_none() {
+            return Err("no limit of the travel is proved".into());
+        }
+        let word = |net: &str| found.rows.get(net);
+        for (net, key) in [("delta", "position_bits"), ("velocity", "velocity_bits")] {
+            if !word(net).fits {
+                return Err(format!("method.{key}: too few bits for the range proved"));
+            }
+        }
+        if !words.config.saturate && !["spring", "drag"].into_iter().all(|net| word(net).fits) {
+            return Err("method.product: \"drop_upper\" drops bits within the range proved; write \"saturate\"".into());
+        }
+        let ends = |net: &str| (word(net).span.min as i64, word(net).span.max as i64);
+        Ok(Held { delta: ends("delta"), velocity: ends("velocity") })
+    }
+}

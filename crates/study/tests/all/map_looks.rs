@@ -1,0 +1,237 @@
+//! Pictures of maps and of charts of speed: each colour, dot and line is what it is said to be.
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{OutcomeKind, Output, shipped, shipped_file};
+use hpu_study::accuracy::{Chart, Entry, Grade, Race, Row, Share, Speed};
+use hpu_study::chart::{Picture, map_pictures, shares, speed};
+use hpu_study::map::{self, Cell, CellLimits, Curves, Found, Map, Method};
+
+use crate::colours::{SIGHTS, difference, seen};
+use crate::looks::{assert_readable, attribute, elements, number, ramp, rectangle, rgb, texts};
+
+const COMMAND: &str = "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' -o /tmp/there/out";
+
+/// Cells that a map of so many methods might have: stiffer is worse, and of the inner cells every second was not run.
+fn made_up(methods: Vec<Method>, x: &str, y: &str) -> (Map, Vec<Found>) {
+    let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("a shipped scene");
+    let axes = (x.parse().expect("an axis"), y.parse().expect("an axis"));
+    let map = Map::new((scene.name, scene.text), &[], axes, methods, &mut shipped_file).expect("a map");
+    let short = [("run.duration".to_string(), "20 ms".to_string())];
+    let experiment = scene.parse(&short).expect("parses");
+    let base = Cell::run(&experiment, CellLimits::default(), &Control::default()).expect("runs").expect("to its end");
+    let cell = |index: usize| {
+        let point = map.point(index);
+        let place = (point.ix + point.iy + point.method) as f64 / (map.x.cells() + map.y.cells()) as f64;
+        let (outcome, amplitude, frequency_hz) = match place {
+            place if place < 0.4 => (OutcomeKind::Settled, None, None),
+            place if place < 0.8 => (OutcomeKind::LimitCycle, Some(1e-3 * place), Some(100.0 * place)),
+            _ => (OutcomeKind::Diverged, Some(1.0), None),
+        };
+        let displayed_ratio = (outcome == OutcomeKind::Settled).then_some(1.0 - 0.5 * place);
+        Cell { outcome, amplitude, frequency_hz, dissipated_j: 0.1 + place, displayed_ratio, ..base.clone() }
+    };
+    let found = (0..map.len()).map(|index| match map.point(index) {
+        point if point.ix % 2 == 1 && point.iy > 0 => Found::As(index - 1),
+        _ => Found::Run(Ok(cell(index))),
+    });
+    let found = found.collect();
+    (map, found)
+}
+
+fn one() -> Vec<Method> {
+    vec!["scene:method.kind=conventional".parse().expect("a method")]
+}
+
+fn all() -> Vec<Method> {
+    let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("a shipped scene");
+    Method::all(&scene.parse(&[]).expect("parses").axis().expect("an axis"))
+}
+
+fn drawn(map: &Map, found: &[Found]) -> Vec<Picture> {
+    let curves: Vec<_> = (0..map.methods.len()).map(|method| Curves::new(map, method)).collect();
+    map_pictures(map, found, &curves, COMMAND)
+}
+
+const X: &str = "wall.stiffness=0.1..6 N.m/rad:9:log";
+const Y: &str = "method.sample_rate=0.2..20 kHz:7:log";
+
+#[test]
+fn maps_of_few_and_of_many_methods_are_readable_by_all() {
+    for methods in [one(), all().into_iter().take(3).collect(), all().into_iter().take(5).collect(), all()] {
+        let (map, found) = made_up(methods, X, Y);
+        let pictures = drawn(&map, &found);
+        let names: Vec<&str> = pictures.iter().map(|picture| picture.name).collect();
+        assert_eq!(names, ["map", "amplitude", "frequency", "energy", "displayed-stiffness"]);
+        for picture in &pictures {
+            assert_readable(picture, &format!("{} methods", map.methods.len()));
+            assert!(!picture.svg.contains("/tmp/"), "a folder of one's own in the foot");
+        }
+    }
+}
+
+#[test]
+fn every_panel_has_ticks_and_the_units_of_its_axes() {
+    let narrow = ("wall.stiffness=1.2..1.9 N.m/rad:9:log", "method.sample_rate=1..10000000 Hz:8:log");
+    for (methods, (x, y)) in [(one(), (X, Y)), (all(), (X, Y)), (one(), narrow)] {
+        let (map, found) = made_up(methods, x, y);
+        for picture in drawn(&map, &found) {
+            let texts = texts(&picture.svg);
+            let count = |said: &str| texts.iter().filter(|text| text.text.ends_with(said)).count();
+            assert_eq!(count("N\u{b7}m/rad"), map.methods.len(), "{}", picture.name);
+            // The bar of frequencies has a unit too.
+            assert_eq!(count("Hz") - count("cycle in Hz"), map.methods.len(), "{}", picture.name);
+            for panel in panels(&picture.svg) {
+                let [left, top, right, bottom] = panel;
+                let ticks = |holds: &dyn Fn([f64; 4]) -> bool| {
+                    texts.iter().filter(|text| text.text.parse::<f64>().is_ok() && holds(text.area)).count()
+                };
+                let below = ticks(&|[l, t, r, _]| t > bottom && t < bottom + 30.0 && r > left && l < right);
+                let beside = ticks(&|[_, t, r, b]| r < left && r > left - 40.0 && b > top - 15.0 && t < bottom + 15.0);
+                assert!(below >= 2 && beside >= 2, "{}: {below} and {beside} of {panel:?}", picture.name);
+            }
+        }
+    }
+}
+
+/// The frames of the panels: closed lines around cells.
+fn panels(svg: &str) -> Vec<[f64; 4]> {
+    let lines = elements(svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| points(mark));
+    let frames = lines.filter(|points| points.len() == 5 && points[0] == points[4]);
+    frames.map(|points| [points[0].0, points[0].1, points[2].0, points[2].1]).collect()
+}
+
+fn points(mark: &str) -> Vec<(f64, f64)> {
+    let points = attribute(mark, "points").expect("points").split_whitespace();
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    points.map(|point| point.split_once(',').map(|(x, y)| (number(x), number(y))).expect("a point")).collect()
+}
+
+#[test]
+fn cells_have_the_colours_of_the_bar_which_darkens_evenly_for_everybody() {
+    let (map, found) = made_up(one(), X, Y);
+    for picture in drawn(&map, &found).iter().skip(1) {
+        let bar = ramp(&picture.svg);
+        assert_eq!(bar.len(), 33, "{}", picture.name);
+        let [left, top, right, bottom] = panels(&picture.svg)[0];
+        let mut cells = 0;
+        for (_, mark) in elements(&picture.svg).filter(|(name, _)| *name == "rect") {
+            let [l, t, r, b] = rectangle(mark);
+            if l >= left && r <= right && t >= top && b <= bottom {
+                let color = rgb(attribute(mark, "fill").expect("a colour"));
+                assert!(bar.contains(&color), "{}: {color:?} is not on the bar", picture.name);
+                cells += 1;
+            }
+        }
+        assert!(cells > 5, "{}", picture.name);
+        for (sight, matrix) in &SIGHTS {
+            let seen: Vec<_> = bar.iter().map(|color| seen(*color, matrix)).collect();
+            assert!(seen.is_sorted_by(|a, b| a[0] > b[0]), "{sight}: {seen:?}");
+            // Steps of one size, within a factor of three of their mean.
+            let steps: Vec<f64> = seen.windows(2).map(|pair| difference(pair[0], pair[1])).collect();
+            let mean = steps.iter().sum::<f64>() / 32.0;
+            assert!(steps.iter().all(|step| (mean / 3.0..3.0 * mean).contains(step)), "{sight}: {steps:?}");
+        }
+    }
+}
+
+#[test]
+fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
+    for methods in [one(), all().into_iter().take(5).collect()] {
+        let (map, found) = made_up(methods, X, Y);
+        let runs = found.iter().filter(|found| matches!(found, Found::Run(_))).count();
+        for picture in drawn(&map, &found).iter().filter(|picture| picture.name != "map") {
+            let dots = elements(&picture.svg).filter(|(name, _)| *name == "circle").count();
+            assert_eq!(dots, runs, "{}", picture.name);
+            assert!(
+                texts(&picture.svg).iter().any(|text| text.text.contains(&format!("the {runs} of {}", found.len())))
+            );
+            let lines = elements(&picture.svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| mark);
+            let lines: Vec<_> = lines.filter(|mark| number(mark, "stroke-width") == 3.0).map(points).collect();
+            let on = |x: f64, y: f64| {
+                lines.iter().any(|ends| {
+                    let [(x1, y1), (x2, y2)] = [ends[0], ends[1]];
+                    let within = |a: f64, b: f64, of: f64| (a.min(b) - 1.0..=a.max(b) + 1.0).contains(&of);
+                    within(x1, x2, x) && within(y1, y2, y)
+                })
+            };
+            for (method, [left, top, right, bottom]) in panels(&picture.svg).into_iter().enumerate() {
+                let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
+                let at = |ix: usize, iy: usize| map::outcome(&found, method * map.layer() + iy * map.x.cells() + ix);
+                for iy in 0..map.y.cells() {
+                    for ix in 1..map.x.cells() {
+                        let side = (left + ix as f64 * width, bottom - (iy as f64 + 0.5) * height);
+                        assert_eq!(on(side.0, side.1), at(ix - 1, iy) != at(ix, iy), "{ix} {iy} of {method}");
+                    }
+                }
+                for iy in 1..map.y.cells() {
+                    for ix in 0..map.x.cells() {
+                        let side = (left + (ix as f64 + 0.5) * width, bottom - iy as f64 * height);
+                        assert_eq!(on(side.0, side.1), at(ix, iy - 1) != at(ix, iy), "{ix} {iy} of {method}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A race of every contestant of a scene, with errors and speeds that nobody has measured.
+fn race() -> Race {
+    let scene = shipped().iter().find(|scene| scene.name == "friction-wall").expect("a shipped scene");
+    Race::new((scene.name, scene.text), &[], &[], &mut shipped_file).expect("a race")
+}
+
+fn speed_of(motion_per_wall: f64) -> Speed {
+    Speed { motion_s: motion_per_wall, wall_s: 1.0, edges: 50_000_000, runs: 1, timed_s: None }
+}
+
+fn charted() -> Chart {
+    let entries = race().contestants.into_iter().enumerate().map(|(index, contestant)| {
+        let step_s = contestant.step_s.unwrap_or(1e-6);
+        let less = contestant.family.matches('+').count() as f64;
+        let (grade, motion_per_wall) = match contestant.name.as_str() {
+            "events" => (Grade::Exact, 30.0),
+            "clock" => (Grade::Exact, 0.8),
+            _ if contestant.criterion == Some("routh") => (Grade::VerdictOnly, 4e7),
+            _ if contestant.criterion.is_some() => (Grade::VerdictOnly, 2e3),
+            _ if step_s > 99e-6 => (Grade::Wrong, 1e2 * 3f64.powf(less)),
+            _ => (Grade::Off(1e-2 * (step_s * 1e6).powf(0.7)), 1e7 * step_s * 3f64.powf(less)),
+        };
+        // No two are equal.
+        let speed = speed_of(motion_per_wall * (1.0 + 1e-5 * index as f64));
+        let row = Row { grade, errors: Vec::new(), outcome: Some(OutcomeKind::Settled), shortened_s: None, speed };
+        Entry { contestant, row: Ok(row) }
+    });
+    let outputs = vec![Output::Trace, Output::PeakPenetration, Output::Verdict];
+    Chart { outcome: OutcomeKind::Settled, outputs, within: 0.01, entries: entries.collect() }
+}
+
+#[test]
+fn charts_of_speed_are_readable_and_have_no_more_labels_than_can_be_read() {
+    let chart = charted();
+    let shares_of = |entry: &Entry| Share {
+        contestant: entry.contestant.clone(),
+        cells: 100,
+        wrong: entry.contestant.family.len() % 7,
+        speed: entry.row.as_ref().ok().map(|row| row.speed),
+    };
+    let all: Vec<Share> = chart.entries.iter().map(shares_of).collect();
+    let (map, _) = made_up(one(), X, Y);
+    let pictures = [speed("friction-wall", &chart, COMMAND), shares("friction-wall", &map, &all, COMMAND)];
+    assert!(chart.entries.len() > 60, "{}", chart.entries.len());
+    for picture in &pictures {
+        assert_readable(picture, "speed");
+        // Ticks, key and names: those of the steps once, not once a solver.
+        let texts = texts(&picture.svg);
+        assert!(texts.len() <= 70, "{}: {texts:#?}", texts.len());
+        assert!(texts.iter().filter(|text| text.text == "1 \u{b5}s").count() <= 1);
+    }
+}
+
+#[test]
+fn a_point_far_from_all_others_stands_at_the_edge_with_its_value() {
+    let picture = speed("friction-wall", &charted(), COMMAND);
+    let texts = texts(&picture.svg);
+    assert!(texts.iter().any(|text| text.text == "routh, at 4e7 \u{2192}"), "{texts:#?}");
+    // Four decades of speed that nobody else has are not drawn.
+    assert!(!texts.iter().any(|text| ["1e6", "1e7", "1e8"].contains(&text.text.as_str())), "{texts:#?}");
+}
