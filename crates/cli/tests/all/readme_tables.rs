@@ -33,6 +33,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("testbench/test.sh", Form::NotHere("it runs this test")),
     ("hpu completions SHELL", short("hpu completions bash", "SHELL is any of the shells")),
     ("hpu man", Form::AsIs),
+    ("hpu block NAME", short("hpu block saturator", "NAME is any block")),
     ("hpu run hybrid-wall -o out", Form::AsIs),
     (WRAP, Form::AsIs),
     (PAGE, Form::AsIs),
