@@ -213,8 +213,8 @@ fn a_phantoms_rows_tell_means_and_extremes_of_its_motors() {
         let (_, mut both) = Both::of("phantom-thrown", "10 kHz", changes);
         // A mode's end does not bend a torque.
         both.summary.mode_changes = 0;
-        for joint in 0..3 {
-            let most = 2.0 * full_nm[joint] / lag_s;
+        for (joint, full_nm) in full_nm.iter().enumerate() {
+            let most = 2.0 * full_nm / lag_s;
             let bounds = if lagging { [most / lag_s, most] } else { [0.0; 2] };
             both.hold(6 + joint, 9 + 3 * joint, bounds, !lagging);
         }

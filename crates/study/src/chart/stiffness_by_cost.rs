@@ -71,7 +71,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         for x in (panel.left..panel.right).step_by(28) {
             canvas.line(vec![(x, y), (x + 16, y)], QUIET, 2);
         }
-        canvas.text((panel.right - 8, y + over), text, 24, INK, Anchor::Right);
+        canvas.text((panel.left + 8, y + over), text, 24, INK, Anchor::Left);
     }
     stairs(&mut canvas, found, &panel, at);
     for point in &best {
@@ -86,16 +86,20 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.lut4);
         let words = widths(smallest);
         let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
-        // As near as it covers no other design.
+        // To the right where it has room, and as near as it covers no other design and neither level.
+        let is_right = x + 70 + width < panel.right;
+        let (side, anchor) = if is_right { (1, Anchor::Left) } else { (-1, Anchor::Right) };
         let covers = |place: &i32| {
-            let within = |(px, py): (i32, i32)| px > x && px < x + 70 + width && (py - y - place - 18).abs() < 50;
-            found.points.iter().any(|point| within(at(point)))
+            let is_beside = |py: i32| (py - y - place - 18).abs() < 50;
+            let within = |(px, py): (i32, i32)| (1..70 + width).contains(&(side * (px - x))) && is_beside(py);
+            let levels = [level, (1.0 - share) * level].map(|stiffness| panel.at(panel.x.start, stiffness).1);
+            found.points.iter().any(|point| within(at(point))) || levels.into_iter().any(is_beside)
         };
         let last = panel.bottom - y - 60;
         let below = (66..last).step_by(8).find(|place| !covers(place)).unwrap_or(66);
-        canvas.line(vec![(x + 14, y + 14), (x + 60, y + below)], INK, 2);
-        canvas.text((x + 70, y + below), head, 26, INK, Anchor::Left);
-        canvas.text((x + 70, y + below + 36), words, 26, INK, Anchor::Left);
+        canvas.line(vec![(x + 14 * side, y + 14), (x + 60 * side, y + below)], INK, 2);
+        canvas.text((x + 70 * side, y + below), head, 26, INK, anchor);
+        canvas.text((x + 70 * side, y + below + 36), words, 26, INK, anchor);
     }
     canvas.render("stiffness-by-cost")
 }

@@ -248,7 +248,14 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     // A design is told with the names of its widths, and the levels with what they are.
     assert!(said("reference: position 24, stiffness (0,12,12), damping (0,8,16), velocity 24, PWM 12;"));
     assert!(said("1 % less stiff than the reference") && said("smallest within 1 % of it"));
-    for picture in [by_cost, error_by_width("hybrid-wall", &found, "hpu widths")] {
+    // The same with the smallest at the right edge.
+    let mut narrow = found.clone();
+    let kept: Vec<usize> =
+        (0..found.points.len()).filter(|&index| Some(found.points[index].merit.lut4) <= cheapest).collect();
+    narrow.points = kept.iter().map(|&index| found.points[index].clone()).collect();
+    narrow.front = found.front.iter().filter_map(|front| kept.iter().position(|index| index == front)).collect();
+    let narrow = stiffness_by_cost("hybrid-wall", &narrow, 0.01, "hpu widths");
+    for picture in [by_cost, narrow, error_by_width("hybrid-wall", &found, "hpu widths")] {
         assert_readable(&picture, "a search");
     }
 }
