@@ -252,7 +252,7 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     let mut narrow = found.clone();
     let kept: Vec<usize> =
         (0..found.points.len()).filter(|&index| Some(found.points[index].merit.lut4) <= cheapest).collect();
-    narrow.points = kept.iter().map(|&index| found.points[index].clone()).collect();
+    narrow.points = kept.iter().map(|&index| found.points[index]).collect();
     narrow.front = found.front.iter().filter_map(|front| kept.iter().position(|index| index == front)).collect();
     let narrow = stiffness_by_cost("hybrid-wall", &narrow, 0.01, "hpu widths");
     for picture in [by_cost, narrow, error_by_width("hybrid-wall", &found, "hpu widths")] {
