@@ -23,10 +23,11 @@ fn tell_version() {
     }
 }
 
-/// Tells where cargo leaves `libhpu_rtl.so`, the emulator's side of a loop closed around VHDL, so that the program can carry it.
+/// Tells where cargo leaves `libhpu_rtl.so`, the emulator's side of a loop closed around VHDL, so that the program can
+/// carry it.
 ///
-/// `hpu-rtl` is a dependency, so its library is there before the program is compiled, but for what compiles no dependencies
-/// whole (`cargo check`, `cargo clippy`): then an empty file stands for it.
+/// `hpu-rtl` is a dependency, so its library is there before the program is compiled, but for what compiles no
+/// dependencies whole (`cargo check`, `cargo clippy`): then an empty file stands for it.
 fn tell_library() {
     // <target>/<profile>/build/hpu-<hash>/out
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));

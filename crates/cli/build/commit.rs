@@ -7,8 +7,8 @@ use std::process::Command;
 const SOURCES: [&str; 6] =
     [":(glob)crates/*/src/**", ":(glob)crates/*/Cargo.toml", "Cargo.toml", "Cargo.lock", "hdl", "testbench/scenes"];
 
-/// The version with the commit, as in `0.1.0 (cea5ec6)` or `0.1.0 (cea5ec6-dirty)`; the version alone where `root` is no git
-/// work tree, or git is missing.
+/// The version with the commit, as in `0.1.0 (cea5ec6)` or `0.1.0 (cea5ec6-dirty)`; the version alone where `root` is
+/// no git work tree, or git is missing.
 pub fn version(root: &Path, version: &str) -> String {
     match commit(root) {
         Some(commit) => format!("{version} ({commit})"),
@@ -43,7 +43,8 @@ fn commit(root: &Path) -> Option<String> {
     Some(if dirty { commit + "-dirty" } else { commit })
 }
 
-/// Whether `root` itself is the top of a work tree: sources that lie unpacked in another project's are not of its commit.
+/// Whether `root` itself is the top of a work tree: sources that lie unpacked in another project's are not of its
+/// commit.
 fn is_work_tree(root: &Path) -> bool {
     let top = git(root, &["rev-parse", "--show-toplevel"]).map(PathBuf::from);
     match (top.and_then(|top| top.canonicalize().ok()), root.canonicalize()) {

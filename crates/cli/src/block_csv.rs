@@ -19,8 +19,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV whose header names every input, in any order; the columns are put in port order. Empty lines and those
-    /// that begin with `#` are passed over.
+    /// Reads a CSV whose header names every input, in any order; the columns are put in port order. Empty lines and
+    /// those that begin with `#` are passed over.
     pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
         let refuse = |line: usize, reason: String| Failure::file(format!("{file}:{line}: {reason}"));
         if !text.is_empty() && !text.ends_with('\n') {

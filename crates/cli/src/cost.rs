@@ -51,8 +51,8 @@ pub struct Args {
 /// Where costs are remembered.
 #[derive(clap::Args)]
 pub struct Remember {
-    /// Folder where costs are remembered, by the VHDL, the widths and the tools they are of [default: hpu/cost in the user's
-    /// cache]
+    /// Folder where costs are remembered, by the VHDL, the widths and the tools they are of [default: hpu/cost in the
+    /// user's cache]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
 }

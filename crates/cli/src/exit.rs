@@ -16,7 +16,8 @@ pub enum Exit {
     Usage = 2,
     /// A needed tool is missing, or too old.
     NoTool = 3,
-    /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that failed.
+    /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that
+    /// failed.
     BadFile = 4,
     /// Interrupted: by SIGINT, unless it is known to have been another signal.
     Interrupted = 130,

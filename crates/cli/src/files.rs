@@ -17,8 +17,8 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Opens or creates a folder, and removes what killed processes have left half written in it. One that cannot be written to
-    /// is refused here, before anything is computed.
+    /// Opens or creates a folder, and removes what killed processes have left half written in it. One that cannot be
+    /// written to is refused here, before anything is computed.
     pub fn open(dir: &Path) -> Result<Self, Failure> {
         let created = !dir.exists();
         let unusable = |error| Failure::usage(format!("cannot write to {}: {error}", dir.display()));

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use hpu_rtl::{Hdl, Setup};
 
-/// The shared library that GHDL calls in a closed loop. The build leaves it where it leaves all libraries, before it compiles
-/// this program; it is empty where nothing but this program's own code was looked at (`cargo check`).
+/// The shared library that GHDL calls in a closed loop. The build leaves it where it leaves all libraries, before it
+/// compiles this program; it is empty where nothing but this program's own code was looked at (`cargo check`).
 static LIBRARY: &[u8] = include_bytes!(env!("HPU_RTL_LIBRARY"));
 
 /// The VHDL and its tools.

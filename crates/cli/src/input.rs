@@ -11,7 +11,8 @@ use crate::exit::Failure;
 /// No file may be larger.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// Reads a file that a scene names. It is an ordinary file of at most [`MOST_BYTES`]: a device or a pipe might never end.
+/// Reads a file that a scene names. It is an ordinary file of at most [`MOST_BYTES`]: a device or a pipe might never
+/// end.
 pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
     if !fs::metadata(path)?.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "not an ordinary file"));

@@ -1,5 +1,5 @@
-//! Ctrl-C (SIGINT) and SIGTERM: a run stops at its next event and tells what was done; anything else ends at once. Tools that
-//! run are ended, and nothing temporary stays.
+//! Ctrl-C (SIGINT) and SIGTERM: a run stops at its next event and tells what was done; anything else ends at once.
+//! Tools that run are ended, and nothing temporary stays.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
@@ -21,8 +21,8 @@ static SIGNAL: AtomicI32 = AtomicI32::new(0);
 /// How long who heeds a signal may take to end.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// Begins to listen. The first signal asks who heeds it to stop, and soon; the second, or the first when nobody does, ends the
-/// program.
+/// Begins to listen. The first signal asks who heeds it to stop, and soon; the second, or the first when nobody does,
+/// ends the program.
 pub fn listen() -> Result<(), Failure> {
     let listening = Signals::new([SIGINT, SIGTERM]).and_then(|mut signals| {
         thread::Builder::new().name("signals".to_string()).spawn(move || {

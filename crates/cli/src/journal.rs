@@ -1,4 +1,5 @@
-//! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set goes on.
+//! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set
+//! goes on.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -19,8 +20,8 @@ pub struct Journal {
     file: File,
 }
 
-/// A set's journal and the rows that are in it; without a folder none. `header` is asked only where there is a journal: it
-/// reads the whole program.
+/// A set's journal and the rows that are in it; without a folder none. `header` is asked only where there is a journal:
+/// it reads the whole program.
 pub fn resume(
     dir: Option<&Path>,
     count: usize,
@@ -31,7 +32,8 @@ pub fn resume(
     Ok((Some(journal), rows))
 }
 
-/// What names a set in its journal: a print of all that its rows depend on, this very program included, and the command.
+/// What names a set in its journal: a print of all that its rows depend on, this very program included, and the
+/// command.
 pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command: &str) -> Result<String, Failure> {
     let program = env::current_exe().and_then(fs::read);
     let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
@@ -46,8 +48,8 @@ pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command
 pub const NAME: &str = "journal.txt";
 
 impl Journal {
-    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Rows that are not whole are
-    /// counted on stderr and taken out; their units are run again.
+    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Rows that are not
+    /// whole are counted on stderr and taken out; their units are run again.
     fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, Row>), Failure> {
         let path = dir.join(NAME);
         let at = |error| Failure::at(&path, error);

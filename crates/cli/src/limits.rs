@@ -13,9 +13,9 @@ use crate::terminal::{print, print_json};
 
 /// Tell how stiff a scene's wall may be: by the emulator, and by published criteria
 ///
-/// Two limits are found by bisection over the wall's stiffness, its damping fixed: on the verdict of the scene's linear,
-/// unquantised loop, and on that of the scene as it stands, in words. Each criterion tells which of its assumptions the
-/// scene does not meet, and what the scene has instead.
+/// Two limits are found by bisection over the wall's stiffness, its damping fixed: on the verdict of the scene's
+/// linear, unquantised loop, and on that of the scene as it stands, in words. Each criterion tells which of its
+/// assumptions the scene does not meet, and what the scene has instead.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene

@@ -65,9 +65,9 @@ use exit::{Exit, Failure};
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
-/// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a needed
-/// tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130 interrupted (SIGINT);
-/// 143 terminated (SIGTERM).
+/// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a
+/// needed tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130
+/// interrupted (SIGINT); 143 terminated (SIGTERM).
 #[derive(Parser)]
 #[command(name = "hpu", version = env!("HPU_VERSION"), max_term_width = 100)]
 struct Command {

@@ -12,8 +12,8 @@ use crate::terminal::print;
 
 /// Print a shell's completions of every verb and option
 ///
-/// For bash: `hpu completions bash > ~/.local/share/bash-completion/completions/hpu`. For zsh: into a file `_hpu` in a folder
-/// of $fpath. For fish: `hpu completions fish > ~/.config/fish/completions/hpu.fish`.
+/// For bash: `hpu completions bash > ~/.local/share/bash-completion/completions/hpu`. For zsh: into a file `_hpu` in a
+/// folder of $fpath. For fish: `hpu completions fish > ~/.config/fish/completions/hpu.fish`.
 #[derive(clap::Args)]
 pub struct CompletionArgs {
     /// Shell to complete for

@@ -47,7 +47,8 @@ pub struct Args {
     /// Run every cell
     #[arg(long)]
     full: bool,
-    /// Events of a cell: clock cycles at which the engine looks at the loop, or steps of the solver. One with more has failed
+    /// Events of a cell: clock cycles at which the engine looks at the loop, or steps of the solver. One with more has
+    /// failed
     #[arg(long, value_name = "N", default_value_t = CellLimits::default().events, value_parser = clap::value_parser!(u64).range(1..))]
     cell_events: u64,
     /// How long a cell may take. One that takes longer is not run: the same command runs it again

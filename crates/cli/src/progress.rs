@@ -1,7 +1,8 @@
 //! How far a command is, on stderr: a bar on a terminal, a line every 10 s elsewhere, nothing with `--quiet`.
 //!
 //! One thread tells for the whole command, whatever the command is about to do. A verb that counts its work says so
-//! ([`with_progress`]), a verb of several parts names the part ([`doing`]); all others are told by their name and their time.
+//! ([`with_progress`]), a verb of several parts names the part ([`doing`]); all others are told by their name and their
+//! time.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -9,14 +9,14 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 
 /// Run a published study again and hold it against what was printed
 ///
-/// `phantom-table-2` is the drop test of Sevcik et al. (2009), its Table 2; `phantom-ladder` is the same from ever more of
-/// the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial (or
+/// `phantom-table-2` is the drop test of Sevcik et al. (2009), its Table 2; `phantom-ladder` is the same from ever more
+/// of the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial (or
 /// synthesis) is kept as it is done: the same command goes on after an interruption. A study of a paper ends with a
-/// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim that
-/// is not confirmed is a result and no failure; a trial that cannot be run is one.
+/// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim
+/// that is not confirmed is a result and no failure; a trial that cannot be run is one.
 ///
-/// phantom-table-2 takes about a minute on two cores, phantom-lag one or two, phantom-cost many: each synthesis takes up to
-/// a few, a core and up to a gigabyte.
+/// phantom-table-2 takes about a minute on two cores, phantom-lag one or two, phantom-cost many: each synthesis takes
+/// up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -1,4 +1,4 @@
-//! What the paper says of the cost of its datapath.
+//! The paper's claims about the cost of its datapath.
 
 use hpu_rtl::{Cost, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::reproduce::{Finding, Statement, Sum};

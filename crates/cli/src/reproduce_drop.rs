@@ -187,7 +187,8 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
 }
 
-/// What names a study in its journal: a print of all that its rows depend on, this very program included, and the command.
+/// What names a study in its journal: a print of all that its rows depend on, this very program included, and the
+/// command.
 fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
     let overrides: Vec<String> = points.iter().map(|point| format!("{:?}", study.overrides(point))).collect();
     journal::header("study", overrides.iter().map(String::as_bytes), command)

@@ -1,4 +1,5 @@
-//! The rows of a run's trace on their way to disk: `trace.csv`, and `trace.parquet` when asked, written as the rows come.
+//! The rows of a run's trace on their way to disk: `trace.csv`, and `trace.parquet` when asked, written as the rows
+//! come.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -92,15 +93,15 @@ const WAITING: usize = 64;
 struct Column {
     name: String,
     doc: String,
-    /// Where the net is among those that are picked.
+    /// The net's index among the picked nets.
     pick: usize,
     net: Signal,
-    /// What an ulp of the word is, where the column does not tell the net's own value.
+    /// The value of one LSB where the column's unit is not the net's own.
     scale: Option<f64>,
 }
 
 impl Column {
-    /// What a word tells, without a negative zero; nothing is known of an unknown one.
+    /// The value of a word, never a negative zero; NaN for a word with an unknown bit.
     fn value(&self, word: i64) -> f64 {
         match self.scale {
             _ if self.net.format.is_unknown(word) => f64::NAN,

@@ -41,7 +41,8 @@ pub struct Args {
     /// Run `events` against `clock` and compare every net and plant state at every edge
     #[arg(long, conflicts_with_all = ["out", "driver"])]
     compare: bool,
-    /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json into this folder
+    /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json
+    /// into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write wave.vcd with its GTKWave save file too

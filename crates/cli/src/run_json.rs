@@ -87,14 +87,14 @@ fn first_difference(first: &Mismatch, clock: Clock) -> Value {
     })
 }
 
-/// What the columns of trace.csv and trace.parquet are.
+/// The columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
     let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some()));
     let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
     json!({ "signs": SIGNS, "columns": columns })
 }
 
-/// What the scene's words make of its values.
+/// The parameters as the scene's words realise them.
 fn realised(session: &Ready) -> Value {
     match session {
         Ready::Axis(session) => {

@@ -141,12 +141,13 @@ fn motion(scene: &Scene, trace: &Trace) -> String {
     let units = scene.device.units();
     let peak = trace.greatest(ANGLE);
     format!(
-        "ends at {}, peak {}, {} into the wall, {} up to {}",
+        "ends at {}, peak {}, {} into the wall, {} up to {}, seen every {}",
         si(trace.last(ANGLE).unwrap_or(0.0), units.position),
         si(peak, units.position),
         si((peak - scene.wall.position_rad).max(0.0), units.position),
         if matches!(scene.device, Device::Mass(_)) { "force" } else { "torque" },
-        si(trace.greatest_size(TORQUE), units.effort)
+        si(trace.greatest_size(TORQUE), units.effort),
+        si(trace.interval_s() / trace.every() as f64, "s")
     )
 }
 

@@ -84,7 +84,8 @@ enum Form {
     Csv,
     /// Decimal numbers alone, as VUnit's load_csv reads them; words of up to 32 bits
     Vunit,
-    /// Names, formats, units, generics, seed, rows; SHA-256 of all lines but its own: grep -v '"sha256"' FILE | sha256sum
+    /// Names, formats, units, generics, seed, rows; SHA-256 of all lines but its own: grep -v '"sha256"' FILE |
+    /// sha256sum
     Json,
     /// Memory: Verilog's $readmemh
     Readmemh,

@@ -77,8 +77,8 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
         let model = models().find(|(header, _)| *header == vectors.header);
         return Ok((vectors, model.expect("it was found by its header").1));
     }
-    // The configuration that line 1 tells; the block's first when there is no such one, for the reader to say what the line
-    // should be.
+    // The configuration that line 1 tells; the block's first when there is no such one, for the reader to say what the
+    // line should be.
     let line = text.lines().next().unwrap_or("");
     let name = line.split(' ').nth(1).unwrap_or("");
     let exact = models().find(|(header, _)| header.to_string() == line);
@@ -93,7 +93,7 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
 struct Difference {
     /// Its row, from 1.
     row: usize,
-    /// What is said of it.
+    /// The message about it.
     said: String,
     /// The rows around it, where file and emulator have them.
     around: Option<Around>,

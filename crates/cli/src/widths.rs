@@ -24,15 +24,16 @@ use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
-/// For every signal its format, the range measured in a run and the range proved for every motion within the device's limits,
-/// idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same law in f64. For
-/// every width the least that keeps the scene's outputs within a tolerance, and what one bit less breaks.
+/// For every signal its format, the range measured in a run and the range proved for every motion within the device's
+/// limits, idle upper bits, bits lost by rounding and by overflow, and signal over quantisation noise against the same
+/// law in f64. For every width the least that keeps the scene's outputs within a tolerance, and what one bit less
+/// breaks.
 ///
-/// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges for every
-/// motion within the device's limits.
+/// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges
+/// for every motion within the device's limits.
 ///
-/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the first
-/// time.
+/// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
+/// first time.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
@@ -54,7 +55,8 @@ pub struct Args {
     /// Try no fewer bits: ranges, losses and proofs alone
     #[arg(long)]
     no_trials: bool,
-    /// Say what one bit more would cost, and what the loop costs as it is, by Yosys and nextpnr; what was measured is remembered
+    /// Say what one bit more would cost, and what the loop costs as it is, by Yosys and nextpnr; what was measured is
+    /// remembered
     #[arg(long)]
     price: bool,
     #[command(flatten)]

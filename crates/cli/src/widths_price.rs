@@ -1,4 +1,5 @@
-//! The price of a scene's loop: what it costs, how long its torque takes, whether the loop notices, and what a bit costs.
+//! The price of a scene's loop: what it costs, how long its torque takes, whether the loop notices, and what a bit
+//! costs.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -102,7 +103,8 @@ pub fn price(
     Ok(Some(price))
 }
 
-/// What comes of each of so many pieces of work, which begin in order; nothing of those that were not begun when it was stopped.
+/// What comes of each of so many pieces of work, which begin in order; nothing of those that were not begun when it was
+/// stopped.
 pub(crate) fn on_all_cores<T: Send>(
     count: usize,
     control: &Control,

@@ -26,15 +26,16 @@ pub struct Search {
     /// Search the widths of the loop for the front of stable stiffness, error of the outputs, and lookup tables
     #[arg(long)]
     pub search: bool,
-    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4, of a PHANToM as in depth_bits=9..13 or
-    /// trig.frac=14..22 [default: all but pwm.bits, of a PHANToM tables, tip and forces, from some bits below the scene's own]
+    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4, of a PHANToM as in
+    /// depth_bits=9..13 or trig.frac=14..22 [default: all but pwm.bits, of a PHANToM tables, tip and forces, from some
+    /// bits below the scene's own]
     #[arg(long, value_name = "KEY=FROM..TO", requires = "search")]
     vary: Vec<Vary>,
     /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
     #[arg(long, value_name = "BITS", requires = "search")]
     against: Option<i32>,
-    /// Search on every SCENE under these changes too, as in wall.stiffness=2.5 or 'hand.stiffness=1; hand.damping=0'; repeated,
-    /// each by itself. A design's error is then the worst, its stable stiffness the least of all
+    /// Search on every SCENE under these changes too, as in wall.stiffness=2.5 or 'hand.stiffness=1; hand.damping=0';
+    /// repeated, each by itself. A design's error is then the worst, its stable stiffness the least of all
     #[arg(long, value_name = "KEY=VALUE[; ...]", requires = "search", value_parser = changes)]
     also: Vec<Changes>,
     /// Take only designs whose position and velocity hold the range proved for every motion within the device's limits

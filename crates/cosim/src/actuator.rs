@@ -25,8 +25,8 @@ pub(crate) enum Actuator {
 
 /// An analog shaper at work. Its output is handed on when its input changes and every `hold` edges after that.
 ///
-/// In between it moves on, by no more than [`Shaper::slope_bound_per_s`] of full scale: that is all that the hold costs the
-/// force. A shaper that has nothing to push with (no input, or one that pulls) rests at 0 and is not asked.
+/// In between it moves on, by no more than [`Shaper::slope_bound_per_s`] of full scale: that is all that the hold costs
+/// the force. A shaper that has nothing to push with (no input, or one that pulls) rests at 0 and is not asked.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Shaping {
     shaper: Shaper,
@@ -68,11 +68,11 @@ impl Shaping {
 
 /// What an averaged bridge gives, and when.
 ///
-/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. The mean of a pulse
-/// has its area, but its middle is the period's, where the pulse's is sooner. Both agree in area and in first moment once the
-/// mean changes at the right moment: between duties of one sign `(1 - d - d') / 2` periods before the start of the one that
-/// takes `d'` after `d`. A command that comes after that moment is made up for: what the bridge still owes it gives in
-/// addition, up to the middle of that period.
+/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. The mean
+/// of a pulse has its area, but its middle is the period's, where the pulse's is sooner. Both agree in area and in
+/// first moment once the mean changes at the right moment: between duties of one sign `(1 - d - d') / 2` periods before
+/// the start of the one that takes `d'` after `d`. A command that comes after that moment is made up for: what the
+/// bridge still owes it gives in addition, up to the middle of that period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Latch {
     period: u64,
@@ -84,8 +84,8 @@ pub(crate) struct Latch {
     begin: u64,
     /// The edge at which the mean changes from one to the other.
     due: f64,
-    /// What the bridge gives since the edge `since`, and what it owed then, in edges of full duty, to a modulator that goes on
-    /// with the duty it has taken.
+    /// What the bridge gives since the edge `since`, and what it owed then, in edges of full duty, to a modulator that
+    /// goes on with the duty it has taken.
     pub(crate) given: f64,
     since: u64,
     owed: f64,
@@ -157,8 +157,8 @@ impl Latch {
         self.want(edge, edge, duty);
         let (change, end) = (duty - self.held, self.end());
         if self.given == self.held && change != 0.0 {
-            // One change is enough, at the moment that also settles what is owed; often that is half an edge, which noise is
-            // not to decide.
+            // One change is enough, at the moment that also settles what is owed; often that is half an edge, which
+            // noise is not to decide.
             let at = (self.due - self.owed / change + 0.25).floor();
             if at > edge as f64 && at <= end as f64 {
                 self.next = at as u64;

@@ -38,7 +38,8 @@ impl<'p> ArmBody<'p> {
         }
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, or the motion changes by itself.
+    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, or the motion changes by
+    /// itself.
     pub(crate) fn next_event(&mut self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         forward!(self, body => body.next_event(from, limit, bands))
     }

@@ -1,16 +1,16 @@
 //! A PHANToM's law in floats, closed around the arm in steps: no words, no wiring and no clock.
 //!
-//! The law is that of the [host](crate::host), whoever computes it. At its sample instants it reads the counts, or the angles
-//! themselves; its commands come as late as they do with a clock, and what counters show is as old. A step that an instant of
-//! the host would fall into ends there.
+//! The law is that of the [host](crate::host), whoever computes it. At its sample instants it reads the counts, or the
+//! angles themselves; its commands come as late as they do with a clock, and what counters show is as old. A step that
+//! an instant of the host would fall into ends there.
 //!
-//! An FPGA samples far more often than an arm needs steps. Where its period is shorter than a step, its law follows the arm:
-//! at every state at which the method asks for slopes it reads the angles as they were half a period and the datapath's
-//! latency before, by the present speeds. That is the mean age of what a sampled and held command is made of. Counts are
-//! read by their mean too, half a count below the angles, and commands are not rounded.
+//! An FPGA samples far more often than an arm needs steps. Where its period is shorter than a step, its law follows the
+//! arm: at every state at which the method asks for slopes it reads the angles as they were half a period and the
+//! datapath's latency before, by the present speeds. That is the mean age of what a sampled and held command is made
+//! of. Counts are read by their mean too, half a count below the angles, and commands are not rounded.
 //!
-//! Within a step angles go on the straight line between its ends; rows of the trace and changes of counts are of that line.
-//! Words are shown with the rows alone, the decoders at rest.
+//! Within a step angles go on the straight line between its ends; rows of the trace and changes of counts are of that
+//! line. Words are shown with the rows alone, the decoders at rest.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -25,7 +25,8 @@ use crate::host::{COUNTING, HostState};
 use crate::summary::Summary;
 use crate::trace::Trace;
 
-/// Nets of the wiring around a host: pins, the host's commands, positions, commands, synchronised lines, the decoders' outputs.
+/// Nets of the wiring around a host: pins, the host's commands, positions, commands, synchronised lines, the decoders'
+/// outputs.
 const NETS: usize = 27;
 
 /// A PHANToM's law in floats, closed around the arm in steps.
@@ -34,8 +35,8 @@ pub struct ArmDirect<'p> {
     /// Clock edges of a step.
     pub(crate) step: u64,
     pub(crate) edge_s: f64,
-    /// How old the angles are, on the average, that a command is made of, where the law follows the arm and has no sample
-    /// instants.
+    /// How old the angles are, on the average, that a command is made of, where the law follows the arm and has no
+    /// sample instants.
     pub(crate) follows: Option<f64>,
 }
 

@@ -1,4 +1,5 @@
-//! The world of a PHANToM: the arm with its three encoders, motors behind DACs, and, on some platforms, a host computer.
+//! The world of a PHANToM: the arm with its three encoders, motors behind DACs, and, on some platforms, a host
+//! computer.
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
 use hpu_plant::arm::{Arm, ArmState as MotionState, kinematics};
@@ -49,8 +50,8 @@ pub struct ArmPlant {
     pub(crate) host: Option<Host>,
 }
 
-/// Whether these angles bring an arm so near a singular posture that its Jacobian means nothing: stretched, folded, or with
-/// the tip on its own axis.
+/// Whether these angles bring an arm so near a singular posture that its Jacobian means nothing: stretched, folded, or
+/// with the tip on its own axis.
 pub(crate) fn is_singular(lengths_m: [f64; 2], angles_rad: [f64; 3]) -> bool {
     let [upper_m, fore_m] = lengths_m;
     kinematics::determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m

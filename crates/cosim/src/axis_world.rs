@@ -1,5 +1,5 @@
-//! The world of an axis: a motor or a mass with its encoder, its bridge or amplifier and its hand, or a recording in their
-//! place; and the words of the wall that change by themselves.
+//! The world of an axis: a motor or a mass with its encoder, its bridge or amplifier and its hand, or a recording in
+//! their place; and the words of the wall that change by themselves.
 //!
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
 
@@ -47,7 +47,8 @@ pub struct AxisWorld<'p> {
 }
 
 impl<'p> AxisWorld<'p> {
-    /// The world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an amplifier follows.
+    /// The world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an amplifier
+    /// follows.
     #[must_use]
     pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
         let mut world = Self {
@@ -102,7 +103,8 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
-    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the duty.
+    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the
+    /// duty.
     fn due(&mut self) {
         let edge = self.edge;
         self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));

@@ -103,7 +103,8 @@ impl Body<'_> {
         forward!(self, body => body.step(edge)[ANGLE])
     }
 
-    /// On which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0 inside, 1 above.
+    /// On which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0 inside, 1
+    /// above.
     #[inline(always)]
     pub(crate) fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
         match self {

@@ -1,4 +1,4 @@
-//! What the rows of a trace tell, column by column.
+//! The columns of a trace: names, units and meanings.
 //!
 //! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a
 //! positive position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least
@@ -90,7 +90,7 @@ pub const ARM_ROW: [Real; 18] = [
     real("torque3_greatest_nm", GREATEST),
 ];
 
-/// What a row tells of one output.
+/// Mean, least and greatest value of one output over a row, in the column's unit.
 pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {
     [measured.mean, measured.extent.least, measured.extent.greatest].map(|x| scale * x)
 }

@@ -1,4 +1,5 @@
-//! What closes a loop around an axis in steps, without a clock: a law in floats, or a loop in words that is loaded with counts.
+//! What closes a loop around an axis in steps, without a clock: a law in floats, or a loop in words that is loaded with
+//! counts.
 
 use hpu_datapath::{Loaded, LoopIn};
 

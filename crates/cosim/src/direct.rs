@@ -1,13 +1,14 @@
-//! A loop around an axis in steps, without a clock: by the law in floats, what users of other tools write, or by the words of
-//! its wiring, whose counter is loaded with counts.
+//! A loop around an axis in steps, without a clock: by the law in floats, what users of other tools write, or by the
+//! words of its wiring, whose counter is loaded with counts.
 //!
-//! At a sample instant, one clock after the start and every sample period from there, the controller reads the position; a live
-//! spring reads it at every step too. A step that a sample instant would fall into ends there. The law in floats reads the position as
-//! it is, in whole counts or the true one, and its force, within what the actuator gives, is held over the step. Words read it as
-//! it was four edges before, what synchroniser, decoder and counter take; their wiring then ticks and leaps through the step, and what
-//! changes in its course is given by the mean. The hand's knots, a ramp and an analog shaper are heeded at the next step's start. An
-//! averaged bridge gives the mean over a step of what it would give (see [`Latch`]). The rows of the trace lie on the straight line
-//! between the ends of a step, and words are shown with them alone: those of a wiring as they stand at the step's end.
+//! At a sample instant, one clock after the start and every sample period from there, the controller reads the
+//! position; a live spring reads it at every step too. A step that a sample instant would fall into ends there. The law
+//! in floats reads the position as it is, in whole counts or the true one, and its force, within what the actuator
+//! gives, is held over the step. Words read it as it was four edges before, what synchroniser, decoder and counter
+//! take; their wiring then ticks and leaps through the step, and what changes in its course is given by the mean. The
+//! hand's knots, a ramp and an analog shaper are heeded at the next step's start. An averaged bridge gives the mean
+//! over a step of what it would give (see [`Latch`]). The rows of the trace lie on the straight line between the ends
+//! of a step, and words are shown with them alone: those of a wiring as they stand at the step's end.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -349,8 +350,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         self.next_sample += self.direct.period;
     }
 
-    /// A live spring reads the middle of a step: the words then, and where the device will be by its present speed; a method that
-    /// moves on by the new speed has the middle in itself.
+    /// A live spring reads the middle of a step: the words then, and where the device will be by its present speed; a
+    /// method that moves on by the new speed has the middle in itself.
     #[inline(always)]
     fn follow(&mut self, edge: u64, next: u64) {
         let ahead_s = match self.direct.method {

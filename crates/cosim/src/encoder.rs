@@ -55,7 +55,8 @@ impl Encoder {
         self.sense_by(angle_rad, |band| side_of(band, angle_rad))
     }
 
-    /// The same where somebody else knows better than `f64` on which side of a band the angle lies: -1 below, 0 inside, 1 above.
+    /// The same where somebody else knows better than `f64` on which side of a band the angle lies: -1 below, 0 inside,
+    /// 1 above.
     #[inline(always)]
     pub(crate) fn sense_by(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) -> bool {
         let Band { low, high, .. } = self.band;
@@ -68,8 +69,8 @@ impl Encoder {
         true
     }
 
-    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it does
-    /// not depend on how the angle was reached.
+    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it
+    /// does not depend on how the angle was reached.
     fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
         let step = self.step_rad;
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);

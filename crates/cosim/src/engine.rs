@@ -1,9 +1,9 @@
 //! The engine: cycle-accurate, not cycle-driven.
 //!
-//! `events` asks the wiring for how long it is quiet and the world when it next changes, leaps to the earlier of the two,
-//! and ticks there. `clock` ticks every edge. Both flow the plant from the same anchors by the same function, so their
-//! registers, pins and plant states are identical to the bit at every edge. The third driver, the VHDL itself, lives in the
-//! `rtl` crate and meets the same [`World`].
+//! `events` asks the wiring for how long it is quiet and the world when it next changes, leaps to the earlier of the
+//! two, and ticks there. `clock` ticks every edge. Both flow the plant from the same anchors by the same function, so
+//! their registers, pins and plant states are identical to the bit at every edge. The third driver, the VHDL itself,
+//! lives in the `rtl` crate and meets the same [`World`].
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -40,8 +40,8 @@ pub struct Control {
     pub stop: AtomicBool,
     /// Edges done so far, for a progress display.
     pub progress: AtomicU64,
-    /// Events after which the run ends, not complete: a number that depends on the scene alone, as no time does. An event is a clock
-    /// edge at which the engine looks at the loop, or a step; they are counted by hundreds.
+    /// Events after which the run ends, not complete: a number that depends on the scene alone, as no time does. An
+    /// event is a clock edge at which the engine looks at the loop, or a step; they are counted by hundreds.
     pub most_events: Option<u64>,
 }
 
@@ -179,8 +179,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.tick(observer);
     }
 
-    /// To the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the world that
-    /// no pin shows leaves the datapath where it is.
+    /// To the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the world
+    /// that no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
         self.leap_over::<false, O>(end, observer);
@@ -345,7 +345,8 @@ pub struct Comparison {
     pub first: Option<Difference>,
 }
 
-/// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every edge.
+/// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every
+/// edge.
 pub fn compare<E, W>(wiring: W, world: E, input: E::In, edges: u64) -> Comparison
 where
     E: World,

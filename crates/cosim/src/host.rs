@@ -1,9 +1,9 @@
-//! The host of the operating-system platforms: samples the counters, computes the wall's force in floating point, and commands
-//! the DACs a while later. The FPGA only counts and converts.
+//! The host of the operating-system platforms: samples the counters, computes the wall's force in floating point, and
+//! commands the DACs a while later. The FPGA only counts and converts.
 //!
-//! Samples are due every period. `PMOS-1` takes each one late by a random time up to its jitter, and some not at all (both
-//! assumed: the paper gives no figures). The same law without quantisation, on the continuous angles, is the `ideal` law of the
-//! fidelity ladder.
+//! Samples are due every period. `PMOS-1` takes each one late by a random time up to its jitter, and some not at all
+//! (both assumed: the paper gives no figures). The same law without quantisation, on the continuous angles, is the
+//! `ideal` law of the fidelity ladder.
 
 use std::collections::VecDeque;
 

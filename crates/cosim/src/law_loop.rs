@@ -1,9 +1,8 @@
 //! A loop whose law is computed in floats: what the datapaths in words are held against.
 //!
-//! It reads the encoder's lines as every loop does, counts at once, and makes the law's force a command of 40 bits, beside
-//! which no other word of a loop is fine. What is left is the encoder's count, the sampling, and the gains, which are those that
-//! words realise. It drives an averaged bridge or an
-//! amplifier; it has no PWM, and no VHDL.
+//! It reads the encoder's lines as every loop does, counts at once, and makes the law's force a command of 40 bits,
+//! beside which no other word of a loop is fine. What is left is the encoder's count, the sampling, and the gains,
+//! which are those that words realise. It drives an averaged bridge or an amplifier; it has no PWM, and no VHDL.
 
 use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
@@ -44,7 +43,8 @@ impl LawConfig {
     }
 }
 
-/// A loop whose law is computed in floats, on counts: what the datapaths in words are held against. No PWM, and no VHDL.
+/// A loop whose law is computed in floats, on counts: what the datapaths in words are held against. No PWM, and no
+/// VHDL.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LawLoop {
     config: LawConfig,

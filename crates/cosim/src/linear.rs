@@ -1,12 +1,13 @@
 //! The reference law in floats: linear, unquantised, unsaturated, pulling as well as pushing.
 //!
-//! `u = -(k (θ - θ_w) + b v)`, as a torque at stall (voltage `u R / K`) for a motor and as a force for a mass. The hybrid
-//! loop's spring is continuous, part of the plant's matrix, and so is a hand that is a spring and damper; everything sampled is
-//! held for a period `T` after a delay. The velocity is the backward difference. What is left is exactly the loop of which
-//! the published limits speak.
+//! `u = -(k (θ - θ_w) + b v)`, as a torque at stall (voltage `u R / K`) for a motor and as a force for a mass. The
+//! hybrid loop's spring is continuous, part of the plant's matrix, and so is a hand that is a spring and damper;
+//! everything sampled is held for a period `T` after a delay. The velocity is the backward difference. What is left is
+//! exactly the loop of which the published limits speak.
 //!
-//! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of the
-//! mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of swings.
+//! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of
+//! the mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of
+//! swings.
 
 use hpu_plant::{Linear, Mass, Matrix, Motor, State, Stride};
 
@@ -73,8 +74,8 @@ impl LinearLoop {
         Self { input, strides, whole, spring, damper, period_s: period as f64 * scene.clock.period_s() }
     }
 
-    /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow: `visit`
-    /// gets each position and the logarithm of its scale.
+    /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow:
+    /// `visit` gets each position and the logarithm of its scale.
     pub fn samples(&self, count: usize, mut visit: impl FnMut(f64, f64)) {
         let mut x: State = [0.0, 0.0, 1.0, 0.0];
         let mut scale = 0.0;

@@ -176,9 +176,9 @@ impl Units<'_> {
     }
 }
 
-/// The reference law of a scene with the stiffness and damping that it asks for, however finely its words can hold them: what
-/// the words are measured against. In a loop of its own (`model.datapath = "law"`) the law has those that the words realise, as
-/// its wall stands at a whole count: what it leaves out there is what words do to a motion.
+/// The reference law of a scene with the stiffness and damping that it asks for, however finely its words can hold
+/// them: what the words are measured against. In a loop of its own (`model.datapath = "law"`) the law has those that
+/// the words realise, as its wall stands at a whole count: what it leaves out there is what words do to a motion.
 ///
 /// # Errors
 ///
@@ -194,7 +194,8 @@ pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SessionError> {
     law_config(scene, &words, gains)
 }
 
-/// The reference law of a scene with these stiffness and damping, of the coupling where there is one, and what its loop needs.
+/// The reference law of a scene with these stiffness and damping, of the coupling where there is one, and what its loop
+/// needs.
 fn law_config(scene: &Scene, words: &LoopWords, (k, b): (f64, f64)) -> Result<LawConfig, SessionError> {
     let Realised { torque_quantum_nm, count_rad, .. } = words.realised;
     let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;

@@ -96,8 +96,8 @@ fn latency(scene: &PhantomScene) -> u64 {
     u64::from(scene.method.config.delay) + if scene.method.shared { 32 } else { 0 }
 }
 
-/// The arm of a scene: friction and transmission as felt at the tip become torques and stiffnesses about the joints by the
-/// levers that the joints have at the origin.
+/// The arm of a scene: friction and transmission as felt at the tip become torques and stiffnesses about the joints by
+/// the levers that the joints have at the origin.
 fn model(scene: &PhantomScene) -> ArmModel {
     let (drop, rungs) = (&scene.drop, &scene.model);
     let flexible = rungs.transmission_n_per_m > 0.0;

@@ -44,10 +44,10 @@ impl std::error::Error for ReplayError {}
 
 /// Reads two channels of a VCD file, as sigrok and PulseView write it.
 ///
-/// A channel is named as in the file, or with its scopes (`libsigrok.D0`) when several have the name. Any timescale from
-/// 1 fs to 100 s is read. The first element holds the initial levels (0 for a line without one), every other a change;
-/// changes of both lines at one time are one element. Changes at one time are taken as simultaneous, so a pulse of no
-/// duration does not exist.
+/// A channel is named as in the file, or with its scopes (`libsigrok.D0`) when several have the name. Any timescale
+/// from 1 fs to 100 s is read. The first element holds the initial levels (0 for a line without one), every other a
+/// change; changes of both lines at one time are one element. Changes at one time are taken as simultaneous, so a pulse
+/// of no duration does not exist.
 ///
 /// # Errors
 ///

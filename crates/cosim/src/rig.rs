@@ -169,7 +169,8 @@ pub trait Rig {
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
     /// The driver that the scene asks for by its solver.
     fn driver(&self) -> Driver;
-    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no driver.
+    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no
+    /// driver.
     fn direct(&self) -> Option<Direct<'_>> {
         None
     }
@@ -178,7 +179,8 @@ pub trait Rig {
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 
-    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Rig::run) lets the modulator rest.
+    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Rig::run) lets the
+    /// modulator rest.
     fn gates_drive(&self) -> bool {
         true
     }
@@ -212,8 +214,8 @@ pub trait Rig {
 
     /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer.
     ///
-    /// Not generic over the observer: the loops of all wirings and worlds are compiled once, in this crate, and not again in
-    /// each crate that runs a scene.
+    /// Not generic over the observer: the loops of all wirings and worlds are compiled once, in this crate, and not
+    /// again in each crate that runs a scene.
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.

@@ -1,7 +1,7 @@
 //! Words of the wall that change while a scene runs.
 
-/// A word that goes in a straight line from one value to another: at every edge the nearest one, halves rounded away from
-/// the start.
+/// A word that goes in a straight line from one value to another: at every edge the nearest one, halves rounded away
+/// from the start.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct WordRamp {
     from: i64,

@@ -1,9 +1,9 @@
 //! A device that moves in steps while the datapath runs on every clock.
 //!
-//! A step begins at a clock edge with the outputs as they stand there, and holds them to its end: a change of the drive, or of
-//! the hand, inside a step waits for the next. Within a step the motion is the straight line between its ends, as the encoder
-//! sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than most tools are, whose
-//! encoder shows nothing before the step is over.
+//! A step begins at a clock edge with the outputs as they stand there, and holds them to its end: a change of the
+//! drive, or of the hand, inside a step waits for the next. Within a step the motion is the straight line between its
+//! ends, as the encoder sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than
+//! most tools are, whose encoder shows nothing before the step is over.
 
 use hpu_plant::{
     Axis, Chord, Device, Drive, Energy, Event, Feed, Gauge, Measured, Method, Pace, Powers, REALS, State, Stepper,
@@ -110,7 +110,7 @@ impl<'p> Stepped<'p> {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge tells of current and speed, which go in straight lines over a step.
+    /// Mean and extremes of current and speed for the row at an edge; both are linear within a step.
     pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
         let x = self.state(edge);
@@ -128,7 +128,7 @@ impl<'p> Stepped<'p> {
         Chord { start, edges: edge - start, edge_s, ends: [[from[0], from[1]], [x[0], x[1]]] }
     }
 
-    /// What is felt at an edge.
+    /// The hand's angle and torque at an edge.
     pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
         let intent_rad_per_s = self.intent_rad_per_s;
         self.axis.felt(&self.state(edge), intent_rad_per_s)
@@ -265,7 +265,8 @@ impl<'p> Stepped<'p> {
         (end <= to).then_some((end, there))
     }
 
-    /// The end of the present step, if it comes by `last` and nothing happens on the way: the line stays within the band.
+    /// The end of the present step, if it comes by `last` and nothing happens on the way: the line stays within the
+    /// band.
     #[inline(always)]
     pub(crate) fn passes(&mut self, last: u64, (low, high): (f64, f64)) -> Option<Event> {
         let end = self.start + self.edges;

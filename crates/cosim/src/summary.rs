@@ -104,8 +104,8 @@ pub struct Summary {
     pub mode_changes: u64,
     /// Steps of the device, where it moves in steps; 0 where it flows.
     pub steps: u64,
-    /// Decisions that `f64` could not vouch for, made again in higher precision: on which side of a count an angle lies,
-    /// whether a mode has ended.
+    /// Decisions that `f64` could not vouch for, made again in higher precision: on which side of a count an angle
+    /// lies, whether a mode has ended.
     pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
@@ -117,8 +117,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A law that is run without a
-    /// clock ticks with the steps, which then count once.
+    /// Events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A law that is run
+    /// without a clock ticks with the steps, which then count once.
     #[must_use]
     pub fn events(&self) -> u64 {
         let steps = if self.nets.is_empty() { 0 } else { self.steps };

@@ -1,5 +1,5 @@
-//! What a run leaves behind for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at the
-//! same instants.
+//! What a run leaves behind for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at
+//! the same instants.
 
 use std::ops::Range;
 
@@ -14,8 +14,9 @@ pub(crate) const TORQUE: usize = 3;
 
 /// Recorded rows at a fixed interval, the first of edge 0, each of selected outputs of the plant and of selected nets.
 ///
-/// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more: then every second, every fourth, and so
-/// on, as long as the run goes on, and what verdicts and metrics need of the others is gathered as they come.
+/// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more: then every second, every
+/// fourth, and so on, as long as the run goes on, and what verdicts and metrics need of the others is gathered as they
+/// come.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     clock: Clock,
@@ -90,7 +91,8 @@ impl Trace {
         self.kept.iter().any(|kept| *kept >= reals)
     }
 
-    /// The same, holding at most so many values, whatever the length of the run. A verdict may be made of the outputs `judged`.
+    /// The same, holding at most so many values, whatever the length of the run. A verdict may be made of the outputs
+    /// `judged`.
     #[must_use]
     pub fn bounded(mut self, values: usize, judged: &[usize]) -> Self {
         let columns = (self.kept.len() + self.picks.len()).max(1);
@@ -167,7 +169,8 @@ impl Trace {
         beyond.came += 1;
     }
 
-    /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask for each.
+    /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask
+    /// for each.
     #[inline]
     pub(crate) fn extend<const N: usize>(
         &mut self,

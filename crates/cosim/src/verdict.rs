@@ -1,13 +1,14 @@
 //! The verdict: what became of the motion. A result, never an error, because stability maps are made of verdicts.
 //!
-//! The rule, on the angle as recorded over the last 30 % of the run (the published drop test judges the last 3 s of 10 s):
+//! The rule, on the angle as recorded over the last 30 % of the run (the published drop test judges the last 3 s of 10
+//! s):
 //!
 //! 1. **settled** when its rms about its own mean is below one encoder count;
-//! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or when
-//!    it is not finite;
-//! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean, each
-//!    after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period either
-//!    (a hand still on its way) falls here too, at 0 Hz.
+//! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or
+//!    when it is not finite;
+//! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean,
+//!    each after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period
+//!    either (a hand still on its way) falls here too, at 0 Hz.
 //!
 //! The verdict is one on the motion. Whether it is one on the wall is told by the
 //! [contact](crate::Summary::contact_share) in the same window.
@@ -15,10 +16,12 @@
 //! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only
 //! the ends of a frequency's count are then told to one of the rows that are held, and not to one of all.
 //!
-//! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it: **passive**
-//! when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm, else **non-passive**.
-//! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is aborted when the
-//! tip reaches the opposite wall, which it can only with energy that the loop has generated, or leaves the tables.
+//! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it:
+//! **passive** when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm,
+//! else **non-passive**.
+//! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is
+//! aborted when the tip reaches the opposite wall, which it can only with energy that the loop has generated, or leaves
+//! the tables.
 
 use crate::summary::Abort;
 use crate::trace::{ANGLE, Trace};

@@ -122,12 +122,12 @@ pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
 /// Turns of a motion that are kept: half a million swings.
 const MOST_TURNS: usize = 1 << 20;
 
-/// The turns of a motion: rows and values at which it had risen or fallen and then went back by more than a sixteenth of its range
-/// so far. That is half of what parts the two levels of a passage, so all passages are between turns, whatever mean and
-/// amplitude will be in the end.
+/// The turns of a motion: rows and values at which it had risen or fallen and then went back by more than a sixteenth
+/// of its range so far. That is half of what parts the two levels of a passage, so all passages are between turns,
+/// whatever mean and amplitude will be in the end.
 ///
-/// When there are too many of them, those that are no turns by the range of now are dropped, and, where that does not help, the
-/// older half: then passages are counted in what is left.
+/// When there are too many of them, those that are no turns by the range of now are dropped, and, where that does not
+/// help, the older half: then passages are counted in what is left.
 #[derive(Clone, PartialEq, Debug)]
 struct Turns {
     most: usize,

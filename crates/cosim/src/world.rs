@@ -10,8 +10,8 @@ use crate::summary::EnergyAudit;
 
 /// The state of all that is outside the FPGA.
 ///
-/// Asking edge by edge ([`sense`](World::sense)) or leaping from change to change ([`advance`](World::advance)) gives the same
-/// states to the bit at every edge.
+/// Asking edge by edge ([`sense`](World::sense)) or leaping from change to change ([`advance`](World::advance)) gives
+/// the same states to the bit at every edge.
 pub trait World: Clone {
     /// Inputs of the wirings that this world meets.
     type In: Ports<i64> + Copy + PartialEq;
@@ -28,16 +28,17 @@ pub trait World: Clone {
     fn place(&self, input: &mut Self::In);
     /// Flows by one clock edge.
     fn sense(&mut self);
-    /// Goes to the first edge after the present one, up to `limit`, at which anything here changes by itself, or to `limit`;
-    /// shows each edge of the way to `before` while it still lies ahead.
+    /// Goes to the first edge after the present one, up to `limit`, at which anything here changes by itself, or to
+    /// `limit`; shows each edge of the way to `before` while it still lies ahead.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
     /// Passes ends of steps before `limit` at which nothing changes that anybody but `before` could see, as
     /// [`advance`](World::advance) would one by one; not so many that nobody could stop the run meanwhile.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}
     /// The outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
-    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with them by
-    /// itself, for some periods, and changes no input before an edge, says that edge; it does so for whoever drives it.
+    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with
+    /// them by itself, for some periods, and changes no input before an edge, says that edge; it does so for whoever
+    /// drives it.
     fn foresee(&mut self, _: &Repeat<Self::Out>) -> Option<u64> {
         None
     }

@@ -2,10 +2,11 @@
 //!
 //! - **Equation**: `position` counts the quadrature steps of `a_pin`, `b_pin`; `delta = (position - reference)` modulo
 //!   `2^POSITION_WIDTH` as two's complement; `contact` = 1 when `delta >= 0`; `penetration = max(0, delta)`.
-//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0) in; `position` (0,POSITION_WIDTH,0), `error` (0,1,0),
-//!   `delta` (1,POSITION_WIDTH-1,0), `contact` (0,1,0), `penetration` (0,POSITION_WIDTH,0) out.
+//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0) in; `position` (0,POSITION_WIDTH,0), `error`
+//!   (0,1,0), `delta` (1,POSITION_WIDTH-1,0), `contact` (0,1,0), `penetration` (0,POSITION_WIDTH,0) out.
 //! - **Latency**: 4 edges from a pin to the position; from `reference` on combinational.
-//! - **Edge**: as in `synchronizer`, `quadrature_decoder` and `position_counter`, each of which sees what stood before it.
+//! - **Edge**: as in `synchronizer`, `quadrature_decoder` and `position_counter`, each of which sees what stood before
+//!   it.
 //! - **Reset**: every register as its block says. **Overflow**: the position wraps, and `delta` reads through it.
 //! - **VHDL twin**: `hdl/axis_front.vhd`, instances `sync`, `decoder`, `counter`, `offset`, `wall`.
 //! - **Source**: the first five blocks of `hybrid_loop`, Vasudevan et al. 2007.

@@ -1,9 +1,9 @@
 //! Second-order section, sampled, direct form I.
 //!
-//! - **Equation**: `y(k) = B0 x(k) + B1 x(k-1) + B2 x(k-2) - A1 y(k-1) - A2 y(k-2)`, the `y` on the right as narrowed words,
-//!   the sum of the five products exact and narrowed once.
-//! - **Ports**: `x` (1,IN_INT,IN_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `y` (1,OUT_INT,OUT_FRAC)
-//!   out. The coefficients are generics, integers that stand for words of (1,COEF_INT,COEF_FRAC).
+//! - **Equation**: `y(k) = B0 x(k) + B1 x(k-1) + B2 x(k-2) - A1 y(k-1) - A2 y(k-2)`, the `y` on the right as narrowed
+//!   words, the sum of the five products exact and narrowed once.
+//! - **Ports**: `x` (1,IN_INT,IN_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `y`
+//!   (1,OUT_INT,OUT_FRAC) out. The coefficients are generics, integers that stand for words of (1,COEF_INT,COEF_FRAC).
 //! - **Latency**: 1 edge after a sample edge, up to `period`.
 //! - **Edge**: with the countdown at 0, `y(k)` is loaded, the delays move on, and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down.
@@ -13,9 +13,9 @@
 //! - **Source**: the direct form I of the textbooks.
 //! - **Differs from the hardware**: five products and their sum take one edge, so no limit on the clock.
 //!
-//! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner far
-//! below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a sixth of
-//! an LSB to coefficients of 16 fraction bits, and half an LSB of `y` becomes `2e5` of them.
+//! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner
+//! far below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a
+//! sixth of an LSB to coefficients of 16 fraction bits, and half an LSB of `y` becomes `2e5` of them.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 

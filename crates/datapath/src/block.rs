@@ -24,8 +24,8 @@ pub struct Rom {
 
 /// A clocked or combinational block of the datapath.
 ///
-/// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves the
-/// state that `n` ticks with that input leave, and every output stays what it was.
+/// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves
+/// the state that `n` ticks with that input leave, and every output stays what it was.
 pub trait Block {
     /// Name of the module, the VHDL entity, the vector folder and the waveform scope.
     const NAME: &'static str;

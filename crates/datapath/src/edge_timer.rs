@@ -1,14 +1,14 @@
 //! Time between two counts: the fixed-position method of measuring a speed.
 //!
-//! - **Equation**: `interval` = edges between the two latest changes of the position, if both went the same way; the speed
-//!   is `f_clock / interval` counts per second.
+//! - **Equation**: `interval` = edges between the two latest changes of the position, if both went the same way; the
+//!   speed is `f_clock / interval` counts per second.
 //! - **Ports**: `position` (0,WIDTH,0) in; `interval` (0,TIME_WIDTH,0) in clocks, `forward`, `stopped` (0,1,0) out.
 //! - **Latency**: 1 edge.
-//! - **Edge**: a timer counts the edges since the latest change and saturates at all ones; with `timer` as it stood before
-//!   the edge and `d` the motion, modulo `2^WIDTH` as two's complement, that the edge sees:
-//!   - `d /= 0` and the same way as the latest change: `interval := timer + 1`, `stopped := 0`; another way, or the first
-//!     change since reset or since the timer ran out: `interval` all ones, `stopped := 1`. Either way `forward := d > 0` and
-//!     the timer restarts. A motion of several counts is one change.
+//! - **Edge**: a timer counts the edges since the latest change and saturates at all ones; with `timer` as it stood
+//!   before the edge and `d` the motion, modulo `2^WIDTH` as two's complement, that the edge sees:
+//!   - `d /= 0` and the same way as the latest change: `interval := timer + 1`, `stopped := 0`; another way, or the
+//!     first change since reset or since the timer ran out: `interval` all ones, `stopped := 1`. Either way
+//!     `forward := d > 0` and the timer restarts. A motion of several counts is one change.
 //!   - `d = 0`: the timer goes on. Once `timer + 1` exceeds the interval the next count is overdue and `interval :=
 //!     timer + 1`; when the timer reaches all ones it has run out: `interval` all ones, `stopped := 1`.
 //! - **Reset**: `interval` all ones, `stopped` 1, `forward` 0, timer and previous position 0.

@@ -1,12 +1,12 @@
 //! Energy bounding: a torque within what the device's own damping can pay for, whatever the wall wants.
 //!
-//! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `F` the torque,
-//!   `E` the energy stored, `c1 = C1 / 2^BOUND_FRAC`, `c2` likewise, `floor` and `ceil` to whole PWM counts,
+//! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `F` the
+//!   torque, `E` the energy stored, `c1 = C1 / 2^BOUND_FRAC`, `c2` likewise, `floor` and `ceil` to whole PWM counts,
 //!   `top = 2^TORQUE_WIDTH - 1`. The c1/c2 form: with `S = sqrt((c2 d)^2 + 2 c2 E)`, rounded down to BOUND_FRAC bits,
-//!   `hi = floor(c2 d + S)`, `lo = ceil(c2 d - S)`, and
-//!   `F' = max(min(f, F + floor(c1 d), hi), lo)` for `d > 0`, `min(max(f, F + ceil(c1 d), lo), hi)` for `d < 0`, `F` for
-//!   `d = 0`, all clamped to `-top .. top`; `E' = min(E + F' d, max)`. This is `F' = F + beta d` with the published bounds of
-//!   `beta` multiplied by `d`, so that nothing is divided; `F'^2 <= 2 c2 E'` holds exactly.
+//!   `hi = floor(c2 d + S)`, `lo = ceil(c2 d - S)`, and `F' = max(min(f, F + floor(c1 d), hi), lo)` for `d > 0`,
+//!   `min(max(f, F + ceil(c1 d), lo), hi)` for `d < 0`, `F` for `d = 0`, all clamped to `-top .. top`;
+//!   `E' = min(E + F' d, max)`. This is `F' = F + beta d` with the published bounds of `beta` multiplied by `d`, so
+//!   that nothing is divided; `F'^2 <= 2 c2 E'` holds exactly.
 //!   `LEAST_CONSERVATIVE`: `E' = clamp((0 if F = 0, else E) + c1 d^2 + F d, 0, max)`, `F' = clamp(f, -b, b)` with
 //!   `b = min(floor(2 sqrt(c1 E')), top)`.
 //!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
@@ -14,17 +14,17 @@
 //! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory`: `E`, (0,ENERGY_WIDTH,0), or
 //!   (0,ENERGY_WIDTH-BOUND_FRAC,BOUND_FRAC) when `LEAST_CONSERVATIVE`.
 //! - **Latency**: `ROOT_WIDTH/2 + 2` edges from a capture to torque and memory.
-//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures; the next starts the root; `ROOT_WIDTH/2 + 2`
-//!   edges after the capture torque and memory are loaded. Sample edges up to and including that one are passed over: `d`
-//!   then spans several samples.
+//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures; the next starts the root;
+//!   `ROOT_WIDTH/2 + 2` edges after the capture torque and memory are loaded. Sample edges up to and including that one
+//!   are passed over: `d` then spans several samples.
 //! - **Reset**: all 0, idle; the first edge samples.
 //! - **Overflow**: energy and torque saturate, both to the safe side as long as `top^2 <= 2 c2 (2^ENERGY_WIDTH - 1)`.
 //! - **VHDL twin**: `hdl/energy_bounding.vhd`, around a `square_root`.
 //! - **Source**: Kim and Ryu 2004 and 2010 (c1/c2 form); Kim et al. (least conservative force bound).
-//! - **Known failures**: the c1/c2 form shows no more than c1, and keeps a torque just outside the wall. It generates nothing
-//!   when a whole number lies between c2 and c1, `c2 <= c1`; where none does, `lo` and `hi`, rounded to whole PWM counts, may
-//!   lead one PWM count beyond the step that c1 allows, and such steps can add up. The motion while the root is computed was
-//!   done on the torque before.
+//! - **Known failures**: the c1/c2 form shows no more than c1, and keeps a torque just outside the wall. It generates
+//!   nothing when a whole number lies between c2 and c1, `c2 <= c1`; where none does, `lo` and `hi`, rounded to whole
+//!   PWM counts, may lead one PWM count beyond the step that c1 allows, and such steps can add up. The motion while the
+//!   root is computed was done on the torque before.
 //! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
 //!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
 //!   root are not modelled.
@@ -105,8 +105,9 @@ impl EnergyBounding {
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], c1 and c2 fit their 2 to 30 bits, and the radicand is even, at most 62,
-    /// and holds what it is made of: `2 (BOUND_WIDTH + WIDTH)` and `BOUND_WIDTH + ENERGY_WIDTH + BOUND_FRAC + 2` bits.
+    /// Unless the widths pass [`LawWidths::check`], c1 and c2 fit their 2 to 30 bits, and the radicand is even, at most
+    /// 62, and holds what it is made of: `2 (BOUND_WIDTH + WIDTH)` and `BOUND_WIDTH + ENERGY_WIDTH + BOUND_FRAC + 2`
+    /// bits.
     pub fn new(config: BoundingConfig) -> Result<Self, ConfigError> {
         let BoundingConfig { widths, c1, c2, bound_frac, bound_width, energy_width, root_width, .. } = config;
         widths.check(Self::NAME)?;

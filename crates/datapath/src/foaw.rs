@@ -1,9 +1,9 @@
 //! First-order adaptive windowing (FOAW), end-fit: the longest window of samples that a straight line explains.
 //!
 //! - **Equation**: with `x_j` the position `j` samples ago and `e_j = x_0 - x_j`, modulo `2^WIDTH` as two's complement,
-//!   `velocity = floor(e_n * 2^OUT_FRAC / n)`, where `n` is the last one accepted of `1, 2, .. WINDOW` in order: `n = 1`
-//!   always is, and a further one if `|n e_j - j e_n| <= n NOISE` for all `j = 1 .. n-1`. The first that fails ends the
-//!   search. Positions before the first sample count as 0.
+//!   `velocity = floor(e_n * 2^OUT_FRAC / n)`, where `n` is the last one accepted of `1, 2, .. WINDOW` in order:
+//!   `n = 1` always is, and a further one if `|n e_j - j e_n| <= n NOISE` for all `j = 1 .. n-1`. The first that fails
+//!   ends the search. Positions before the first sample count as 0.
 //! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
 //!   (1,WIDTH-1,OUT_FRAC) out, in counts per sample.
 //! - **Latency**: 1 edge after a sample edge, up to `period`; the velocity is that of `n/2` samples ago.
@@ -72,8 +72,8 @@ impl Foaw {
     ///
     /// # Errors
     ///
-    /// Unless the position has 2 to 48 bits, the velocity at most 62, 0 to 30 of them fraction bits, the period 2 to 30,
-    /// the window is 2 to 16 and the noise 0 to 15.
+    /// Unless the position has 2 to 48 bits, the velocity at most 62, 0 to 30 of them fraction bits, the period 2 to
+    /// 30, the window is 2 to 16 and the noise 0 to 15.
     pub fn new(config: FoawConfig) -> Result<Self, ConfigError> {
         let FoawConfig { width, period_width, window, noise, out_frac } = config;
         within(Self::NAME, "WIDTH", width, 2..=48)?;

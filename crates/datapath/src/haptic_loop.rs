@@ -14,8 +14,8 @@ use crate::{
 /// [`ConventionalLoop`](crate::ConventionalLoop).
 ///
 /// [`uses`](Wiring::uses) counts the edges during which spring, velocity, drag or command had lost bits; the torque's
-/// format holds every sum. A limited command counts as overflowed, from when it is limited on, however late it is shown. Before the first edge, every least word is above the
-/// greatest.
+/// format holds every sum. A limited command counts as overflowed, from when it is limited on, however late it is
+/// shown. Before the first edge, every least word is above the greatest.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct HapticLoop<const HELD: bool> {
     config: LoopConfig,

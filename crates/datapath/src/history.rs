@@ -32,7 +32,8 @@ impl History {
         }
     }
 
-    /// The position `back` samples ago, as the sample edge sees it that follows `waiting` others with this same position.
+    /// The position `back` samples ago, as the sample edge sees it that follows `waiting` others with this same
+    /// position.
     #[inline]
     pub(crate) fn ago(&self, position: i64, waiting: usize, back: usize) -> i64 {
         if back <= waiting { position } else { self.0[back - waiting - 1] }

@@ -1,9 +1,9 @@
 //! The hybrid loop: the spring is continuous, the damping sampled.
 //!
-//! - **Equation**: `command = clamp(E (K * delta + B * velocity))`, Vasudevan et al. 2007, Eqs. (2) to (8): the spring's
-//!   path is combinational from the position counter to the modulator's input, the velocity is sampled.
-//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0), `stiffness`, `damping`, `period` and `scale`
-//!   in; the gates `a_high`, `a_low`, `b_high`, `b_low` out.
+//! - **Equation**: `command = clamp(E (K * delta + B * velocity))`, Vasudevan et al. 2007, Eqs. (2) to (8): the
+//!   spring's path is combinational from the position counter to the modulator's input, the velocity is sampled.
+//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0), `stiffness`, `damping`, `period` and
+//!   `scale` in; the gates `a_high`, `a_low`, `b_high`, `b_low` out.
 //! - **Latency**: pin to command 4 edges (synchronizer 2, decoder 1, counter 1) and `SETTLING`; then the modulator's.
 //! - **Reset**: every register as its block says. **Overflow**: products saturate or wrap (`SATURATE`), the torque is
 //!   limited.

@@ -1,21 +1,23 @@
-//! The input shaper: takes out of a torque what a high-pass passes, and never pulls. The digital twin of the analog one.
+//! The input shaper: takes out of a torque what a high-pass passes, and never pulls. The digital twin of the analog
+//! one.
 //!
-//! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded towards minus
-//!   infinity; `shaped = torque` unless `ENABLED`.
+//! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded towards
+//!   minus infinity; `shaped = torque` unless `ENABLED`.
 //! - **Ports**: `torque` (1,TORQUE_WIDTH+1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `shaped`
 //!   (1,TORQUE_WIDTH+1,0) out. `h` is a (1,TORQUE_WIDTH+2,16); the coefficients are words of (1,1,30).
 //! - **Latency**: 1 edge after a sample edge, up to `period`; none unless `ENABLED`.
-//! - **Edge**: the first `PHASE` edges after reset do nothing. From then on a `biquad` and a `zero_order_hold` sample the
-//!   torque on the same edges, the first one at once; what they show makes `shaped`, combinational.
+//! - **Edge**: the first `PHASE` edges after reset do nothing. From then on a `biquad` and a `zero_order_hold` sample
+//!   the torque on the same edges, the first one at once; what they show makes `shaped`, combinational.
 //! - **Reset**: filter and hold as their blocks say, and `PHASE` edges to wait. Unless `ENABLED`, there is no register.
 //! - **Overflow**: `h` saturates; `shaped` holds every value. A negative torque gives 0.
 //! - **VHDL twin**: `hdl/input_shaper.vhd`.
-//! - **Source**: the analog input shaper's Figure 1: two rectifiers, one behind the high-pass, one at the output; a Butterworth
-//!   high-pass of 2.5 Hz, bilinear.
+//! - **Source**: the analog input shaper's Figure 1: two rectifiers, one behind the high-pass, one at the output; a
+//!   Butterworth high-pass of 2.5 Hz, bilinear.
 //! - **Differs from the hardware**: the published shaper is analog; here the filter samples and rounds, and its
 //!   products take one edge.
 //!
-//! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that made it.
+//! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that
+//! made it.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 
@@ -147,8 +149,8 @@ impl InputShaper {
     ///
     /// # Errors
     ///
-    /// Unless torque and period have 2 to 30 bits, and of an enabled shaper the torque at most 21, every coefficient fits a
-    /// (1,1,30), and the phase is at most 4095.
+    /// Unless torque and period have 2 to 30 bits, and of an enabled shaper the torque at most 21, every coefficient
+    /// fits a (1,1,30), and the phase is at most 4095.
     pub fn new(config: InputShaperConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "TORQUE_WIDTH", config.torque_width, COUNTER)?;
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;

@@ -3,9 +3,9 @@
 //! A *law* reads the wall's coordinates and makes a torque of them, once a sample. A
 //! `MethodLoop` puts any law between encoder and bridge.
 //!
-//! A **sample edge** is an edge that finds the countdown at 0; it restarts the countdown at `max(period,1) - 1`, every other
-//! edge decrements it. The first edge after reset samples. A law that computes for several edges passes over the sample
-//! edges that fall into them.
+//! A **sample edge** is an edge that finds the countdown at 0; it restarts the countdown at `max(period,1) - 1`, every
+//! other edge decrements it. The first edge after reset samples. A law that computes for several edges passes over the
+//! sample edges that fall into them.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
 
@@ -36,8 +36,8 @@ pub trait Law:
     fn own_generics(&self) -> Vec<(&'static str, Generic)>;
     /// Edges from a sample edge to the torque it makes; 0 when the torque follows its registers at once.
     fn latency(&self) -> u32;
-    /// Lets the outputs settle with these inputs and the registers as they stand, from what they have shown. For a law whose
-    /// outputs are registers, there is nothing to do.
+    /// Lets the outputs settle with these inputs and the registers as they stand, from what they have shown. For a law
+    /// whose outputs are registers, there is nothing to do.
     #[inline]
     fn settle(&mut self, input: &LawIn<i64>, shown: LawOut<i64>) -> LawOut<i64> {
         let _ = input;
@@ -83,8 +83,8 @@ impl LawWidths {
     ///
     /// # Errors
     ///
-    /// Unless position and gains have 2 to 32 bits, the period and the torque 2 to 30, and the gains are unsigned with 0 or more
-    /// fraction bits.
+    /// Unless position and gains have 2 to 32 bits, the period and the torque 2 to 30, and the gains are unsigned with
+    /// 0 or more fraction bits.
     pub fn check(&self, law: &'static str) -> Result<(), ConfigError> {
         within(law, "WIDTH", self.width, 2..=32)?;
         within(law, "PERIOD_WIDTH", self.period_width, COUNTER)?;
@@ -163,8 +163,8 @@ impl LawOut<Narrowed> {
     }
 }
 
-/// The plain wall, which laws of several edges take as what is wanted: spring and drag, each truncated and clamped, inside
-/// the wall only.
+/// The plain wall, which laws of several edges take as what is wanted: spring and drag, each truncated and clamped,
+/// inside the wall only.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Wanted {
     spring: Narrowing,

@@ -2,8 +2,8 @@
 //!
 //! - **Equation**: `command = clamp(shaped torque)`; the torque is the law's.
 //! - **Ports**: those of `hybrid_loop`.
-//! - **Nets**: inputs, outputs, then `position`, `error`, `delta`, `contact`, `penetration`, `torque`, `memory`, `shaped`,
-//!   `command`.
+//! - **Nets**: inputs, outputs, then `position`, `error`, `delta`, `contact`, `penetration`, `torque`, `memory`,
+//!   `shaped`, `command`.
 //! - **Latency**: pin to wall 4 edges; then the law's, the shaper's and the modulator's.
 //! - **Reset**: every register as its block says. **Overflow**: the command is limited to full scale.
 //! - **VHDL twin**: `hdl/<law>_loop.vhd`, instances `front`, `law`, `shaper`, `limiter`, `modulator`.
@@ -40,8 +40,8 @@ const NETS: usize = COMMAND + 1;
 
 /// A haptic loop, position counter to H-bridge, around any law. See the [module](self).
 ///
-/// [`uses`](Wiring::uses) counts the edges during which torque, memory, shaped torque or command had lost bits; a limited
-/// command counts as overflowed. Before the first edge, every least word is above the greatest.
+/// [`uses`](Wiring::uses) counts the edges during which torque, memory, shaped torque or command had lost bits; a
+/// limited command counts as overflowed. Before the first edge, every least word is above the greatest.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct MethodLoop<L> {
     config: MethodLoopConfig,

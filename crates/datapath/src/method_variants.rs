@@ -141,8 +141,8 @@ fn stabilised() -> Result<Variants, ConfigError> {
     ])
 }
 
-/// A passivity controller whose total, less the greatest credit, takes every bit that the VHDL gives it: once because of the
-/// energy's width, once because of that of torque and motion.
+/// A passivity controller whose total, less the greatest credit, takes every bit that the VHDL gives it: once because
+/// of the energy's width, once because of that of torque and motion.
 fn deep(torque_width: u32, energy_width: u32) -> PassivityConfig {
     let widths = LawWidths { width: 16, torque_width, ..LawWidths::default() };
     PassivityConfig { widths, exact: true, energy_width, credit: NATURAL }

@@ -1,24 +1,26 @@
 //! A discrete spring that takes exactly the energy it is given, its force scaled for the user.
 //!
-//! - **Equation**: the spring's energy is `H = K x^2 / 2`; a motion `d` of the device is one of `alpha d` of the spring, at the
-//!   force `K x` held meanwhile: `x' = sqrt(x^2 + 2 x alpha d)` takes just `K x alpha d`, with `alpha = ALPHA / 2^8`. At
-//!   capture n: `R = penetration^2` if the spring engages: `x = 0`, in contact, and without `REVIVE` not so at the last
-//!   capture; else `R = max(0, x^2 + 2 x alpha d)`. `x' = floor(sqrt(R))` to EXTENSION_FRAC bits,
-//!   `torque = min(floor(stiffness * x' * scale), 2^TORQUE_WIDTH - 1)`.
-//! - **Ports**: those of every law; `scale` is the force shown for one of the spring; `damping` and `delta` are ignored.
-//!   `memory` (0,WIDTH,EXTENSION_FRAC): the extension `x`.
-//! - **Latency**: `ROOT_WIDTH/2 + 2` edges from a capture to torque and memory, `ROOT_WIDTH = 2 (WIDTH + EXTENSION_FRAC) + 2`.
-//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures; the next starts the root; `ROOT_WIDTH/2 + 2`
-//!   edges after the capture torque and memory are loaded. Sample edges up to and including that one are passed over: `d`
-//!   then spans several samples.
+//! - **Equation**: the spring's energy is `H = K x^2 / 2`; a motion `d` of the device is one of `alpha d` of the
+//!   spring, at the force `K x` held meanwhile: `x' = sqrt(x^2 + 2 x alpha d)` takes just `K x alpha d`, with
+//!   `alpha = ALPHA / 2^8`. At capture n: `R = penetration^2` if the spring engages: `x = 0`, in contact, and without
+//!   `REVIVE` not so at the last capture; else `R = max(0, x^2 + 2 x alpha d)`. `x' = floor(sqrt(R))` to EXTENSION_FRAC
+//!   bits, `torque = min(floor(stiffness * x' * scale), 2^TORQUE_WIDTH - 1)`.
+//! - **Ports**: those of every law; `scale` is the force shown for one of the spring; `damping` and `delta` are
+//!   ignored. `memory` (0,WIDTH,EXTENSION_FRAC): the extension `x`.
+//! - **Latency**: `ROOT_WIDTH/2 + 2` edges from a capture to torque and memory,
+//!   `ROOT_WIDTH = 2 (WIDTH + EXTENSION_FRAC) + 2`.
+//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures; the next starts the root;
+//!   `ROOT_WIDTH/2 + 2` edges after the capture torque and memory are loaded. Sample edges up to and including that one
+//!   are passed over: `d` then spans several samples.
 //! - **Reset**: all 0, idle; the first edge samples.
-//! - **Overflow**: radicand, extension and torque saturate. A radicand below 0, for motion back that takes more than the
-//!   spring had, counts as one.
+//! - **Overflow**: radicand, extension and torque saturate. A radicand below 0, for motion back that takes more than
+//!   the spring had, counts as one.
 //! - **VHDL twin**: `hdl/passive_spring.vhd`, around a `square_root`.
 //! - **Source**: Secchi, Stramigioli and Fantuzzi, passive sample and hold with power scaling; their energy leap.
-//! - **Known failures**: the floors only take energy out, but the two clamps at 0 do not conserve it: a radicand below 0
-//!   gives the user more than was stored, and engaging inside the wall (`REVIVE`) stores what nobody has given. The rest
-//!   position drifts, as `x` is not the penetration. The motion while the root is computed was done on the torque before.
+//! - **Known failures**: the floors only take energy out, but the two clamps at 0 do not conserve it: a radicand below
+//!   0 gives the user more than was stored, and engaging inside the wall (`REVIVE`) stores what nobody has given. The
+//!   rest position drifts, as `x` is not the penetration. The motion while the root is computed was done on the torque
+//!   before.
 //! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
 //!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
 //!   root are not modelled.

@@ -2,25 +2,25 @@
 //! has given more.
 //!
 //! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `c` the
-//!   correction in force: `W(n) = W(n-1) + f d + c(n-1) d(n-1)`, or with `EXACT` `W(n) = W(n-1) + torque(n-1) d`, the work
-//!   done on the torque that was shown; at most `CREDIT` unless that is 0.
-//!   `q = floor(|W| / |d|)`; `torque = clamp(f + sign(d) q)` if `W < 0` and `d /= 0`, else `f`; `c = torque - f`.
+//!   correction in force: `W(n) = W(n-1) + f d + c(n-1) d(n-1)`, or with `EXACT` `W(n) = W(n-1) + torque(n-1) d`, the
+//!   work done on the torque that was shown; at most `CREDIT` unless that is 0. `q = floor(|W| / |d|)`;
+//!   `torque = clamp(f + sign(d) q)` if `W < 0` and `d /= 0`, else `f`; `c = torque - f`.
 //!   `wanted = clamp(spring + drag)` as every law has it: `spring = min(floor(penetration * stiffness), top)` and
 //!   `drag = floor(damping * d)`, within `-top - 1 .. top`, inside the wall, 0 outside, `top = 2^TORQUE_WIDTH - 1`.
 //! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory` (1,ENERGY_WIDTH-1,0): `W` of the latest
 //!   capture.
 //! - **Latency**: `ENERGY_WIDTH + 2` edges from a capture to its torque.
-//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures and loads `W`; the next starts the division;
-//!   `ENERGY_WIDTH + 2` edges after the capture the torque is loaded. Sample edges up to and including that one are passed
-//!   over: `d` then spans several samples.
+//! - **Edge**: a sample edge (countdown 0, then `max(period,1) - 1`) captures and loads `W`; the next starts the
+//!   division; `ENERGY_WIDTH + 2` edges after the capture the torque is loaded. Sample edges up to and including that
+//!   one are passed over: `d` then spans several samples.
 //! - **Reset**: all 0, idle; the first edge samples.
 //! - **Overflow**: energy and torque saturate; so does the quotient, at `TORQUE_WIDTH` bits.
 //! - **VHDL twin**: `hdl/passivity_controller.vhd`, around a `sequential_divider`.
 //! - **Source**: Hannaford and Ryu 2002 (series controller, impedance causality).
-//! - **Known failures**: no correction without motion, whatever `W`. The classic observer pairs `d` with the torque that
-//!   follows it and misses what the hold generates. Energy once taken delays the correction: bounded by `CREDIT`. `EXACT`
-//!   takes all motion between captures as done on one torque: what moves while it computes was done on the one before.
-//!   The floor of `q` leaves less than `|d|` uncorrected, which `W` carries on.
+//! - **Known failures**: no correction without motion, whatever `W`. The classic observer pairs `d` with the torque
+//!   that follows it and misses what the hold generates. Energy once taken delays the correction: bounded by `CREDIT`.
+//!   `EXACT` takes all motion between captures as done on one torque: what moves while it computes was done on the one
+//!   before. The floor of `q` leaves less than `|d|` uncorrected, which `W` carries on.
 //! - **Differs from the hardware**: the products take one edge, so no limit on the clock. The emulator computes the
 //!   quotient at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of
 //!   the division are not modelled.
@@ -78,8 +78,8 @@ impl PassivityController {
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the energy has as many bits as the torque and at most 48, and the credit
-    /// is a VHDL `natural`.
+    /// Unless the widths pass [`LawWidths::check`], the energy has as many bits as the torque and at most 48, and the
+    /// credit is a VHDL `natural`.
     pub fn new(config: PassivityConfig) -> Result<Self, ConfigError> {
         let PassivityConfig { widths, energy_width, credit, .. } = config;
         widths.check(Self::NAME)?;

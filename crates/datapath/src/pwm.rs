@@ -139,7 +139,8 @@ impl Pwm {
         Ok(block)
     }
 
-    /// Stops the modulator for good, all gates 0: for loops whose gates drive nothing, which it would keep from resting.
+    /// Stops the modulator for good, all gates 0: for loops whose gates drive nothing, which it would keep from
+    /// resting.
     pub fn rest(&mut self) {
         self.resting = true;
         self.reset();
@@ -175,8 +176,8 @@ impl Pwm {
         }
     }
 
-    /// How the gates repeat from the edge just ticked on while this command stays: a period has just begun with its pulse.
-    /// Other nets are somebody else's.
+    /// How the gates repeat from the edge just ticked on while this command stays: a period has just begun with its
+    /// pulse. Other nets are somebody else's.
     #[inline]
     pub(crate) fn repeats(&self, input: &In<i64>) -> Option<Repeat<Out<i64>>> {
         let Self { period, pulse: Pulse { duty, .. }, .. } = *self;

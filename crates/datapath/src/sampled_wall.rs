@@ -3,21 +3,21 @@
 //! - **Equation**: `torque = spring + drag - relief`; `spring = min(floor(penetration * stiffness), top)` and
 //!   `drag = floor(damping * v)` in contact only, `relief = floor(RELIEF * v)` always, drag and relief clamped to
 //!   `-2^TORQUE_WIDTH .. 2^TORQUE_WIDTH - 1`, the sum fits. `top = 2^TORQUE_WIDTH - 1`.
-//! - **Ports**: those of every law, of which `delta` and `scale` are ignored, in; `torque` (1,TORQUE_WIDTH+1,0) and `memory`,
-//!   the velocity `v` (1,WIDTH-1,VELOCITY_FRAC), out.
+//! - **Ports**: those of every law, of which `delta` and `scale` are ignored, in; `torque` (1,TORQUE_WIDTH+1,0) and
+//!   `memory`, the velocity `v` (1,WIDTH-1,VELOCITY_FRAC), out.
 //! - **Latency**: 1 edge after a sample edge to `v`, with `EDGE_TIMER` that of the division; `torque` is combinational.
-//! - **Edge**: with `SPRING_HELD`, contact and penetration go through a `zero_order_hold`, sampled with `period`; otherwise they
-//!   act at once. The estimator samples with `period * RATIO`, modulo `2^PERIOD_WIDTH`. `ESTIMATOR`:
-//!   - 0 `velocity_register` [count/sample], 1 `filtered_difference` [count/sample], 2 `window_difference` [count/window],
-//!     3 `foaw` [count/sample];
-//!   - 4 an `edge_timer` whose interval a `sequential_divider` divides the velocity's period by [count/sample]: a sample edge
-//!     captures both, the next edge starts the division, and the edge that sees its quotient ready loads `v`, positive if the
-//!     captured motion was forward, 0 if it had stopped. Sample edges until then are passed over.
+//! - **Edge**: with `SPRING_HELD`, contact and penetration go through a `zero_order_hold`, sampled with `period`;
+//!   otherwise they act at once. The estimator samples with `period * RATIO`, modulo `2^PERIOD_WIDTH`. `ESTIMATOR`:
+//!   - 0 `velocity_register` [count/sample], 1 `filtered_difference` [count/sample], 2 `window_difference`
+//!     [count/window], 3 `foaw` [count/sample];
+//!   - 4 an `edge_timer` whose interval a `sequential_divider` divides the velocity's period by [count/sample]: a
+//!     sample edge captures both, the next edge starts the division, and the edge that sees its quotient ready loads
+//!     `v`, positive if the captured motion was forward, 0 if it had stopped. Sample edges until then are passed over.
 //! - **Reset**: every register 0.
 //! - **Overflow**: saturates.
 //! - **VHDL twin**: `hdl/sampled_wall.vhd`.
-//! - **Source**: Colgate and Schenkel 1997 (spring and damper); two rates and negative damping as in Colgate and Brown 1994;
-//!   the estimators as in their blocks.
+//! - **Source**: Colgate and Schenkel 1997 (spring and damper); two rates and negative damping as in Colgate and Brown
+//!   1994; the estimators as in their blocks.
 //! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length.
 //!   With ESTIMATOR 4 the emulator models the ports of the divider, not the registers within.
 
@@ -98,8 +98,9 @@ impl SampledWall {
     ///
     /// # Errors
     ///
-    /// When no law can have these widths or the estimator's block refuses its words; unless the velocity has 2 to 62 bits, 0 to
-    /// 30 of them fraction bits (16 from an edge timer), `ratio` is a VHDL `positive`, and the other numbers are `natural`.
+    /// When no law can have these widths or the estimator's block refuses its words; unless the velocity has 2 to 62
+    /// bits, 0 to 30 of them fraction bits (16 from an edge timer), `ratio` is a VHDL `positive`, and the other numbers
+    /// are `natural`.
     pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
         let SampledWallConfig { widths, ratio, shift, window, noise, velocity_frac: frac, relief, .. } = config;
         widths.check(Self::NAME)?;

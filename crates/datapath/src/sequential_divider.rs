@@ -1,11 +1,12 @@
 //! Unsigned restoring division, one bit an edge.
 //!
 //! - **Equation**: `quotient = min(floor(num * 2^FRAC / den), 2^OUT_WIDTH - 1)`; all ones for `den = 0`.
-//! - **Ports**: `start` (0,1,0), `num` (0,NUM_WIDTH,0), `den` (0,DEN_WIDTH,0) in; `quotient` (0,OUT_WIDTH-FRAC,FRAC), `busy`,
-//!   `ready` (0,1,0) out.
+//! - **Ports**: `start` (0,1,0), `num` (0,NUM_WIDTH,0), `den` (0,DEN_WIDTH,0) in; `quotient` (0,OUT_WIDTH-FRAC,FRAC),
+//!   `busy`, `ready` (0,1,0) out.
 //! - **Latency**: `STEPS = NUM_WIDTH + FRAC` edges from the edge with `start` to the one that loads the quotient.
-//! - **Edge**: with `start`, `num` and `den` are captured, the division begins and `busy` rises; one under way is given up,
-//!   even on its last edge. `STEPS` edges later the quotient is loaded, `busy` falls and `ready` is high for one edge.
+//! - **Edge**: with `start`, `num` and `den` are captured, the division begins and `busy` rises; one under way is given
+//!   up, even on its last edge. `STEPS` edges later the quotient is loaded, `busy` falls and `ready` is high for one
+//!   edge.
 //! - **Reset**: idle, all outputs 0.
 //! - **Overflow**: saturates when `OUT_WIDTH` is too narrow.
 //! - **VHDL twin**: `hdl/sequential_divider.vhd`.

@@ -3,8 +3,8 @@
 //! - **Equation**: `root = floor(sqrt(x))`.
 //! - **Ports**: `start` (0,1,0), `x` (0,WIDTH,0) in; `root` (0,WIDTH/2,0), `busy`, `ready` (0,1,0) out.
 //! - **Latency**: `WIDTH/2` edges from the edge with `start` to the one that loads the root.
-//! - **Edge**: with `start`, `x` is captured, the extraction begins and `busy` rises; one under way is given up, even on
-//!   its last edge. `WIDTH/2` edges later the root is loaded, `busy` falls and `ready` is high for one edge.
+//! - **Edge**: with `start`, `x` is captured, the extraction begins and `busy` rises; one under way is given up, even
+//!   on its last edge. `WIDTH/2` edges later the root is loaded, `busy` falls and `ready` is high for one edge.
 //! - **Reset**: idle, all outputs 0. **Overflow**: none.
 //! - **VHDL twin**: `hdl/square_root.vhd`.
 //! - **Source**: the digit-by-digit root of the textbooks.

@@ -7,9 +7,9 @@ use crate::{Block, ConfigError, DividerConfig, EdgeTimer, SequentialDivider, edg
 
 /// An `edge_timer` whose interval a `sequential_divider` divides the period by, once a period: counts per period.
 ///
-/// A sample edge captures period and interval; the edge after it starts the division, and the edge that sees its quotient
-/// ready loads it with its sign. Until then, sample edges are passed over. The division is made at the capture and held back;
-/// nobody can tell.
+/// A sample edge captures period and interval; the edge after it starts the division, and the edge that sees its
+/// quotient ready loads it with its sign. Until then, sample edges are passed over. The division is made at the capture
+/// and held back; nobody can tell.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TimedVelocity {
     timer: EdgeTimer,

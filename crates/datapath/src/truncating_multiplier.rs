@@ -2,8 +2,8 @@
 //!
 //! - **Equation**: `product = narrow(floor(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits; `SATURATE` clamps to what the
 //!   word holds, otherwise the upper bits are dropped.
-//! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and `b`
-//!   less those of `product`.
+//! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and
+//!   `b` less those of `product`.
 //! - **Latency**: none, combinational. **Reset**: none.
 //! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) tells what was lost.
 //! - **VHDL twin**: `hdl/truncating_multiplier.vhd`.

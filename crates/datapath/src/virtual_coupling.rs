@@ -1,14 +1,14 @@
 //! Virtual coupling: a massless tool between the device and the virtual wall, held to the device by spring and damper.
 //!
-//! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside the
-//!   wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
+//! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside
+//!   the wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
 //!   `free = floor(FREE * e / 2^GAIN_FRAC)`, the extension of a tool that nothing holds; if `delta > free`,
 //!   `e' = sat(floor((SHARE * delta + HELD * e) / 2^GAIN_FRAC))` and `torque' = clamp(floor(stiffness * e') +
-//!   floor(damping * (e' - e)), 0, 2^TORQUE_WIDTH - 1)`; else `e' = free` and `torque' = 0`. The gains, times
-//!   `2^GAIN_FRAC`: `SHARE = K_e / (K_e + K_c + B_c/T)`, `HELD = (B_c/T) / (K_e + K_c + B_c/T)`,
-//!   `FREE = (B_c/T) / (K_c + B_c/T)`; a rigid wall has `SHARE = 1`, `HELD = 0`.
-//! - **Ports**: those of every law; `stiffness` and `damping` are the coupling's `K_c` and `B_c/T`; `position`, `contact`,
-//!   `penetration` and `scale` are ignored. `memory` (1,WIDTH-1,EXTENSION_FRAC): the extension `e`.
+//!   floor(damping * (e' - e)), 0, 2^TORQUE_WIDTH - 1)`; else `e' = free` and `torque' =
+//!   0`. The gains, times `2^GAIN_FRAC`: `SHARE = K_e / (K_e + K_c + B_c/T)`, `HELD = (B_c/T) / (K_e + K_c +
+//!   B_c/T)`, `FREE = (B_c/T) / (K_c + B_c/T)`; a rigid wall has `SHARE = 1`, `HELD = 0`.
+//! - **Ports**: those of every law; `stiffness` and `damping` are the coupling's `K_c` and `B_c/T`; `position`,
+//!   `contact`, `penetration` and `scale` are ignored. `memory` (1,WIDTH-1,EXTENSION_FRAC): the extension `e`.
 //! - **Latency**: 1 edge: the sample edge loads torque and memory.
 //! - **Edge**: with the countdown at 0, torque and memory are loaded and the countdown restarts at `max(period,1) - 1`;
 //!   else it counts down. A new period takes effect at the next sample edge.
@@ -17,8 +17,8 @@
 //! - **VHDL twin**: `hdl/virtual_coupling.vhd`.
 //! - **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
 //! - **Known failures**: shows no more than `K_e K_c / (K_e + K_c)`. The gains hold for one period and one coupling, so
-//!   that `stiffness`, `damping` and `period` are to change together with them. A negative extension comes to rest 1 LSB
-//!   below 0.
+//!   that `stiffness`, `damping` and `period` are to change together with them. A negative extension comes to rest 1
+//!   LSB below 0.
 //! - **Differs from the hardware**: all products take one edge, so no limit on the clock.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
@@ -67,8 +67,8 @@ impl VirtualCoupling {
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains 0 to 30 fraction bits, and no
-    /// gain is above 1.
+    /// Unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains 0 to 30 fraction bits,
+    /// and no gain is above 1.
     pub fn new(config: CouplingConfig) -> Result<Self, ConfigError> {
         let CouplingConfig { widths, extension_frac, gain_frac, share, free, held } = config;
         widths.check(Self::NAME)?;

@@ -1,9 +1,9 @@
 //! Difference of the position over a window of samples.
 //!
-//! - **Equation**: `velocity(k) = position(k) - position(k-WINDOW)`, modulo `2^WIDTH` as two's complement; positions before
-//!   the first sample count as 0.
-//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity` (1,WIDTH-1,0)
-//!   out, in counts per window.
+//! - **Equation**: `velocity(k) = position(k) - position(k-WINDOW)`, modulo `2^WIDTH` as two's complement; positions
+//!   before the first sample count as 0.
+//! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
+//!   (1,WIDTH-1,0) out, in counts per window.
 //! - **Latency**: 1 edge after a sample edge, up to `period`; the velocity is that of half a window ago.
 //! - **Edge**: with the countdown at 0, `velocity` is loaded, the positions move on, and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.

@@ -36,7 +36,8 @@ pub struct Instance {
 
 /// Outputs that repeat while all else stands still: a modulator's.
 ///
-/// Those of the edge just ticked, which begin a period, stay for `first` edges; then come `others` to the end of it; and so on.
+/// Those of the edge just ticked, which begin a period, stay for `first` edges; then come `others` to the end of it;
+/// and so on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Repeat<O> {
     /// Edges of a period.
@@ -45,8 +46,8 @@ pub struct Repeat<O> {
     pub first: u64,
     /// Its other outputs.
     pub others: O,
-    /// For how many further edges all other nets certainly stay as they are. The outputs repeat for one more: what they make
-    /// of another net comes an edge later.
+    /// For how many further edges all other nets certainly stay as they are. The outputs repeat for one more: what they
+    /// make of another net comes an edge later.
     pub edges: u64,
 }
 
@@ -58,9 +59,9 @@ pub trait Loaded: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
 
 /// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
 ///
-/// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs, its
-/// outputs and the architecture signals of its VHDL twin, in that order; they are what waveforms, traces and the closed-loop
-/// check are made of.
+/// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs,
+/// its outputs and the architecture signals of its VHDL twin, in that order; they are what waveforms, traces and the
+/// closed-loop check are made of.
 pub trait Wiring: Block {
     /// All nets: inputs, outputs, then architecture signals.
     fn nets(&self) -> Vec<Signal>;
@@ -78,15 +79,15 @@ pub trait Wiring: Block {
     fn settle(&mut self, input: &Self::In<i64>);
     /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
     fn words(&self) -> &[i64];
-    /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. For a world that
-    /// the gates do not drive (an averaged bridge, an amplifier).
+    /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. For a world
+    /// that the gates do not drive (an averaged bridge, an amplifier).
     fn rest_modulator(&mut self) {}
     /// How the outputs repeat from the edge just ticked on, while this input stays, if they do.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None
     }
-    /// That many ticks at once, in constant time, from where [`repeats`](Wiring::repeats) has told of as many: from the other
-    /// outputs' first edge on.
+    /// That many ticks at once, in constant time, from where [`repeats`](Wiring::repeats) has told of as many: from the
+    /// other outputs' first edge on.
     fn skip_repeats(&mut self, _edges: u64, _input: &Self::In<i64>) {
         unreachable!("nothing repeats")
     }

@@ -3,8 +3,8 @@
 //! - **Equation**: `q(t) = d(kT)` for `kT <= t < (k+1)T`.
 //! - **Ports**: `d` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q` (0,WIDTH,0) out.
 //! - **Latency**: 1 edge after a sample edge, up to `period`.
-//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts down.
-//!   Samples on the same edges as a `velocity_register` with the same period.
+//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts
+//!   down. Samples on the same edges as a `velocity_register` with the same period.
 //! - **Reset**: `q` 0, countdown 0, so that the first edge samples. **Overflow**: none.
 //! - **VHDL twin**: `hdl/zero_order_hold.vhd`.
 //! - **Source**: the conventional loop that Vasudevan et al. 2007 compare with.

@@ -11,8 +11,8 @@
 //! motor's shaft; a wheel's inertia arrives divided by the square of its ratio. Valid while the winding is linear (no
 //! saturation, no heating) and the shaft rigid. Equations: Vasudevan et al. 2007, with friction added.
 //!
-//! An ideal force amplifier on a rail is the same axis with metres for radians and newtons for newton metres: a current in
-//! A is a force in N ([`Motor::on_rail`], [`Axis::amplified`]).
+//! An ideal force amplifier on a rail is the same axis with metres for radians and newtons for newton metres: a current
+//! in A is a force in N ([`Motor::on_rail`], [`Axis::amplified`]).
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -55,7 +55,8 @@ impl Motor {
         }
     }
 
-    /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed, angle.
+    /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed,
+    /// angle.
     #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
         self.exact_matrix(resistance_ohm.into()).map(|row| row.map(|x| x.hi))
@@ -186,7 +187,8 @@ impl Axis {
     }
 
     /// The same without a bridge: a [`Device`](crate::Device) of it is driven by
-    /// [`drive_current`](crate::Device::drive_current) alone, and its winding may have neither resistance nor inductance.
+    /// [`drive_current`](crate::Device::drive_current) alone, and its winding may have neither resistance nor
+    /// inductance.
     ///
     /// # Errors
     ///

@@ -91,7 +91,8 @@ impl Bridge {
             Leg::Low => (0.0, 0.0),
             Leg::Off => (-self.diode_drop_v, self.supply_v + self.diode_drop_v),
         };
-        // Without current the terminals differ by the back-EMF; a node that would leave its diodes' range makes them conduct.
+        // Without current the terminals differ by the back-EMF; a node that would leave its diodes' range makes them
+        // conduct.
         let (plus_min, plus_max) = rails(plus);
         let (minus_min, minus_max) = rails(minus);
         let (emf_min_v, emf_max_v) = (plus_min - minus_max, plus_max - minus_min);
@@ -114,8 +115,8 @@ impl Bridge {
     }
 
     fn closed(&self, plus: Leg, minus: Leg, direction: i8) -> Circuit {
-        // Positive current enters the motor at plus: an open plus node draws it from ground, an open minus node sends it to
-        // the supply.
+        // Positive current enters the motor at plus: an open plus node draws it from ground, an open minus node sends
+        // it to the supply.
         let share = |leg, gives: bool| match leg {
             Leg::High => 1.0,
             Leg::Low => 0.0,

@@ -6,8 +6,8 @@ use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
 use crate::matrix::{State, dot};
 
-/// Over this share of an edge a short course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of what an edge
-/// changes, and rounding its slope moves it by some 1e-30, as much as the terms in `f64` do.
+/// Over this share of an edge a short course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of
+/// what an edge changes, and rounding its slope moves it by some 1e-30, as much as the terms in `f64` do.
 const STRAIGHT: f64 = 1e-14;
 
 /// A motion's Taylor polynomial: `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …, the first ones in double-double.
@@ -79,7 +79,8 @@ enum Terms {
     None,
 }
 
-/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the system.
+/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the
+/// system.
 pub(crate) struct Course<'a> {
     motion: Trajectory<'a>,
     terms: Terms,
@@ -132,8 +133,8 @@ impl<'a> Course<'a> {
         t
     }
 
-    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it, and the state
-    /// there: Newton's steps within a shrinking bracket, then on the double-double course.
+    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it, and the
+    /// state there: Newton's steps within a shrinking bracket, then on the double-double course.
     #[inline(always)]
     pub(crate) fn crossing<P: Product>(
         &self,
@@ -200,8 +201,8 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Integrals over a time by Gauss's five points, of a motion from `x` that changes so: with (rate τ) at most a quarter they are
-/// the exact leap's to 2e-13.
+/// Integrals over a time by Gauss's five points, of a motion from `x` that changes so: with (rate τ) at most a quarter
+/// they are the exact leap's to 2e-13.
 fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
     // Nodes and weights on [-1, 1], Abramowitz and Stegun, table 25.4.
     const POINTS: [(f64, f64); 5] = [

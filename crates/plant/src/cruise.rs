@@ -1,21 +1,21 @@
 //! Whole periods of a modulator, leapt.
 //!
-//! While gates repeat one pulse of `d` edges every `T`, through circuits of the same matrix, the motion is `x' = A x + f(t)` with
-//! a periodic `f`: `f_on` first, then `f_on - Δ e`, where `e` is the current's unit. Over a period it comes to
-//! `x(T) = e^{AT} x₀ + P(T) f_on - Δ P(T - d) e`. The *smooth* motion `y' = A y + f_on - Δ c` with `c = P(T)⁻¹ P(T - d) e`, begun
-//! in the same state, does the same: `y(kT) = x(kT)` for every whole `k`. What the two differ by in between, the *ripple*
-//! `δ = x - y`, is the same in every period and does not depend on the state: its slope begins with `Δ c`, and falls by `Δ e`
-//! when the pulse ends.
+//! While gates repeat one pulse of `d` edges every `T`, through circuits of the same matrix, the motion is
+//! `x' = A x + f(t)` with a periodic `f`: `f_on` first, then `f_on - Δ e`, where `e` is the current's unit. Over a
+//! period it comes to `x(T) = e^{AT} x₀ + P(T) f_on - Δ P(T - d) e`. The *smooth* motion `y' = A y + f_on - Δ c` with
+//! `c = P(T)⁻¹ P(T - d) e`, begun in the same state, does the same: `y(kT) = x(kT)` for every whole `k`. What the two
+//! differ by in between, the *ripple* `δ = x - y`, is the same in every period and does not depend on the state: its
+//! slope begins with `Δ c`, and falls by `Δ e` when the pulse ends.
 //!
-//! So any number of periods is one leap of `y`. No count of the encoder and no end of a mode lies in them while `y` keeps to
-//! limits that are narrower by a bound of the ripple; the search is the one that finds events.
+//! So any number of periods is one leap of `y`. No count of the encoder and no end of a mode lies in them while `y`
+//! keeps to limits that are narrower by a bound of the ripple; the search is the one that finds events.
 //!
 //! # Energy
 //!
 //! Let `x̄` and `w̄` be the means of `y` and of its slope where periods begin. `w̄ = P(T)⁻¹ (y(nT) - y(0)) / n`, as
-//! `y((k+1)T) - y(kT) = P(T) w(kT)`, and `x̄` follows from `∫ y`. Integrals of states are linear: over `n` periods they are `n`
-//! times those of one period from `x̄` and `w̄`, phase by phase. Those of squares are `n` times those of that period, and what
-//! `∫ y²` has over `n` such smooth periods: `y` and ripple meet in terms that are linear in either.
+//! `y((k+1)T) - y(kT) = P(T) w(kT)`, and `x̄` follows from `∫ y`. Integrals of states are linear: over `n` periods they
+//! are `n` times those of one period from `x̄` and `w̄`, phase by phase. Those of squares are `n` times those of that
+//! period, and what `∫ y²` has over `n` such smooth periods: `y` and ripple meet in terms that are linear in either.
 
 use std::array::from_fn;
 
@@ -44,7 +44,8 @@ pub struct Pulses {
 /// Fewer periods than this are not worth a leap: it costs as much as setting gates some four times.
 const LEAST: u64 = 2;
 
-/// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth one.
+/// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth
+/// one.
 #[derive(Clone)]
 pub(crate) struct Cruise<'a> {
     period: &'a Period,
@@ -68,7 +69,8 @@ impl<'a> Cruise<'a> {
         Trajectory { system, x: (*x).into(), f: Doubles::ZERO, w: (*w).into() }
     }
 
-    /// The phase that so many edges after the anchor lie in: its first edge, that of the next one, state and slope there.
+    /// The phase that so many edges after the anchor lie in: its first edge, that of the next one, state and slope
+    /// there.
     #[inline(always)]
     fn phase(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, State, State) {
         let begun = edges - edges % self.period.edges;
@@ -114,8 +116,8 @@ impl<'a> Cruise<'a> {
         self.phase.2.at_next(edges - self.phase.0, cache)
     }
 
-    /// Bounds of what functions of the ripple come to: where they are in the middle and at the end of either phase, and how far
-    /// they can bulge in between.
+    /// Bounds of what functions of the ripple come to: where they are in the middle and at the end of either phase, and
+    /// how far they can bulge in between.
     fn ripple(&self, system: &'a Linear, guards: [&Guard; 3]) -> [f64; 3] {
         let mut most = [0.0; 3];
         let mut bulge = [0.0; 3];
@@ -223,9 +225,9 @@ impl<'a> Cruise<'a> {
 
 impl<'a> Device<'a> {
     versions! {
-        /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge `last`, it goes on
-        /// so for two periods or more, up to an edge before which no mode ends and the angle stays in `[low_rad, high_rad)`; to
-        /// which, if it can. Before that edge it heeds no gates but others than foreseen.
+        /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge
+        /// `last`, it goes on so for two periods or more, up to an edge before which no mode ends and the angle stays
+        /// in `[low_rad, high_rad)`; to which, if it can. Before that edge it heeds no gates but others than foreseen.
         pub fn cruise[cruise_fused, cruise_native, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
 
@@ -292,7 +294,8 @@ impl<'a> Device<'a> {
         end
     }
 
-    /// Narrows the limits of the checks, and a band of the angle, by what the ripple may come to; if the state is within.
+    /// Narrows the limits of the checks, and a band of the angle, by what the ripple may come to; if the state is
+    /// within.
     fn narrowed(&mut self, cruise: &Cruise<'a>, (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
         let x = self.motion.x.hi;
         let angle = &self.mode.angle;
@@ -333,7 +336,8 @@ impl<'a> Device<'a> {
         self.redrive::<P>(edge, x);
     }
 
-    /// Ends a cruise at an edge, before the gates are set there: the state, all else but the motion as if there had been none.
+    /// Ends a cruise at an edge, before the gates are set there: the state, all else but the motion as if there had
+    /// been none.
     #[inline(always)]
     pub(crate) fn leave<P: Product>(&mut self, cruise: &Cruise<'a>, edge: u64) -> Doubles {
         let edges = edge - self.anchor;

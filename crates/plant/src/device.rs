@@ -1,8 +1,8 @@
 //! An axis in motion: its state, its modes, and the energy it has exchanged.
 //!
-//! The state is kept at an *anchor* edge, in double-double, and flowed from there, never stepped. The anchor moves only when what drives the
-//! motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and stuck, diode and open
-//! circuit).
+//! The state is kept at an *anchor* edge, in double-double, and flowed from there, never stepped. The anchor moves only
+//! when what drives the motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and
+//! stuck, diode and open circuit).
 
 use hpu_signal::Real;
 
@@ -204,8 +204,8 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Takes note of the motion from the anchor to an edge, for rows: before [`account`](Self::account), and not in it, for whom
-    /// it would cost a good part of its registers.
+    /// Takes note of the motion from the anchor to an edge, for rows: before [`account`](Self::account), and not in it,
+    /// for whom it would cost a good part of its registers.
     #[inline(always)]
     pub(crate) fn pass(&mut self, edge: u64) {
         if self.gauge.is_some() && edge != self.anchor {
@@ -240,8 +240,8 @@ impl<'a> Device<'a> {
         self.mode_changes
     }
 
-    /// How many decisions (is the angle past a count, has a mode ended) `f64` could not vouch for, so that they were made again
-    /// in double-double.
+    /// How many decisions (is the angle past a count, has a mode ended) `f64` could not vouch for, so that they were
+    /// made again in double-double.
     #[must_use]
     pub fn redecided(&self) -> u64 {
         self.redecided
@@ -416,8 +416,8 @@ impl<'a> Device<'a> {
         angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]
     }
 
-    /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its `f64` value
-    /// is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
+    /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its
+    /// `f64` value is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
     pub fn side_of_band(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
         if self.cruise.is_some() {
             return i8::from(angle_rad >= high_rad) - i8::from(angle_rad < low_rad);
@@ -434,8 +434,8 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where neither has
-        /// happened at `from`; or the end of a [`cruise`](Self::cruise).
+        /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where
+        /// neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
         #[must_use]
         pub fn next_event[next_event_fused, next_event_native, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
@@ -452,7 +452,8 @@ impl<'a> Device<'a> {
         if to == from {
             return None;
         }
-        // A short look costs as much as a longer one, and others like it follow: edges come through the datapath one by one.
+        // A short look costs as much as a longer one, and others like it follow: edges come through the datapath one by
+        // one.
         let (first, mut last) = (from - self.anchor, to - self.anchor);
         let further = first + NEAR;
         if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
@@ -466,7 +467,8 @@ impl<'a> Device<'a> {
         event.filter(|event| event.0 <= to)
     }
 
-    /// Whether the angle stays in a band, and the mode, for so many edges after a point, as far as a quick look can tell.
+    /// Whether the angle stays in a band, and the mode, for so many edges after a point, as far as a quick look can
+    /// tell.
     #[inline(always)]
     fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
         let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);

@@ -1,12 +1,12 @@
 //! Double-double arithmetic: a number as the unevaluated sum of two `f64`, good for 106 bits.
 //!
-//! Sums and products of two `f64` are split into result and rounding error without loss (two-sum of Knuth; two-product by
-//! fused multiply-add, or by the splitting of Dekker and Veltkamp where there is none). Both two-products are exact for factors
-//! whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on what the processor offers. Everything else is
-//! plain `f64`, never contracted.
+//! Sums and products of two `f64` are split into result and rounding error without loss (two-sum of Knuth; two-product
+//! by fused multiply-add, or by the splitting of Dekker and Veltkamp where there is none). Both two-products are exact
+//! for factors whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on what the processor offers.
+//! Everything else is plain `f64`, never contracted.
 //!
-//! [`Doubles`] are four of them, highs and lows apart, so that they run along registers. Lanes below [`LEAST`] count as zero:
-//! products never leave the range above at the lower end.
+//! [`Doubles`] are four of them, highs and lows apart, so that they run along registers. Lanes below [`LEAST`] count as
+//! zero: products never leave the range above at the lower end.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -64,8 +64,8 @@ pub(crate) fn has_fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
-/// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at hand.
-/// Each is a call of its own: where results go to memory four in a row, the compiler computes them so.
+/// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at
+/// hand. Each is a call of its own: where results go to memory four in a row, the compiler computes them so.
 macro_rules! versions {
     ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $native:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
         $(#[$meta])*
@@ -314,8 +314,8 @@ impl Wide {
         crate::matrix::transposed(&self.hi.0)
     }
 
-    /// `before + M v`: the heart of every leap. Products and sums of highs are exact; their errors and the lows are summed up
-    /// in `f64`, so that the result errs by some 2⁻¹⁰⁴ of the greatest term.
+    /// `before + M v`: the heart of every leap. Products and sums of highs are exact; their errors and the lows are
+    /// summed up in `f64`, so that the result errs by some 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
         let (m, l) = (&self.hi.0, &self.lo.0);

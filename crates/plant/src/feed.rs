@@ -86,7 +86,8 @@ impl Axis {
         }
     }
 
-    /// The state in which a drive finds the axis: an imposed current is there at once, and so is one without inductance.
+    /// The state in which a drive finds the axis: an imposed current is there at once, and so is one without
+    /// inductance.
     #[must_use]
     pub fn taken(&self, drive: Drive, x: &State) -> State {
         let mut x = *x;

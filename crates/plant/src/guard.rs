@@ -1,27 +1,29 @@
-//! The first edge at which a linear function of the state leaves a band, found without stepping and without missing one.
+//! The first edge at which a linear function of the state leaves a band, found without stepping and without missing
+//! one.
 //!
 //! For `g = c·x` every derivative is linear in the slope `w = x'` as well, and bounded over an interval through
 //! `|c Aᵏ| · max|e^{At}| · |w|`. The first of these bounds already shows most intervals to be free of exits. The second
-//! derivative is known between its values at the ends and a bound of its own curvature, and with it how far `g` can sag below
-//! or bulge above its chord: an interval whose ends lie in the band and whose chord stays clear of the limits holds no exit. A
-//! function that leaves by a limit toward which it bends, or to which it falls all the while, leaves once, and that edge is
-//! found by a few secant steps. What neither settles is halved, down to single edges.
+//! derivative is known between its values at the ends and a bound of its own curvature, and with it how far `g` can sag
+//! below or bulge above its chord: an interval whose ends lie in the band and whose chord stays clear of the limits
+//! holds no exit. A function that leaves by a limit toward which it bends, or to which it falls all the while, leaves
+//! once, and that edge is found by a few secant steps. What neither settles is halved, down to single edges.
 //!
 //! # What decides
 //!
-//! Whether `g` is outside at an edge is decided on its `f64` value where that is farther from the limits than its error can
-//! reach, and else on its double-double value ([`Guard::side`]): every decision is the exact one, whoever asks and from
-//! wherever the edge was come to. The error, with `u` = 2⁻⁵³, `M` ≥ |e^{At}| up to the time `T` of the edge, `d` digits of the
-//! edge count, and |x₀|, |w₀| of the anchor, all element by element:
+//! Whether `g` is outside at an edge is decided on its `f64` value where that is farther from the limits than its error
+//! can reach, and else on its double-double value ([`Guard::side`]): every decision is the exact one, whoever asks and
+//! from wherever the edge was come to. The error, with `u` = 2⁻⁵³, `M` ≥ |e^{At}| up to the time `T` of the edge, `d`
+//! digits of the edge count, and |x₀|, |w₀| of the anchor, all element by element:
 //!
-//! - rounding the double-double slope, and `w ← w + (A P) w` at each digit, with |A P| ≤ M + I: the slope errs by at most
-//!   `e = u M (I + 5.2 d (M + I) M) |w₀|` ([`Linear::slope_error`]);
+//! - rounding the double-double slope, and `w ← w + (A P) w` at each digit, with |A P| ≤ M + I: the slope errs by at
+//!   most `e = u M (I + 5.2 d (M + I) M) |w₀|` ([`Linear::slope_error`]);
 //! - rounding the anchor, and `x ← x + P w` at each digit, with Σ|P| ≤ T M: that of the state at most
 //!   `u (d + 1) (|x₀| + T M |w₀|) + T M (4.2 u M |w₀| + e)`;
-//! - the products and sums of `c·x`: at most `4 u |c| (|x₀| + T M |w₀|)`, and the limits' own rounding `u` of their size.
+//! - the products and sums of `c·x`: at most `4 u |c| (|x₀| + T M |w₀|)`, and the limits' own rounding `u` of their
+//!   size.
 //!
-//! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that the terms of second order are covered as well; it also
-//! covers the slope's error times `T`.
+//! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that the terms of second order are covered as well;
+//! it also covers the slope's error times `T`.
 
 use std::cmp::Ordering;
 
@@ -153,8 +155,8 @@ pub struct Guard {
     bounds: Vec<Bounds>,
 }
 
-/// Coefficients in the slope's sizes that bound the derivatives over an interval, and of anchor and slope that bound the error
-/// of the values.
+/// Coefficients in the slope's sizes that bound the derivatives over an interval, and of anchor and slope that bound
+/// the error of the values.
 struct Bounds {
     first: State,
     second: State,
@@ -303,8 +305,8 @@ impl Guard {
         dot(&self.bounds[dyadic].second, &sizes(w))
     }
 
-    /// Whether the function stays inside for so many edges after a point inside, by its slope there and the greatest second
-    /// derivative; always so if nothing moves it.
+    /// Whether the function stays inside for so many edges after a point inside, by its slope there and the greatest
+    /// second derivative; always so if nothing moves it.
     #[inline(always)]
     pub(crate) fn stays(&self, motion: &Trajectory, limits: &Limits, noise: f64, from: &Point, edges: u64) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
@@ -319,8 +321,8 @@ impl Guard {
             || dot(&bounds.first, &speeds) == 0.0
     }
 
-    /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given that it
-    /// is not at `from`.
+    /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given
+    /// that it is not at `from`.
     #[must_use]
     pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
         let limits = Limits::from(band);
@@ -416,8 +418,8 @@ impl Guard {
         let edge_s = motion.system().edge_s();
         let (mut a, mut b, mut end) = (from.edge, to.edge, *to);
         let (ga, gb) = (self.value(&from.x) - limit, self.value(&to.x) - limit);
-        // The Hermite cubic through both ends says where to look first; from the steeper end, where Newton's steps do not
-        // overshoot a function that bends one way.
+        // The Hermite cubic through both ends says where to look first; from the steeper end, where Newton's steps do
+        // not overshoot a function that bends one way.
         let span = (b - a) as f64;
         let length_s = span * edge_s;
         let (sa, sb) = (dot(&self.row, &from.w) * length_s, dot(&self.row, &to.w) * length_s);

@@ -1,8 +1,9 @@
 //! A device whose drive is held over steps of one length: what is sampled.
 //!
-//! While a mode lasts, a whole step is one affine map, `x + P(T) (A x + f)`, tabulated for its length: the same flow as the
-//! [`Device`]'s, in `f64` from step to step instead of in double-double from the start. The energies of a step are its exact
-//! integrals. A step that friction may end or begin to act in, and one of any other length, is the device's own.
+//! While a mode lasts, a whole step is one affine map, `x + P(T) (A x + f)`, tabulated for its length: the same flow as
+//! the [`Device`]'s, in `f64` from step to step instead of in double-double from the start. The energies of a step are
+//! its exact integrals. A step that friction may end or begin to act in, and one of any other length, is the device's
+//! own.
 
 use crate::axis::Shaft;
 use crate::double::{Double, Product, versions};

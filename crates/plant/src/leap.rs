@@ -39,7 +39,8 @@ impl Leap {
     /// A leap short enough for its Taylor series: `‖A‖ t` at most one half.
     fn taylor(a: &Matrix, t: f64) -> Self {
         const TERMS: usize = 18;
-        // P = Σ c_k A^k t^{k+1}, c_k = 1/(k+1)!; the rows r_k = e_iᵀ A^k give ∫ pᵀp = Σ c_j c_k r_jᵀ r_k t^{j+k+3}/(j+k+3).
+        // P = Σ c_k A^k t^{k+1}, c_k = 1/(k+1)!; the rows r_k = e_iᵀ A^k give ∫ pᵀp = Σ c_j c_k r_jᵀ r_k
+        // t^{j+k+3}/(j+k+3).
         let mut leap = Self { length_s: t, ..Self::NOTHING };
         let mut power: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
         let mut terms: Vec<Matrix> = Vec::with_capacity(TERMS);
@@ -111,8 +112,8 @@ impl Leap {
 pub(crate) struct Quadrature {
     length_s: f64,
     s: Columns,
-    /// The forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so each pair of states
-    /// is there once. Two more lanes fill a register.
+    /// The forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so each pair of
+    /// states is there once. Two more lanes fill a register.
     forms: [State; 10],
 }
 

@@ -1,9 +1,9 @@
 //! Linear time-invariant systems of four states, flowed exactly over whole clock edges.
 //!
-//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope `w + A P(t) w`,
-//! `P(t) = ∫₀ᵗ e^{As} ds`: the change is computed, never the sum of state and change, so that a short leap of a long motion
-//! loses nothing. `P` and `A P` are tabulated for the digits of the edge count in base 128; a leap of any length costs two
-//! small products a digit.
+//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope
+//! `w + A P(t) w`, `P(t) = ∫₀ᵗ e^{As} ds`: the change is computed, never the sum of state and change, so that a short
+//! leap of a long motion loses nothing. `P` and `A P` are tabulated for the digits of the edge count in base 128; a
+//! leap of any length costs two small products a digit.
 //!
 //! Anchor, constants and tables are double-double. A motion's next anchor is computed in double-double
 //! ([`Trajectory::flow`]); what lies between is looked at through the high parts ([`Trajectory::at`]), whose error
@@ -143,8 +143,8 @@ impl Linear {
         &self.bounds[dyadic]
     }
 
-    /// A bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of one, with room for
-    /// terms of second order.
+    /// A bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of one, with
+    /// room for terms of second order.
     pub(crate) fn slope_error(&self, dyadic: usize) -> &Matrix {
         &self.errors[dyadic]
     }
@@ -452,8 +452,8 @@ impl<'a> Trajectory<'a> {
     }
 
     versions! {
-        /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they agree
-        /// to the bit.
+        /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they
+        /// agree to the bit.
         #[must_use]
         pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State
     }

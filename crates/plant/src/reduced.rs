@@ -1,7 +1,7 @@
 //! Axes of which less is modelled: a winding without inductance, friction that creeps instead of sticking.
 //!
-//! Without inductance the current is `i = (V - K ω) / R`, a function of the speed. In the exact flow it stays a state: its row
-//! of `A` is `-K / R` times the speed's, and it jumps when the voltage does.
+//! Without inductance the current is `i = (V - K ω) / R`, a function of the speed. In the exact flow it stays a state:
+//! its row of `A` is `-K / R` times the speed's, and it jumps when the voltage does.
 
 use crate::double::Double;
 use crate::{Axis, AxisError};

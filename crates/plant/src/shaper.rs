@@ -5,18 +5,19 @@
 //! | `h = G u`, `G = s² / (s² + √2 ω s + ω²)` | second-order Butterworth high-pass |
 //! | `y = max(0, u - max(0, h))` | the two rectifiers: pushes out of the wall only |
 //!
-//! `u` is the force against the penetration as the controller asks for it, `y` what the amplifier is given. While `u` stands,
-//! with `z = ω t / √2`, `h = e⁻ᶻ (A cos z + B sin z)`; time turns and shrinks `(A, B)`, a step `Δu` adds `(Δu, -Δu)`.
+//! `u` is the force against the penetration as the controller asks for it, `y` what the amplifier is given. While `u`
+//! stands, with `z = ω t / √2`, `h = e⁻ᶻ (A cos z + B sin z)`; time turns and shrinks `(A, B)`, a step `Δu` adds
+//! `(Δu, -Δu)`.
 //!
-//! `y` is continuous where `u` is, and a sampled copy of it, handed on every `τ`, is late by less than `τ`: it differs from
-//! `y` by less than `τ` times the greatest slope ([`Shaper::slope_bound_per_s`]). With `|u| <= 1` that is the total variation of the
-//! impulse response of `1 - G`, `ℓ = √2 ω e⁻ᶻ cos z`: a jump of `√2 ω`, then swings that turn at `z = 3π/4 + n π`,
-//! `√2 ω (2 + √2 e^{-3π/4} / (1 - e^{-π}))` in all. A mass whose force is wrong by at most `ε` is off by at most `ε t / m` in speed
-//! and `ε t² / 2m` in position after a time `t`, and with viscous friction `b` by no more than `ε / b` and `ε t / b`; in a loop, as
-//! long as the encoder's counts make the same commands of it.
+//! `y` is continuous where `u` is, and a sampled copy of it, handed on every `τ`, is late by less than `τ`: it differs
+//! from `y` by less than `τ` times the greatest slope ([`Shaper::slope_bound_per_s`]). With `|u| <= 1` that is the
+//! total variation of the impulse response of `1 - G`, `ℓ = √2 ω e⁻ᶻ cos z`: a jump of `√2 ω`, then swings that turn at
+//! `z = 3π/4 + n π`, `√2 ω (2 + √2 e^{-3π/4} / (1 - e^{-π}))` in all. A mass whose force is wrong by at most `ε` is off
+//! by at most `ε t / m` in speed and `ε t² / 2m` in position after a time `t`, and with viscous friction `b` by no more
+//! than `ε / b` and `ε t / b`; in a loop, as long as the encoder's counts make the same commands of it.
 //!
-//! Source: "An Analog Input Shaper for Stability Enhancement of Haptic Interfaces and Its Application to Energy-Bounding
-//! Algorithm", Fig. 1 and the cutoff of 2.5 Hz; the equations and the flow are derived from them.
+//! Source: "An Analog Input Shaper for Stability Enhancement of Haptic Interfaces and Its Application to
+//! Energy-Bounding Algorithm", Fig. 1 and the cutoff of 2.5 Hz; the equations and the flow are derived from them.
 //! **Differs from the hardware**: ideal diodes and amplifiers, no noise, no limits.
 
 use std::f64::consts::{PI, SQRT_2};

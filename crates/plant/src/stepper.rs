@@ -1,16 +1,16 @@
 //! Fixed steps: how ordinary programs move the same axis on.
 //!
-//! A [`Stepper`] integrates `x' = f(x)`, [`derivative`](Stepper::derivative), over steps of one length, by a textbook method,
-//! with the drive held over the step. Nothing is located inside a step:
+//! A [`Stepper`] integrates `x' = f(x)`, [`derivative`](Stepper::derivative), over steps of one length, by a textbook
+//! method, with the drive held over the step. Nothing is located inside a step:
 //!
-//! - Coulomb friction is `τ_c sgn ω` of the step's start; a shaft that stands still there and is pulled by no more than `τ_c`
-//!   stays for the step. A step that would reverse the speed ends at 0 if friction can hold the shaft there. Smoothed friction
-//!   is the function that it is.
+//! - Coulomb friction is `τ_c sgn ω` of the step's start; a shaft that stands still there and is pulled by no more than
+//!   `τ_c` stays for the step. A step that would reverse the speed ends at 0 if friction can hold the shaft there.
+//!   Smoothed friction is the function that it is.
 //! - Diodes conduct as they would at the start of the step; a current that they would not carry ends at 0.
 //! - A winding without inductance is Ohm's law at every stage.
 //!
-//! The implicit midpoint's equations are linear but for friction, which is monotonous in the speed alone: they are solved in
-//! closed form, friction at the midpoint.
+//! The implicit midpoint's equations are linear but for friction, which is monotonous in the speed alone: they are
+//! solved in closed form, friction at the midpoint.
 //!
 //! Energies are summed by the trapezoid rule, so that what is left of the balance measures the method.
 
@@ -276,7 +276,7 @@ impl Stepper {
     }
 }
 
-/// Powers in one state: of the source, of the hand (of the motor on the hand, where the hand imposes the motion), in copper,
-/// diodes, viscous and Coulomb friction.
+/// Powers in one state: of the source, of the hand (of the motor on the hand, where the hand imposes the motion), in
+/// copper, diodes, viscous and Coulomb friction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Powers([f64; 6]);

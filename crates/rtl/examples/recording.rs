@@ -1,10 +1,10 @@
 //! What recording costs: wall times of runs without a waveform and with one, taken in turn, for `testbench/speed.sh`.
 //!
-//! A line a run, of medians: `alone` without; `events` with every edge run at which something would be written, but nothing
-//! written (alone, pulses that only repeat are leapt over); `recorded` with an FST of all signals, written on another thread as
-//! `hpu run -o` does; `one thread` with it written on the run's own. Recording `costs` what it adds to the run alone, in units of
-//! `events`: 1 where it slows a run by what the events cost that it writes. Then the time of a VCD of 10^6 edges of all signals,
-//! the clock among them.
+//! A line a run, of medians: `alone` without; `events` with every edge run at which something would be written, but
+//! nothing written (alone, pulses that only repeat are leapt over); `recorded` with an FST of all signals, written on
+//! another thread as `hpu run -o` does; `one thread` with it written on the run's own. Recording `costs` what it adds
+//! to the run alone, in units of `events`: 1 where it slows a run by what the events cost that it writes. Then the time
+//! of a VCD of 10^6 edges of all signals, the clock among them.
 
 use std::env;
 use std::fs::{self, File};

@@ -1,4 +1,5 @@
-//! The check: every block's VHDL held against the emulator, row by row, and loops closed around it, edge by edge, in GHDL.
+//! The check: every block's VHDL held against the emulator, row by row, and loops closed around it, edge by edge, in
+//! GHDL.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -65,12 +66,13 @@ impl CheckOptions {
     }
 }
 
-/// Holds the VHDL against the emulator: directed and random rows for every configuration of the blocks, then the scenes.
+/// Holds the VHDL against the emulator: directed and random rows for every configuration of the blocks, then the
+/// scenes.
 ///
 /// # Errors
 ///
-/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is a result, and so is a run
-/// that the VHDL stopped.
+/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is a result, and so
+/// is a run that the VHDL stopped.
 pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
     Check::new(options)?.run(&Control::default(), |_| Ok(()))
 }
@@ -144,7 +146,8 @@ impl<'o> Check<'o> {
         (self.rows.len() - self.scenes.len(), self.scenes.len())
     }
 
-    /// Milliseconds of all runs together, about: by their rows and edges, and what these took on the machine of the record.
+    /// Milliseconds of all runs together, about: by their rows and edges, and what these took on the machine of the
+    /// record.
     #[must_use]
     pub fn work_ms(&self) -> u64 {
         self.jobs.iter().map(|job| job.about_ms).sum()
@@ -157,8 +160,8 @@ impl<'o> Check<'o> {
         longest.max(self.work_ms() / self.at_a_time() as u64)
     }
 
-    /// Runs all, several at a time, and tells each row of the report as soon as it and all before it are done. Progress is counted in
-    /// the milliseconds of [`work_ms`](Self::work_ms).
+    /// Runs all, several at a time, and tells each row of the report as soon as it and all before it are done. Progress
+    /// is counted in the milliseconds of [`work_ms`](Self::work_ms).
     ///
     /// # Errors
     ///
@@ -216,7 +219,8 @@ impl<'o> Check<'o> {
         failed.map_or(Ok(CheckReport { rows, loops }), Err)
     }
 
-    /// In the order of the report, so that it grows; but what takes a good part of all the time comes first, the longest first.
+    /// In the order of the report, so that it grows; but what takes a good part of all the time comes first, the
+    /// longest first.
     fn order(&mut self) {
         let long = self.work_ms() / (4 * self.at_a_time() as u64);
         self.jobs.sort_by_key(|job| if job.about_ms > long { u64::MAX - job.about_ms } else { u64::MAX });

@@ -3,8 +3,8 @@
 //!
 //! GHDL 2.0 cannot read signals inside a design by external names. So the wiring is simulated from a copy in the work
 //! directory, its text as it is but for one instance added before the end of its architecture: a probe that tells every
-//! net. The library, `libhpu_rtl.so`, is what the program carries, or it is looked for beside the running executable and in
-//! `deps` there, which is where cargo leaves it.
+//! net. The library, `libhpu_rtl.so`, is what the program carries, or it is looked for beside the running executable
+//! and in `deps` there, which is where cargo leaves it.
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};

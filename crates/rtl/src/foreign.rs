@@ -1,7 +1,7 @@
 //! What GHDL calls through VHPIDIRECT; see `testbench/vhdl/loop_bridge.vhd`.
 //!
-//! The scene comes in by the environment, see [`closed_loop`](crate::closed_loop). A panic in here ends the process with
-//! its message: Rust never unwinds through an `extern "C"` function.
+//! The scene comes in by the environment, see [`closed_loop`](crate::closed_loop). A panic in here ends the process
+//! with its message: Rust never unwinds through an `extern "C"` function.
 
 use std::cell::RefCell;
 
@@ -39,8 +39,8 @@ pub extern "C" fn hpu_loop_input(net: i32, part: i32) -> i32 {
     LOOP.with_borrow(|side| side.input(natural(net), natural(part)))
 }
 
-/// Flows the plant by one clock: the one-bit inputs for the edge to come, and whether others have changed; after the last one
-/// prints the result and says -1.
+/// Flows the plant by one clock: the one-bit inputs for the edge to come, and whether others have changed; after the
+/// last one prints the result and says -1.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_loop_pins() -> i32 {
     LOOP.with_borrow_mut(|side| {

@@ -76,12 +76,13 @@ pub struct Library {
     timeout: Option<Duration>,
 }
 
-/// Arguments of every GHDL command. Wirings have a net `step` beside an instance that has a port of that name, and so on.
+/// Arguments of every GHDL command. Wirings have a net `step` beside an instance that has a port of that name, and so
+/// on.
 const COMMON: [&str; 2] = ["--std=08", "-Wno-hide"];
 
 impl Library {
-    /// Analyses, in this order, packages from text (written into the work directory), blocks by name, a folder's where they are,
-    /// and testbenches from text.
+    /// Analyses, in this order, packages from text (written into the work directory), blocks by name, a folder's where
+    /// they are, and testbenches from text.
     ///
     /// # Errors
     ///

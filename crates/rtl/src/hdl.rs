@@ -78,8 +78,8 @@ impl fmt::Display for Hdl {
     }
 }
 
-/// What the header of a block's VHDL says of where the block differs from the hardware, on one line; `None` when it says
-/// nothing.
+/// What the header of a block's VHDL says of where the block differs from the hardware, on one line; `None` when it
+/// says nothing.
 #[must_use]
 pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
     let (_, rest) = vhdl.split_once("\n-- differs from the hardware:")?;
@@ -93,7 +93,8 @@ pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
 pub struct Setup {
     /// Where the VHDL is from.
     pub hdl: Hdl,
-    /// The shared library that GHDL calls in a closed loop, where the program carries it; empty: it is beside the program.
+    /// The shared library that GHDL calls in a closed loop, where the program carries it; empty: it is beside the
+    /// program.
     pub library: &'static [u8],
     /// The longest that a tool may run; without it [`TIMEOUT`](crate::TIMEOUT), or more where there is more to do.
     pub timeout: Option<std::time::Duration>,

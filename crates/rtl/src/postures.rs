@@ -1,5 +1,5 @@
-//! Random words that mean something to a PHANToM's blocks: the sines of a posture, a tip near its walls, stiffness over all
-//! decades, periods that let a computation end.
+//! Random words that mean something to a PHANToM's blocks: the sines of a posture, a tip near its walls, stiffness over
+//! all decades, periods that let a computation end.
 
 use hpu_cosim::SplitMix64;
 use hpu_signal::Signal;

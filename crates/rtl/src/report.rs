@@ -106,8 +106,8 @@ impl CheckRow {
 pub struct CheckReport {
     /// One row a configuration, in the order of `variants()`.
     pub rows: Vec<CheckRow>,
-    /// One row a scene whose loop was closed around the VHDL, see [`closed_loop`](crate::closed_loop()): the block is the
-    /// wiring, the variant the scene.
+    /// One row a scene whose loop was closed around the VHDL, see [`closed_loop`](crate::closed_loop()): the block is
+    /// the wiring, the variant the scene.
     pub loops: Vec<CheckRow>,
 }
 

@@ -5,8 +5,8 @@ use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
 
-/// Golden vectors over a scene's first edges, after one of reset: the wiring's own first, then those of each instance in
-/// it, by label. A combinational block keeps the rows in which an input has changed.
+/// Golden vectors over a scene's first edges, after one of reset: the wiring's own first, then those of each instance
+/// in it, by label. A combinational block keeps the rows in which an input has changed.
 #[must_use]
 pub fn scene_vectors(session: &impl Rig, edges: u64) -> Vec<(&'static str, Vectors)> {
     session.visit(Recorded(edges))

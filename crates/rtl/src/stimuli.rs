@@ -87,8 +87,8 @@ const INTERRUPTIONS: [usize; 6] = [1, 3, 1, 2, 1, 5];
 /// Rows before each of these resets: enough for every law's latency and for two periods of a short PWM.
 const BEFORE_INTERRUPTION: usize = 160;
 
-/// Resets in the midst of activity, of one edge and of several, the inputs staying as they are: each after a part of another
-/// of the stretches without a reset. The rows of a short part stay until something comes of them.
+/// Resets in the midst of activity, of one edge and of several, the inputs staying as they are: each after a part of
+/// another of the stretches without a reset. The rows of a short part stay until something comes of them.
 fn interrupted(rows: &[Stimulus]) -> Vec<Stimulus> {
     let stretches: Vec<_> = rows.split(|row| row.rst).filter(|stretch| !stretch.is_empty()).collect();
     let of = INTERRUPTIONS.len();
@@ -113,7 +113,8 @@ fn lines(inputs: &[Signal]) -> usize {
     inputs.iter().take_while(|signal| signal.format == Format::BIT && signal.name.starts_with(['a', 'b'])).count() / 2
 }
 
-/// Several encoders: from reset, each joint alone there and back, then all together; with every corner of the other words.
+/// Several encoders: from reset, each joint alone there and back, then all together; with every corner of the other
+/// words.
 fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     let encoders = lines(inputs);
     let mut rows = Vec::new();
@@ -225,7 +226,8 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Computations as long as the longest period that shows none, and longer: every corner of the inputs for more than one.
+/// Computations as long as the longest period that shows none, and longer: every corner of the inputs for more than
+/// one.
 fn results(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for period in [33, 40, 32] {
@@ -359,8 +361,8 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     }
 }
 
-/// Words of two inputs of 8 bits or more, one random pair from each of `256 x 256` equal cells of the plane: 65 536 rows
-/// that leave no part of it unseen.
+/// Words of two inputs of 8 bits or more, one random pair from each of `256 x 256` equal cells of the plane: 65 536
+/// rows that leave no part of it unseen.
 #[must_use]
 pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
     let mut random = SplitMix64::new(seed);

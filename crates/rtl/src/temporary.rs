@@ -1,7 +1,7 @@
 //! Files and folders that are there only while a process works on them.
 //!
-//! Who makes one holds a lock on it, which goes with the process however it ends: what nobody holds a lock on was left by a
-//! process that was killed, and the next one [sweeps](sweep_files) it away.
+//! Who makes one holds a lock on it, which goes with the process however it ends: what nobody holds a lock on was left
+//! by a process that was killed, and the next one [sweeps](sweep_files) it away.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -56,8 +56,8 @@ impl Temporary {
         Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)
     }
 
-    /// Makes and locks what nobody else has. A name may be that of a leftover, when processes have the same number; and who
-    /// sweeps may take what is not locked yet.
+    /// Makes and locks what nobody else has. A name may be that of a leftover, when processes have the same number; and
+    /// who sweeps may take what is not locked yet.
     fn new(name: impl Fn(&str) -> PathBuf, open: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         loop {
@@ -108,8 +108,8 @@ impl Drop for Temporary {
     }
 }
 
-/// Renames files to their places, in this order; a signal waits for the last of them. What is behind one that cannot be renamed is
-/// removed.
+/// Renames files to their places, in this order; a signal waits for the last of them. What is behind one that cannot be
+/// renamed is removed.
 ///
 /// # Errors
 ///
@@ -132,7 +132,8 @@ pub fn remove_temporaries() {
     mem::forget(own);
 }
 
-/// Nobody is left to hear of what is gone already. A tool that was just killed may have been about to write into a folder.
+/// Nobody is left to hear of what is gone already. A tool that was just killed may have been about to write into a
+/// folder.
 fn remove(path: &Path) {
     if !path.is_dir() {
         let _ = fs::remove_file(path);

@@ -1,7 +1,7 @@
 //! External tools (GHDL, Yosys, nextpnr): started, watched, ended.
 //!
-//! A tool runs in a process group of its own, for a limited time, and what it writes is gathered up to a limit. A tool that
-//! runs longer, writes more, or whose run here is stopped is killed with everything that it started.
+//! A tool runs in a process group of its own, for a limited time, and what it writes is gathered up to a limit. A tool
+//! that runs longer, writes more, or whose run here is stopped is killed with everything that it started.
 
 use std::fmt;
 use std::io::{self, Read};
@@ -20,8 +20,8 @@ const VERSION_TIMEOUT: Duration = Duration::from_secs(60);
 const MOST_OUTPUT: usize = 64 << 20;
 /// How often a run looks at its time limit, and whether it was stopped.
 const TICK: Duration = Duration::from_millis(20);
-/// How long the end of what a tool wrote is waited for when the tool has ended, and with it its group: what left the group may
-/// keep the stream open for ever, but a busy machine may also be slow to hand over what was written.
+/// How long the end of what a tool wrote is waited for when the tool has ended, and with it its group: what left the
+/// group may keep the stream open for ever, but a busy machine may also be slow to hand over what was written.
 const GRACE: Duration = Duration::from_secs(10);
 /// Lines of a tool that are shown: first ones, last ones, and characters of each.
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
@@ -85,7 +85,8 @@ impl Tool {
     }
 }
 
-/// The version in the first line of what a tool says of itself; a date or a compiler, in brackets after a number, is none of it.
+/// The version in the first line of what a tool says of itself; a date or a compiler, in brackets after a number, is
+/// none of it.
 fn version(said: &str) -> &str {
     let line = said.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let mut words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
@@ -152,7 +153,8 @@ impl ToolError {
         matches!(self.fault, Fault::Stopped)
     }
 
-    /// Whether it looked at what it was given, and refused it in its own words: then the fault may be with what it was given.
+    /// Whether it looked at what it was given, and refused it in its own words: then the fault may be with what it was
+    /// given.
     pub(crate) fn refused(&self) -> bool {
         matches!(self.fault, Fault::Failed(_))
             && !self.said.trim().is_empty()
@@ -370,7 +372,8 @@ fn take(pieces: &Receiver<Piece>, written: &mut [Vec<u8>; 2]) -> bool {
     true
 }
 
-/// Reads a stream to its end, on a thread that nobody waits for: a process that left its group may keep the stream open.
+/// Reads a stream to its end, on a thread that nobody waits for: a process that left its group may keep the stream
+/// open.
 fn read(stream: usize, mut from: impl Read + Send + 'static, send: SyncSender<Piece>) {
     thread::spawn(move || {
         let mut buffer = vec![0; 1 << 16];

@@ -1,9 +1,10 @@
-//! Answers for other tools how operations on words are narrowed: `testbench/oracle/narrowing.py` holds APyTypes against it.
+//! Answers for other tools how operations on words are narrowed: `testbench/oracle/narrowing.py` holds APyTypes against
+//! it.
 //!
 //! Standard input is a list of groups: a line `OPERATION A B TO ROUNDING OVERFLOW`, as in
 //! `multiply (1,3,4) (0,8,0) (1,6,2) NearestEven Saturate`, then a line `a b` an operation, as integers in units of the
-//! formats' least significant bits, then an empty line. Each operation is answered by the narrowed value in such units and
-//! by 1 or 0 for whether bits were lost below and above: `-17 1 0`.
+//! formats' least significant bits, then an empty line. Each operation is answered by the narrowed value in such units
+//! and by 1 or 0 for whether bits were lost below and above: `-17 1 0`.
 
 use std::fmt::Debug;
 use std::io;

@@ -7,11 +7,12 @@ use crate::format_text::read;
 
 /// A fixed-point word format `(S,I,F)`: `S` sign bit, `I` integer bits, `F` fraction bits; width `S+I+F`, 1 to 64 bits.
 ///
-/// `I` or `F` may be negative (a word whose least significant bit is worth more than 1, or whose most significant one is
-/// worth less than ½), as long as the width is at least one bit.
+/// `I` or `F` may be negative (a word whose least significant bit is worth more than 1, or whose most significant one
+/// is worth less than ½), as long as the width is at least one bit.
 ///
-/// A word is carried in an `i64`: sign-extended when signed, zero-extended when unsigned. The one format whose value does
-/// not fit, unsigned with 64 bits, is carried as its bit pattern; [`Format::value`] gives the integer it stands for.
+/// A word is carried in an `i64`: sign-extended when signed, zero-extended when unsigned. The one format whose value
+/// does not fit, unsigned with 64 bits, is carried as its bit pattern; [`Format::value`] gives the integer it stands
+/// for.
 ///
 /// # Example
 ///

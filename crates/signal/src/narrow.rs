@@ -90,7 +90,8 @@ pub struct Narrowed {
 impl Narrowing {
     /// Narrows an exact value: round first, then overflow.
     ///
-    /// A value to be widened (more fraction bits than it has) must leave room for the shift: `|value| < 2^(127 - added)`.
+    /// A value to be widened (more fraction bits than it has) must leave room for the shift:
+    /// `|value| < 2^(127 - added)`.
     ///
     /// # Example
     ///

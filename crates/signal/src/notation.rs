@@ -7,14 +7,14 @@ use crate::Format;
 pub enum Notation {
     /// `(S,I,F)`: sign bit, integer bits, fraction bits.
     Triple,
-    /// The types of VHDL-2008's `fixed_pkg`: `sfixed(I downto -F)` or `ufixed(I-1 downto -F)`, so that the index of a bit is
-    /// the power of two it is worth; the sign bit of `sfixed` is the leftmost.
+    /// The types of VHDL-2008's `fixed_pkg`: `sfixed(I downto -F)` or `ufixed(I-1 downto -F)`, so that the index of a
+    /// bit is the power of two it is worth; the sign bit of `sfixed` is the leftmost.
     Vhdl,
-    /// The types of C++ high-level synthesis: `ap_fixed<W,I>` or `ap_ufixed<W,I>`, the whole width first; the `I` of a signed
-    /// one counts the sign bit.
+    /// The types of C++ high-level synthesis: `ap_fixed<W,I>` or `ap_ufixed<W,I>`, the whole width first; the `I` of a
+    /// signed one counts the sign bit.
     Cpp,
-    /// Q notation, with the whole width and who writes it so: TI leaves the sign bit out of the integer bits, ARM counts it.
-    /// An unsigned word has none, and there they agree.
+    /// Q notation, with the whole width and who writes it so: TI leaves the sign bit out of the integer bits, ARM
+    /// counts it. An unsigned word has none, and there they agree.
     Q,
 }
 

@@ -100,8 +100,8 @@ pub struct Real {
 
 /// Somebody who watches a run. Watching never changes what is watched.
 pub trait Observe {
-    /// The words of all nets after `cycle`; called at the start and at every edge that was ticked, whether or not one of
-    /// them changed, and so at every edge at which one did.
+    /// The words of all nets after `cycle`; called at the start and at every edge that was ticked, whether or not one
+    /// of them changed, and so at every edge at which one did.
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
     /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);

@@ -71,7 +71,8 @@ pub struct SampledLoop {
 impl SampledLoop {
     /// The loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
     ///
-    /// A hand that is a spring and damper pulls back with them. States: those of the plant, the position of the sample before, and the efforts on their way.
+    /// A hand that is a spring and damper pulls back with them. States: those of the plant, the position of the sample
+    /// before, and the efforts on their way.
     #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
         let mut plant = plant(scene);
@@ -122,8 +123,8 @@ impl SampledLoop {
         Self { map }
     }
 
-    /// The loop of a scene with a sampled spring whose damping is refreshed every `every` samples only, from one refresh to the
-    /// next; without delay.
+    /// The loop of a scene with a sampled spring whose damping is refreshed every `every` samples only, from one
+    /// refresh to the next; without delay.
     #[must_use]
     pub fn dual_rate(scene: &Scene, stiffness: f64, damping: f64, every: u32) -> Self {
         let plant = plant(scene);

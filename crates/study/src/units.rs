@@ -1,8 +1,8 @@
 //! Many independent runs: units of work, spread over threads, in the order of the units whatever the threads.
 //!
-//! A unit is a pure function of its number (and of what the study's header names). What it made is a row of text, or the
-//! reason why there is none; a panic is such a reason too. Rows are handed over as they are finished, to be kept; a set that
-//! was interrupted is given the rows it has and does the rest.
+//! A unit is a pure function of its number (and of what the study's header names). What it made is a row of text, or
+//! the reason why there is none; a panic is such a reason too. Rows are handed over as they are finished, to be kept; a
+//! set that was interrupted is given the rows it has and does the rest.
 
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
@@ -43,11 +43,11 @@ pub fn run<E>(
     Ok((0..count).map(|index| done.remove(&index)).collect())
 }
 
-/// Does these units, and hands their rows to `take` in the order in which they come; when stopped, some do not come. No row
-/// is kept here.
+/// Does these units, and hands their rows to `take` in the order in which they come; when stopped, some do not come. No
+/// row is kept here.
 ///
-/// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit that
-/// was stopped, or that is to be done another time, returns `None`.
+/// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit
+/// that was stopped, or that is to be done another time, returns `None`.
 ///
 /// # Errors
 ///
@@ -111,8 +111,9 @@ fn one_line(text: String) -> String {
 /// How the first line of a journal begins; the number is that of its format.
 const FORMAT: &str = "journal 2: ";
 
-/// The journal of a set. Line 1 names the set. Each other line is a row: a checksum over the set's name and the rest of the line,
-/// the unit's number, and what it made. A row whose checksum does not hold is not believed: its unit is to be run again.
+/// The journal of a set. Line 1 names the set. Each other line is a row: a checksum over the set's name and the rest of
+/// the line, the unit's number, and what it made. A row whose checksum does not hold is not believed: its unit is to be
+/// run again.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Journal {
     /// The rows that are whole.
@@ -142,7 +143,8 @@ impl fmt::Display for JournalError {
 impl std::error::Error for JournalError {}
 
 impl Journal {
-    /// Reads a journal of the set with this header. An empty journal, or one with only the beginning of line 1, has no rows.
+    /// Reads a journal of the set with this header. An empty journal, or one with only the beginning of line 1, has no
+    /// rows.
     ///
     /// # Errors
     ///

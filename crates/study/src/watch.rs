@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
 
-/// Does some work under a control of its own, which stops it when `control` does or after `timeout`; says whether it was the
-/// timeout.
+/// Does some work under a control of its own, which stops it when `control` does or after `timeout`; says whether it
+/// was the timeout.
 pub(crate) fn watched<T>(timeout: Duration, control: &Control, work: impl FnOnce(&Control) -> T) -> (T, bool) {
     limited(None, timeout, control, work)
 }

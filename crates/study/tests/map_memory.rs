@@ -1,5 +1,5 @@
-//! The memory of maps and runs, counted by an allocator of our own: a cell leaves behind what was found of it, and nothing else; a
-//! run takes what it may, however long it is.
+//! The memory of maps and runs, counted by an allocator of our own: a cell leaves behind what was found of it, and
+//! nothing else; a run takes what it may, however long it is.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;

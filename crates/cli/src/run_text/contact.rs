@@ -1,4 +1,4 @@
-//! What a verdict has to do with the wall.
+//! Contact with the wall, as the summary tells it beside the verdict.
 
 use hpu_cosim::scene::{Loop, Scene};
 use hpu_cosim::{Ready, Session, Verdict};
@@ -8,7 +8,7 @@ use super::ANGLE;
 use crate::run::Ran;
 use crate::units::si;
 
-/// What of the wall belongs beside the verdict.
+/// A warning beside the verdict where the wall was not reached, or where its product wrapped; else nothing.
 pub fn beside(ran: &Ran) -> String {
     match (ran.summary.contact_share, wraps(ran)) {
         (Some(0.0), _) => "; wall not reached in the judged window".to_string(),

@@ -1,4 +1,4 @@
-//! What the command says of itself: its version, completions of shells, manual pages.
+//! The command's own descriptions: version, completions of shells, manual pages.
 
 use std::collections::BTreeSet;
 use std::fs;

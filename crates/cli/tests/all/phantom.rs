@@ -234,8 +234,9 @@ fn the_forward_kinematics_of_a_table_are_the_textbooks() {
         let exact = [t1.sin() * radius, l - l * t3.cos() + l * t2.sin(), t1.cos() * radius - l, radius];
         let row = rows.next().expect("a row");
         for (word, exact) in row[6..].iter().zip(exact) {
-            // A sine is off by half of 2^-22, a length by half of 2^-24, a sum by half of 2^-24: each of the products by l (or of
-            // two such sums) by 0.14 * 2^-23 + 2^-25 at most; two of them, the radius' own error, and one rounding.
+            // A sine is off by half of 2^-22, a length by half of 2^-24, a sum by half of 2^-24: each of the products
+            // by l (or of two such sums) by 0.14 * 2^-23 + 2^-25 at most; two of them, the radius' own error, and one
+            // rounding.
             let bound =
                 4.0 * (0.14 * (-23f64).exp2() + (-25f64).exp2()) + 2.0 * (-25f64).exp2() + 0.28 * (-23f64).exp2();
             assert!((word * (-24f64).exp2() - exact).abs() <= bound, "{word}, {exact}");

@@ -7,8 +7,8 @@ use std::process::Output;
 
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stdout, text};
 
-/// A folder of tools: the real GHDL, a Yosys that finds 5 lookup tables in everything, and a nextpnr that packs 10 cells and
-/// answers a placement by `placing`, a piece of shell that finds the seed in `$seed`.
+/// A folder of tools: the real GHDL, a Yosys that finds 5 lookup tables in everything, and a nextpnr that packs 10
+/// cells and answers a placement by `placing`, a piece of shell that finds the seed in `$seed`.
 fn tools(dir: &Path, placing: &str) -> PathBuf {
     let place = dir.join("tools");
     fs::create_dir_all(&place).expect("a folder");
@@ -60,7 +60,8 @@ fn a_scene_is_priced_with_the_clocks_that_its_torque_takes() {
     assert_eq!(knobs[0]["key"], "method.position_bits");
     assert_eq!((&knobs[0]["less"]["value"], &knobs[0]["more"]["value"]), (&"11".into(), &"13".into()));
     assert_eq!((&knobs[1]["less"]["value"], &knobs[1]["more"]["value"]), (&"(0,11,0)".into(), &"(0,12,1)".into()));
-    // With time enough there is nothing to write; what was found is remembered, though the tools would now say otherwise.
+    // With time enough there is nothing to write; what was found is remembered, though the tools would now say
+    // otherwise.
     fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.9'\n").expect("a script");
     let output = cost(&dir, &tools, &["--scene", "hybrid-wall"]);
     let page = stdout(&output);

@@ -1,5 +1,5 @@
-//! README.md: every command in it runs, the output shown below a command is its output, and every figure comes from a run or a
-//! record, or is named as one that depends on the machine or stands in the literature.
+//! README.md: every command in it runs, the output shown below a command is its output, and every figure comes from a
+//! run or a record, or is named as one that depends on the machine or stands in the literature.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,7 +1,7 @@
-//! What the test of README.md knows: the form in which each command runs, where each figure comes from, and which figures
-//! nothing here can tell.
+//! Tables of the test of README.md: the form in which each command runs, where each figure comes from, and the
+//! figures that no test can tell.
 
-/// In which form a command of README runs in the test.
+/// The form in which a command of README runs in the test.
 pub enum Form {
     /// As it is.
     AsIs,
@@ -224,7 +224,8 @@ pub const FIGURES: &[(&str, From, &str)] = &[
 pub const EXCEPTED: &[(&str, &str)] = &[
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("the last 30 % of the run", "how the window is defined"),
-    // Speeds and times: they depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.
+    // Speeds and times: they depend on the machine. Those of the table are in testbench/record/speed.txt and
+    // compare.txt.
     ("more than a hundred times slower than events", MACHINE),
     ("some 30 times as fast", MACHINE),
     ("some 260 times as fast", MACHINE),

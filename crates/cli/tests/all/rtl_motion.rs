@@ -44,7 +44,7 @@ fn a_scene_that_begins_in_contact_has_the_first_row_of_its_vhdl() {
     assert_eq!(emulated, vhdl.iter().map(|row| row[..row.len() - 1].to_vec()).collect::<Vec<_>>());
 }
 
-/// What a run left in its folder.
+/// The files that a run left in its folder.
 struct Left {
     out: PathBuf,
     code: i32,

@@ -20,8 +20,8 @@ pub enum AnyLaw {
 }
 
 impl AnyLaw {
-    /// Another stiffness and another scale from now on, each as a share of the ones that the law began with: what a ramp makes
-    /// of them.
+    /// Another stiffness and another scale from now on, each as a share of the ones that the law began with: what a
+    /// ramp makes of them.
     ///
     /// # Panics
     ///

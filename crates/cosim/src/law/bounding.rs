@@ -8,10 +8,10 @@
 //!
 //! Multiplied by `Δx`, every bound of β is one of `F`: no division is left, here or in the datapath.
 //!
-//! **Sources**: Kim and Ryu 2004, 2010 (the structure; the inequalities derived anew); the force bound after Ryu's public
-//! least conservative algorithm.
-//! **Known failures**: what is felt is never stiffer than `c₁` (a steady ramp gives `2c` by the force bound), however stiff the wall;
-//! a force may linger just outside the wall.
+//! **Sources**: Kim and Ryu 2004, 2010 (the structure; the inequalities derived anew); the force bound after Ryu's
+//! public least conservative algorithm.
+//! **Known failures**: what is felt is never stiffer than `c₁` (a steady ramp gives `2c` by the force bound), however
+//! stiff the wall; a force may linger just outside the wall.
 
 use super::{SampledLaw, Wall};
 

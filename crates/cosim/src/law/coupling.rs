@@ -1,10 +1,11 @@
 //! Virtual coupling: a spring and a damper between the device and a massless tool that the wall stops.
 //!
-//! With `e = x - x_t`, `x_t` being the tool: `K_c e + (B_c/T)(e - e⁻) = K_e x_t` inside the wall, `= 0` outside; the force is
-//! the left side. What is felt at rest is `1 / (1/K_c + 1/K_e)`, and never more than the coupling.
+//! With `e = x - x_t`, `x_t` being the tool: `K_c e + (B_c/T)(e - e⁻) = K_e x_t` inside the wall, `= 0` outside; the
+//! force is the left side. What is felt at rest is `1 / (1/K_c + 1/K_e)`, and never more than the coupling.
 //!
 //! **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
-//! **Known failures**: felt stiffness is bounded by `K_c < 2 (b - B_c) / T` (passivity with any environment), however stiff the wall.
+//! **Known failures**: felt stiffness is bounded by `K_c < 2 (b - B_c) / T` (passivity with any environment), however
+//! stiff the wall.
 
 use super::SampledLaw;
 

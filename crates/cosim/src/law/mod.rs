@@ -1,8 +1,8 @@
 //! The methods' reference laws, in floats and SI units: what their datapaths approximate in words.
 //!
-//! A law reads the position beyond the wall's surface `x`, once every `T`, and makes the force `F` against the penetration that
-//! is held until the next sample. Metres and newtons stand for radians and newton metres as well. The hybrid and the
-//! conventional loop are [`Wall`] with the spring read at once or once a sample.
+//! A law reads the position beyond the wall's surface `x`, once every `T`, and makes the force `F` against the
+//! penetration that is held until the next sample. Metres and newtons stand for radians and newton metres as well. The
+//! hybrid and the conventional loop are [`Wall`] with the spring read at once or once a sample.
 //!
 //! | Law | Datapath | Page |
 //! |---|---|---|

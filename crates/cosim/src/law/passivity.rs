@@ -1,16 +1,17 @@
-//! Time-domain passivity: an observer that sums the energy which the wall takes in, and a controller that adds a damper for one
-//! sample whenever that sum is negative.
+//! Time-domain passivity: an observer that sums the energy which the wall takes in, and a controller that adds a damper
+//! for one sample whenever that sum is negative.
 //!
-//! - [`Observer::Velocity`], as published: `W(n) = W(n-1) + F₂(n) d(n) + c(n-1) d(n-1)`, `F₂` being what the wall wants now.
-//! - [`Observer::HeldForce`]: `W(n) = W(n-1) + F(n-1) d(n)`, with the force that really was held while the device moved by `d(n)`:
-//!   the exact energy between the samples.
+//! - [`Observer::Velocity`], as published: `W(n) = W(n-1) + F₂(n) d(n) + c(n-1) d(n-1)`, `F₂` being what the wall wants
+//!   now.
+//! - [`Observer::HeldForce`]: `W(n) = W(n-1) + F(n-1) d(n)`, with the force that really was held while the device moved
+//!   by `d(n)`: the exact energy between the samples.
 //!
-//! `c(n) = -W(n)/d(n)` if `W(n) < 0` and `d(n) ≠ 0`, else 0; `F = F₂ + c`, each within what the actuator can give. What the
-//! limit cuts off stays in `W` and is taken up by later samples.
+//! `c(n) = -W(n)/d(n)` if `W(n) < 0` and `d(n) ≠ 0`, else 0; `F = F₂ + c`, each within what the actuator can give. What
+//! the limit cuts off stays in `W` and is taken up by later samples.
 //!
 //! **Source**: Hannaford and Ryu 2002.
-//! **Known failures**: at standstill (`d = 0`) nothing can be taken up; credit stored earlier delays the action (`credit_j` bounds
-//! it); the published observer does not see what the hold adds between samples.
+//! **Known failures**: at standstill (`d = 0`) nothing can be taken up; credit stored earlier delays the action
+//! (`credit_j` bounds it); the published observer does not see what the hold adds between samples.
 
 use super::{SampledLaw, Wall};
 

@@ -1,10 +1,11 @@
 //! The digital twin of the analog input shaper: what is fast is taken off the force.
 //!
-//! `y = max(0, u - max(0, H u))`, `H` a second-order Butterworth high-pass by the bilinear transform, prewarped to keep the cutoff.
+//! `y = max(0, u - max(0, H u))`, `H` a second-order Butterworth high-pass by the bilinear transform, prewarped to keep
+//! the cutoff.
 //!
 //! **Source**: the seed on the analog input shaper, Figure 1.
-//! **Known failures**: `1 - H` peaks at 1.272 just below the cutoff and has overshoot, so that it feeds slow oscillations; it rolls off
-//! with the first order only; the stiffness felt in the first tenth of a second is less.
+//! **Known failures**: `1 - H` peaks at 1.272 just below the cutoff and has overshoot, so that it feeds slow
+//! oscillations; it rolls off with the first order only; the stiffness felt in the first tenth of a second is less.
 
 use super::SampledLaw;
 

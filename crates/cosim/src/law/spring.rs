@@ -1,20 +1,22 @@
 //! A spring in discrete time that keeps the energy it was given, behind a passive sample-and-hold.
 //!
-//! The sample-and-hold matches energies exactly: with the force `F(k)` held while the device moves from `x(k)` to `x(k+1)`, the
-//! spring is told the motion `x(k+1) - x(k)`, so that both sides count `Σ F(k) (x(k+1) - x(k))`, whatever happens in between.
+//! The sample-and-hold matches energies exactly: with the force `F(k)` held while the device moves from `x(k)` to
+//! `x(k+1)`, the spring is told the motion `x(k+1) - x(k)`, so that both sides count `Σ F(k) (x(k+1) - x(k))`, whatever
+//! happens in between.
 //!
-//! - [`PassiveSpring`], energy level by energy level, causal: `F = β k s`, `s' = √(s² + 2 α s (x(k+1) - x(k)))`, so that
-//!   `k s²/2` takes exactly `k s α Δx`. It engages at the surface with `s = x`.
-//! - [`MidpointSpring`]: `F = k (s + s')/2`, lossless; it needs the position that the force itself leads to, and so the mass:
-//!   for simulation only.
+//! - [`PassiveSpring`], energy level by energy level, causal: `F = β k s`, `s' = √(s² + 2 α s (x(k+1) - x(k)))`, so
+//!   that `k s²/2` takes exactly `k s α Δx`. It engages at the surface with `s = x`.
+//! - [`MidpointSpring`]: `F = k (s + s')/2`, lossless; it needs the position that the force itself leads to, and so the
+//!   mass: for simulation only.
 //!
-//! With `β = α = 1` the spring is passive as it stands; otherwise power is scaled by `β/α`, and `β k s²/(2α)` is the storage.
+//! With `β = α = 1` the spring is passive as it stands; otherwise power is scaled by `β/α`, and `β k s²/(2α)` is the
+//! storage.
 //!
 //! **Sources**: the seed on power scaling (its `e_c = e_d/β` is here a `β` below 1); Stramigioli et al. 2005 for the
 //! sample-and-hold; the energy level after the energy-leap idea of Stramigioli and Secchi (general knowledge).
-//! **Known failures**: against `s + Δx` it loses `k Δx²/2` a sample, so its rest position drifts; at `s = 0` it is dead until it
-//! engages anew; a retreat by more than `s/2` within one sample takes out more than is stored (`overdrawn_j`); a `β` that
-//! changes while the spring rings scales power by another factor on the way in than on the way out.
+//! **Known failures**: against `s + Δx` it loses `k Δx²/2` a sample, so its rest position drifts; at `s = 0` it is dead
+//! until it engages anew; a retreat by more than `s/2` within one sample takes out more than is stored (`overdrawn_j`);
+//! a `β` that changes while the spring rings scales power by another factor on the way in than on the way out.
 
 use super::SampledLaw;
 

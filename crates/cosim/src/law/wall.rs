@@ -1,12 +1,13 @@
 //! A spring and a damper inside the wall, and a negative damper everywhere.
 //!
-//! `F = K x + B v` for `x ≥ 0`, else 0, less `b v` always; `v = (x(k) - x(k-N)) / (N T)`, renewed every `N`-th sample: `N = 1` is
-//! the plain wall, `N > 1` dual-rate sampling (spring fast, damping slow), which leaves the velocity's quantum at `Δ / (N T)`.
+//! `F = K x + B v` for `x ≥ 0`, else 0, less `b v` always; `v = (x(k) - x(k-N)) / (N T)`, renewed every `N`-th sample:
+//! `N = 1` is the plain wall, `N > 1` dual-rate sampling (spring fast, damping slow), which leaves the velocity's
+//! quantum at `Δ / (N T)`.
 //!
-//! **Sources**: Colgate and Schenkel 1997 (the plain wall); Colgate and Brown 1994 (a physical damper `b` together with `-b`);
-//! the dual rate after the page that cites Vasudevan et al. 2007.
-//! **Known failures**: a held spring gives `K v² T² / 2` a sample; the quantum of `v` grows with the rate; `-b` must not exceed
-//! the physical damping, and together they only feel undamped, they are at the boundary of passivity.
+//! **Sources**: Colgate and Schenkel 1997 (the plain wall); Colgate and Brown 1994 (a physical damper `b` together with
+//! `-b`); the dual rate after the page that cites Vasudevan et al. 2007.
+//! **Known failures**: a held spring gives `K v² T² / 2` a sample; the quantum of `v` grows with the rate; `-b` must
+//! not exceed the physical damping, and together they only feel undamped, they are at the boundary of passivity.
 
 use super::SampledLaw;
 

@@ -42,15 +42,15 @@ pub struct Expectation {
 pub enum Metric {
     /// Angle at the end, rad.
     FinalAngle,
-    /// Greatest angle, rad.
+    /// Greatest angle in the recorded rows, rad.
     PeakAngle,
-    /// Greatest angle beyond the wall, rad.
+    /// Greatest angle beyond the wall in the recorded rows, rad.
     PeakPenetration,
     /// Amplitude of the verdict, rad.
     Amplitude,
     /// Frequency of the verdict, Hz.
     Frequency,
-    /// Greatest torque of the motor, N·m.
+    /// Greatest torque of the motor in the recorded rows, N·m.
     PeakTorque,
     /// Share of the edges on which the spring's product did not fit, 0 to 1.
     SpringOverflowShare,

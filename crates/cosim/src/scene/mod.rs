@@ -1,13 +1,14 @@
 //! Scenes: one TOML file is one experiment, on an axis (the table below) or on a PHANToM ([`phantom`]).
 //!
-//! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the method,
-//! the wall, the hand, how much physics is modelled, how long it runs, what is recorded and what is expected. Everything is
-//! validated before anything runs. Quantities are numbers in SI units or strings with a unit (`"25.175 MHz"`). Angles are
-//! those of the motor's shaft, positive into the wall; the wheel turns by the shaft's angle over `wheel_ratio`.
+//! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the
+//! method, the wall, the hand, how much physics is modelled, how long it runs, what is recorded and what is expected.
+//! Everything is validated before anything runs. Quantities are numbers in SI units or strings with a unit
+//! (`"25.175 MHz"`). Angles are those of the motor's shaft, positive into the wall; the wheel turns by the shaft's
+//! angle over `wheel_ratio`.
 //!
-//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or as other tools write it: `"UQ4.8"`,
-//! `"ufix12_En8"` and what else [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's, whose 4 integer bits leave out the
-//! sign bit.
+//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or as other tools write it:
+//! `"UQ4.8"`, `"ufix12_En8"` and what else [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's, whose 4 integer bits
+//! leave out the sign bit.
 //!
 //! | Section | Keys, `[default]` |
 //! |---|---|
@@ -45,7 +46,8 @@
 //!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once.
-//! With an amplifier or an averaged bridge no modulator runs: its gates would drive nothing, and stay 0. The linear law needs neither encoder nor amplifier.
+//! With an amplifier or an averaged bridge no modulator runs: its gates would drive nothing, and stay 0. The linear law
+//! needs neither encoder nor amplifier.
 //!
 //! # Sizes
 //!
@@ -293,10 +295,10 @@ pub struct Scene {
 impl Scene {
     /// Parses and validates a scene.
     ///
-    /// `name` is the file as errors shall call it. `overrides` are keys and values that replace the file's, in order, as
-    /// in `("wall.stiffness", "2 N.m/rad")`: a value that is not TOML is a string, sections are created when absent, and a
-    /// whole section is replaced by an inline table (`("hand", "{ kind = \"none\" }")`). `load` reads a file that the
-    /// scene names.
+    /// `name` is the file as errors shall call it. `overrides` are keys and values that replace the file's, in order,
+    /// as in `("wall.stiffness", "2 N.m/rad")`: a value that is not TOML is a string, sections are created when absent,
+    /// and a whole section is replaced by an inline table (`("hand", "{ kind = \"none\" }")`). `load` reads a file that
+    /// the scene names.
     ///
     /// # Errors
     ///

@@ -122,8 +122,8 @@ pub enum EncoderModel {
 pub struct Model {
     /// What moves the device on.
     pub solver: Solver,
-    /// Step of the solvers that have one, as asked for; [`Scene::step_clocks`](super::Scene::step_clocks) is what the clock
-    /// makes of it.
+    /// Step of the solvers that have one, as asked for; [`Scene::step_clocks`](super::Scene::step_clocks) is what the
+    /// clock makes of it.
     pub step_s: Option<f64>,
     /// The law.
     pub datapath: Datapath,

@@ -1,4 +1,4 @@
-//! What a scene's parameters are and who said so.
+//! A scene's parameters: values, units and where each comes from.
 
 use std::cell::RefCell;
 
@@ -7,11 +7,11 @@ use std::cell::RefCell;
 pub struct Parameter {
     /// Its key, as in `wall.stiffness`.
     pub key: String,
-    /// What it is.
+    /// Its value.
     pub value: ParameterValue,
     /// Its unit; empty where it has none.
     pub unit: &'static str,
-    /// Who said so.
+    /// Where the value comes from.
     pub origin: Origin,
 }
 
@@ -28,7 +28,7 @@ pub enum ParameterValue {
     Text(String),
 }
 
-/// Who said what a parameter is.
+/// Where a parameter's value comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Origin {
     /// The scene's file.

@@ -181,7 +181,8 @@ impl Loop {
 pub struct Method {
     /// The wiring.
     pub kind: Loop,
-    /// Sample rate as asked for; [`Scene::sample_period_s`](super::Scene::sample_period_s) is what the clock makes of it.
+    /// Sample rate as asked for; [`Scene::sample_period_s`](super::Scene::sample_period_s) is what the clock makes of
+    /// it.
     pub sample_rate_hz: f64,
     /// Width of the position counter.
     pub position_bits: u32,

@@ -1,8 +1,8 @@
 //! Physical quantities as people write them: a number in SI units, or a string with a unit.
 //!
-//! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and `2`
-//! square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is done
-//! on the text, so `"25.175 MHz"` is exactly 25 175 000.
+//! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and
+//! `2` square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is
+//! done on the text, so `"25.175 MHz"` is exactly 25 175 000.
 
 use std::f64::consts::PI;
 
@@ -46,9 +46,9 @@ macro_rules! dimensions {
     };
 }
 
-// A scene's quantities may be so large and so small. Published devices are orders of magnitude away from either end; between
-// the ends everything that is computed from them stays finite and is resolved: a count of the finest encoder at the
-// farthest place (`Scene::counts`), a time constant within a clock edge, a speed after the longest run.
+// A scene's quantities may be so large and so small. Published devices are orders of magnitude away from either end;
+// between the ends everything that is computed from them stays finite and is resolved: a count of the finest encoder at
+// the farthest place (`Scene::counts`), a time constant within a clock edge, a speed after the longest run.
 dimensions! {
     TIME = "a time", "s", 1e-12 to 1e9, [si("s"), unit("min", 60.0, 0)];
     FREQUENCY = "a frequency", "Hz", 1e-6 to 1e10, [si("Hz")];
@@ -83,7 +83,8 @@ impl Unit {
 const PREFIXES: [(&str, i32); 8] = [("", 0), ("p", -12), ("n", -9), ("u", -6), ("m", -3), ("k", 3), ("M", 6), ("G", 9)];
 
 impl Dimension {
-    /// The value of `text` in SI units; `None` when it is not a number with one of the units, or out of a float's range.
+    /// The value of `text` in SI units; `None` when it is not a number with one of the units, or out of a float's
+    /// range.
     pub fn parse(&self, text: &str) -> Option<f64> {
         let text = text.trim();
         let digits = number_length(text);

@@ -22,8 +22,8 @@ pub struct LoopWords {
     pub damping: i64,
     /// Sample period in clocks.
     pub period: i64,
-    /// Counts per reference sample for one count per sample, or a passive spring's `beta`, in its format; 0 for loops that read
-    /// neither.
+    /// Counts per reference sample for one count per sample, or a passive spring's `beta`, in its format; 0 for loops
+    /// that read neither.
     pub scale: i64,
     /// Words that change while the scene runs, from those above.
     pub schedule: Schedule,
@@ -99,15 +99,15 @@ impl Miss {
 impl Scene {
     /// The words of the scene's loop.
     ///
-    /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)` (of a mass
-    /// the amplifier's full scale over `2^pwm_bits`, and the encoder's resolution), the stiffness is `k c / q` and the damping
-    /// `b c / (q T)`, `T` being the time over which the velocity counts, or the reference period when velocities are rescaled by
-    /// `f_sample / f_reference`. Every word is the nearest one.
+    /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)`
+    /// (of a mass the amplifier's full scale over `2^pwm_bits`, and the encoder's resolution), the stiffness is
+    /// `k c / q` and the damping `b c / (q T)`, `T` being the time over which the velocity counts, or the reference
+    /// period when velocities are rescaled by `f_sample / f_reference`. Every word is the nearest one.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when a word does not fit its format, when a gain above zero rounds to zero, and for a mass without
-    /// encoder or amplifier.
+    /// [`SceneError`] when a word does not fit its format, when a gain above zero rounds to zero, and for a mass
+    /// without encoder or amplifier.
     pub fn words(&self) -> Result<LoopWords, SceneError> {
         let method = &self.method;
         let stall_nm = self.stall_nm()?;

@@ -1,4 +1,4 @@
-//! What rows tell of the time between them, against the same run with a row at every clock edge.
+//! Means and extremes between the rows of a trace, against the same run with a row at every clock edge.
 //!
 //! The trapezoid over edges `h` apart errs from the mean of an output by at most `h² M / 12`, `M` being the greatest
 //! second derivative; a stationary point lies at most `h² M / 8` beyond the samples beside it. Where a mode ends within

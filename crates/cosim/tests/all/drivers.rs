@@ -1,4 +1,5 @@
-//! The drivers: leaping and stepping agree, watching changes nothing, and a recording drives the datapath as its device did.
+//! The drivers: leaping and stepping agree, watching changes nothing, and a recording drives the datapath as its device
+//! did.
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Experiment, Hand, shipped};

@@ -38,14 +38,14 @@ fn wall(overrides: &[(&str, &str)]) -> LinearLoop {
     LinearLoop::new(&scene, scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad)
 }
 
-/// How far a growth rate measured over two windows may be off. Each window's mean square weighs, from the end where the motion
-/// is largest, u² e^(-2 g u): of it the share (1 + (ω/g)²)^(-3/2) swings with the phase, up or down.
+/// How far a growth rate measured over two windows may be off. Each window's mean square weighs, from the end where the
+/// motion is largest, u² e^(-2 g u): of it the share (1 + (ω/g)²)^(-3/2) swings with the phase, up or down.
 fn end_effects(growth_per_s: f64, swing_rad_per_s: f64, window_s: f64) -> f64 {
     (1.0 + (swing_rad_per_s / growth_per_s).powi(2)).powf(-1.5) / window_s
 }
 
-/// Size of the leading pair of eigenvalues, from positions alone: two swinging modes obey a recurrence of three terms, whose
-/// last coefficient is the pair's product. Every other mode has died long before the last samples.
+/// Size of the leading pair of eigenvalues, from positions alone: two swinging modes obey a recurrence of three terms,
+/// whose last coefficient is the pair's product. Every other mode has died long before the last samples.
 fn radius(law: &LinearLoop) -> f64 {
     let mut x = Vec::new();
     law.samples(64, |position, scale| {

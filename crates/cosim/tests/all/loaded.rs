@@ -25,8 +25,8 @@ fn run(name: &str, set: Set, nets: &[&str]) -> Trace {
 
 const STEPS: Set = &[("model.encoder", "loaded"), ("model.solver", "rk4"), ("model.step", "1 us")];
 
-/// By the greatest difference of angles, in rad or m. Masses have no more of one than rounding; of a mean over a step area and
-/// first moment are those of events, not the rest, and a buzz (the first one) makes more of it.
+/// By the greatest difference of angles, in rad or m. Masses have no more of one than rounding; of a mean over a step
+/// area and first moment are those of events, not the rest, and a buzz (the first one) makes more of it.
 #[test]
 fn every_loop_that_is_loaded_moves_as_its_words_do() {
     let averaged = ("model.bridge", "averaged");

@@ -94,8 +94,9 @@ fn the_motors_take_the_hosts_word_on_the_edge_that_finds_it() {
 
 #[test]
 fn at_the_origin_a_joints_torque_is_force_times_lever_and_moves_its_own_axis_alone() {
-    // Jacobian at the origin: diag(l1, l1, l2). A tip within 1 mm of it has turned by 1 mm / 0.14 m, so all entries are within
-    // that of their value there, and the other two joints have that share of the torque at most, and half a DAC count.
+    // Jacobian at the origin: diag(l1, l1, l2). A tip within 1 mm of it has turned by 1 mm / 0.14 m, so all entries are
+    // within that of their value there, and the other two joints have that share of the torque at most, and half a DAC
+    // count.
     for (axis, ratio) in [("x", 115.0 / 15.0), ("y", 7.0), ("z", 7.0)] {
         let scene = scene(&[
             ("drop.axis", axis),
@@ -132,7 +133,8 @@ fn at_the_origin_a_joints_torque_is_force_times_lever_and_moves_its_own_axis_alo
 fn a_force_beyond_the_devices_is_limited() {
     let scene = scene(&[("room.stiffness", "40 kN/m"), ("room.walls", "x")]);
     let (_, dense) = run(&scene);
-    // 8.5 N on a lever of 0.14 m, in counts of 0.17 * 115 / 15 / 2^15 N.m; a posture of 10 mm or less beside the origin.
+    // 8.5 N on a lever of 0.14 m, in counts of 0.17 * 115 / 15 / 2^15 N.m; a posture of 10 mm or less beside the
+    // origin.
     let most = 8.5 * 0.14 / (0.17 * 115.0 / 15.0 / 32_768.0);
     let greatest = words(&dense, HOST).iter().map(|host| host[0].abs()).max().expect("edges") as f64;
     assert!((0.99 * most..=1.01 * most).contains(&greatest), "{greatest} of {most}");
@@ -145,7 +147,8 @@ fn the_ideal_law_reads_the_true_angles() {
         let (_, dense) = run(&scene);
         let commands = words(&dense, HOST);
         let laws: Vec<_> = dense.rows.iter().map(|reals| law(&scene, crate::common::angles_rad(0.14, reals))).collect();
-        // The host's word after an edge is of the tip at the edge at which it sampled, and holds until it samples again.
+        // The host's word after an edge is of the tip at the edge at which it sampled, and holds until it samples
+        // again.
         let explains =
             |phase: usize| (phase..commands.len()).all(|edge| commands[edge] == laws[phase + (edge - phase) / 50 * 50]);
         let found: Vec<_> = (1..=50).filter(|&phase| explains(phase)).collect();
@@ -256,7 +259,8 @@ fn a_trial_begins_within_a_count_of_the_origin_and_a_millimetre_a_second_of_its_
         let (_, dense) = run(&scene);
         let height = |row: usize| dense.rows[row][1];
         let (start_m, speed) = (height(0), (height(500) - height(0)) / 10e-6);
-        // Joints 2 and 3 are within a count, 0.14 m * 2 pi / 28000 = 31.4 um; 10 us of 1.7 m/s^2 change the speed by 17 um/s.
+        // Joints 2 and 3 are within a count, 0.14 m * 2 pi / 28000 = 31.4 um; 10 us of 1.7 m/s^2 change the speed by 17
+        // um/s.
         assert!((0.0..31.5e-6).contains(&start_m), "{start_m}");
         assert!(speed.abs() < 1.02e-3, "{speed}");
         starts.push((start_m, speed));
@@ -301,8 +305,9 @@ fn rows(scene: &PhantomScene) -> Vec<[f64; 6]> {
 
 #[test]
 fn a_host_without_a_clock_reads_the_counts_and_commands_when_one_with_a_clock_does() {
-    // Two ways to the same: series from event to event around the clocked wiring, and steps from sample to sample. A sample
-    // that read another count would show as a DAC count: 5e-6 N.m on 5e-4 kg.m2, 1e-6 m of the tip after 20 ms and growing.
+    // Two ways to the same: series from event to event around the clocked wiring, and steps from sample to sample. A
+    // sample that read another count would show as a DAC count: 5e-6 N.m on 5e-4 kg.m2, 1e-6 m of the tip after 20 ms
+    // and growing.
     let short = [("run.duration", "300 ms")];
     let bounce = [("run.duration", "300 ms"), ("drop.speed", "0.2 m/s")];
     for (name, step, more) in [
@@ -331,8 +336,8 @@ fn a_host_without_a_clock_reads_the_counts_and_commands_when_one_with_a_clock_do
 
 #[test]
 fn an_fpgas_law_that_follows_the_arm_stands_for_its_samples() {
-    // Against the words. What is left is the rounding of counts (31 um) and of words. Of an age of zero the tip would be 2.9 um
-    // off in the first, 29 um in the second, which samples every 10 us and is 38 clocks late.
+    // Against the words. What is left is the rounding of counts (31 um) and of words. Of an age of zero the tip would
+    // be 2.9 um off in the first, 29 um in the second, which samples every 10 us and is 38 clocks late.
     for (name, within_m) in [("phantom-thrown", 2.4e-6), ("phantom-thrown-shared", 4e-6)] {
         let (words, stepped) = (rows(&phantom(name, &[])), rows(&in_steps(name, "50 us", &[])));
         let axis = if name == "phantom-thrown" { 1 } else { 2 };
@@ -343,8 +348,8 @@ fn an_fpgas_law_that_follows_the_arm_stands_for_its_samples() {
 
 #[test]
 fn an_ideal_law_that_follows_the_arm_stands_for_its_samples() {
-    // Both from the true angles: what is left is the rounding of commands and that a held command is as old as its mean.
-    // Two samples a step. With the words' latency it would be 2.4 um off, without any age 15 um.
+    // Both from the true angles: what is left is the rounding of commands and that a held command is as old as its
+    // mean. Two samples a step. With the words' latency it would be 2.4 um off, without any age 15 um.
     let ideal = [("model.law", "ideal"), ("run.duration", "20 ms")];
     let clocked = rows(&phantom("phantom-thrown-shared", &ideal));
     let stepped = rows(&in_steps("phantom-thrown-shared", "20 us", &ideal));

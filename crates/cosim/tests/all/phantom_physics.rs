@@ -67,9 +67,9 @@ fn the_tip_falls_to_the_wall_in_the_time_of_the_closed_form() {
         let height = |row: usize| dense.rows[row][index];
         let touch = (0..dense.rows.len()).find(|&row| height(row) < -DROP_M).expect("it falls on the wall");
         let touch_s = touch as f64 * 1e-5;
-        // The lever falls along its arc s, from an angle within a count to asin(d / l) or, of the joints that swing the radius
-        // too, atan of no more. Its pull w cos is between that of the end and that of the start. The release adds or takes
-        // 1 mm/s: what is thrown up first comes back, after 2 v / a or less.
+        // The lever falls along its arc s, from an angle within a count to asin(d / l) or, of the joints that swing the
+        // radius too, atan of no more. Its pull w cos is between that of the end and that of the start. The release
+        // adds or takes 1 mm/s: what is thrown up first comes back, after 2 v / a or less.
         let end_rad = (DROP_M / LINK_M).asin();
         let start_m = height(0);
         let longest_m = LINK_M * end_rad + start_m + 1e-9;
@@ -93,8 +93,8 @@ fn it_accelerates_as_weight_and_friction_say_at_every_row() {
         let acceleration = (window[0] - 2.0 * window[1] + window[2]) / (h * h);
         let speed = (window[2] - window[0]) / (2.0 * h);
         let expected = (-WEIGHT_N * (window[1] / LINK_M).cos() + COULOMB_N - DAMPING_N_S_PER_M * speed) / MASS_KG;
-        // h^2/12 of the fourth derivative, which is that of (w / m) cos(s / l) twice: below (w / m) (v^2 + s a) / l^2 = 5 m/s^4;
-        // and the speed's own h^2/6 of the third, by b / m: below 1e-9.
+        // h^2/12 of the fourth derivative, which is that of (w / m) cos(s / l) twice: below (w / m) (v^2 + s a) / l^2 =
+        // 5 m/s^4; and the speed's own h^2/6 of the third, by b / m: below 1e-9.
         assert!((acceleration - expected).abs() < 5.0 * h * h / 12.0, "{acceleration}, {expected}");
     }
     assert!(arc.last().is_some_and(|end| *end < -0.01));
@@ -115,8 +115,8 @@ fn it_rests_as_deep_as_weight_by_stiffness_within_frictions_band() {
             let Some(Verdict::Passive { rms_m }) = summary.verdict else { panic!("{:?}", summary.verdict) };
             let last = dense.rows.last().expect("rows");
             let depth_m = -DROP_M - last[1];
-            // Forces along y by the lever l cos; friction by l. A DAC count at the tip, half of it; and, of counts, the one of
-            // the encoder by which the logged depth exceeds the true one.
+            // Forces along y by the lever l cos; friction by l. A DAC count at the tip, half of it; and, of counts, the
+            // one of the encoder by which the logged depth exceeds the true one.
             let cosine = (1.0 - (last[1] / LINK_M).powi(2)).sqrt();
             let band_n = COULOMB_N / cosine + 0.17 * 7.0 / 32_768.0 / LINK_M;
             let count_m = if law == "ideal" { 0.0 } else { LINK_M * std::f64::consts::TAU / 28_000.0 + 1e-6 };
@@ -140,9 +140,9 @@ fn passes(stiffness: f64, more: &[(&str, &str)]) -> bool {
     })
 }
 
-/// The stiffness at which a bounce loses as much to friction as it gains by sampling: a mass that enters and leaves the wall in
-/// half a turn of omega = sqrt(K / m) gains energy by exp(pi omega (T/2 + t_d)), and loses (w - f) / (w + f) of its height to
-/// friction on the way up and down.
+/// The stiffness at which a bounce loses as much to friction as it gains by sampling: a mass that enters and leaves the
+/// wall in half a turn of omega = sqrt(K / m) gains energy by exp(pi omega (T/2 + t_d)), and loses (w - f) / (w + f) of
+/// its height to friction on the way up and down.
 fn threshold_n_per_m(period_s: f64, delay_s: f64, mass_kg: f64) -> f64 {
     let loss = ((WEIGHT_N + COULOMB_N) / (WEIGHT_N - COULOMB_N)).ln();
     mass_kg * (loss / (std::f64::consts::PI * (0.5 * period_s + delay_s))).powi(2)
@@ -158,7 +158,8 @@ fn the_threshold_is_the_published_one_at_the_published_mass() {
     }
 }
 
-/// A mass on a line under a force that is held for `h`, with viscous and Coulomb friction, exactly: the position and speed after.
+/// A mass on a line under a force that is held for `h`, with viscous and Coulomb friction, exactly: the position and
+/// speed after.
 fn glide(mut x: f64, mut v: f64, force_n: f64, friction_n: f64, h: f64) -> (f64, f64) {
     let tau_s = MASS_KG / DAMPING_N_S_PER_M;
     let mut left_s = h;
@@ -180,8 +181,9 @@ fn glide(mut x: f64, mut v: f64, force_n: f64, friction_n: f64, h: f64) -> (f64,
     }
 }
 
-/// The drop of that mass, as the tip feels it beside the wall: there the joint's lever has shrunk by a cosine, so that pushes of
-/// wall and weight count by its square, and the joint's friction by itself. A sample every `every` steps of `h`, late by `late`.
+/// The drop of that mass, as the tip feels it beside the wall: there the joint's lever has shrunk by a cosine, so that
+/// pushes of wall and weight count by its square, and the joint's friction by itself. A sample every `every` steps of
+/// `h`, late by `late`.
 fn mass_rests(stiffness: f64, h: f64, every: usize, late: usize) -> bool {
     let cosine = (1.0 - (DROP_M / LINK_M).powi(2)).sqrt();
     let (weight_n, friction_n) = (WEIGHT_N * cosine * cosine, COULOMB_N * cosine);

@@ -241,13 +241,15 @@ fn a_stiffness_that_rounds_to_zero_is_refused_and_zero_is_not() {
 
 #[test]
 fn walls_that_the_tip_cannot_come_to_are_refused_with_the_reason() {
-    // The tip starts 0.14 m before and 0.14 m above the base: down by d it is hypot(0.14, 0.14 + d) from it, of 0.28 at most.
+    // The tip starts 0.14 m before and 0.14 m above the base: down by d it is hypot(0.14, 0.14 + d) from it, of 0.28 at
+    // most.
     says_with(
         "room",
         "distance = \"103 mm\"",
         "11:12: room.distance: the tip cannot come to the wall at y = -0.103 m: the links do not reach it; write less",
     );
-    // Half of 13 bits is 4096 counts of 1/28000 turn, 52.66 degrees. The upper arm leans by 57.7 degrees there, see below.
+    // Half of 13 bits is 4096 counts of 1/28000 turn, 52.66 degrees. The upper arm leans by 57.7 degrees there, see
+    // below.
     says_with(
         "room",
         "distance = \"102 mm\"",

@@ -1,4 +1,5 @@
-//! The solvers of a PHANToM's scene: the drivers agree whatever moves the arm, and fine steps come to what the series comes to.
+//! The solvers of a PHANToM's scene: the drivers agree whatever moves the arm, and fine steps come to what the series
+//! comes to.
 
 use crate::common::phantom;
 use hpu_cosim::scene::{PhantomScene, Solver, shipped};
@@ -72,7 +73,8 @@ fn a_drop_in_fine_steps_has_the_verdict_and_the_rms_of_the_exact_run() {
     let Some(Verdict::Passive { rms_m }) = summary.verdict else { panic!("{:?}", summary.verdict) };
     // Friction holds both to the end, on one count each.
     assert!((rms_m - exact_m).abs() < 1e-12, "{rms_m} m, not {exact_m} m");
-    // Until the wall, friction lets go a step late at most; gravity over the tip's mass and its weight's is below 2 m/s^2.
+    // Until the wall, friction lets go a step late at most; gravity over the tip's mass and its weight's is below 2
+    // m/s^2.
     for row in 0..150 {
         let (time_s, error_m) = (1e-3 * row as f64, (trace.real(1)[row] - reference.real(1)[row]).abs());
         assert!(error_m <= 2.0 * step_s * time_s + 1e-12, "{error_m} m at {time_s} s");

@@ -1,5 +1,5 @@
-//! The PHANToM's worlds: leaping and stepping agree to the bit on every platform, energy is accounted for, and a device that
-//! leaves what is modelled ends the run.
+//! The PHANToM's worlds: leaping and stepping agree to the bit on every platform, energy is accounted for, and a device
+//! that leaves what is modelled ends the run.
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::{PhantomScene, Platform};
@@ -176,13 +176,13 @@ fn it_ends_on_the_count_that_says_so() {
         session.run(Driver::Events, &mut session.trace(&[]), &mut last, &Control::default());
         last.0
     };
-    // Joint 2 alone has turned: y = l sin of the first count beyond. 11 bits hold -1024; a count is 2 pi / 28000 rad. The other
-    // joints of that scene have hardly moved, so the tip is within a count of it.
+    // Joint 2 alone has turned: y = l sin of the first count beyond. 11 bits hold -1024; a count is 2 pi / 28000 rad.
+    // The other joints of that scene have hardly moved, so the tip is within a count of it.
     let count_rad = std::f64::consts::TAU / 28_000.0;
     let tables = logged_y(0);
     assert!((tables - 0.14 * (-1025.0 * count_rad).sin()).abs() < 0.14 * count_rad * 20.0, "{tables}");
-    // The Jacobian's determinant by l^3 is (cos q2 + sin q3) cos(q2 - q3), with q3 below a count: cos q2 squared. It falls below
-    // 1 % at 84.26 degrees.
+    // The Jacobian's determinant by l^3 is (cos q2 + sin q3) cos(q2 - q3), with q3 below a count: cos q2 squared. It
+    // falls below 1 % at 84.26 degrees.
     let singular = logged_y(1);
     let before = -(0.14 * (0.01f64.sqrt().acos() - 2.0 * count_rad).sin());
     let after = -(0.14 * (0.01f64.sqrt().acos() + 2.0 * count_rad).sin());

@@ -1,4 +1,5 @@
-//! A mass in words: the drop test's threshold, the axis that oscillates, the shaper that quiets it, and walls that change.
+//! A mass in words: the drop test's threshold, the axis that oscillates, the shaper that quiets it, and walls that
+//! change.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, WordRamp};
@@ -61,8 +62,8 @@ fn the_drop_follows_the_closed_form_of_every_held_force_through_its_bounces() {
     let words = scene.words().unwrap();
     let (_, trace) = run(&scene);
     let (mut state, mut bounces) = ((0.0, 0.0), 0);
-    // The plant's row at edge 50 000 n; the datapath samples at edges 1 + 50 000 n what left the encoder some five edges before.
-    // Those 100 ns at 0.24 m/s are 24 nm a bounce; there are not more than four.
+    // The plant's row at edge 50 000 n; the datapath samples at edges 1 + 50 000 n what left the encoder some five
+    // edges before. Those 100 ns at 0.24 m/s are 24 nm a bounce; there are not more than four.
     for (row, &x) in trace.angles_rad().iter().enumerate() {
         assert!((state.0 - x).abs() < 1e-7, "row {row}: {x}, not {}", state.0);
         let depth = ((state.0 / 29.1e-6).floor() as i64 - words.reference).max(0);
@@ -76,8 +77,8 @@ fn the_drop_follows_the_closed_form_of_every_held_force_through_its_bounces() {
 
 #[test]
 fn the_axis_oscillates_at_30_and_shaped_at_40_kn_per_m_near_the_known_frequencies() {
-    // Known from an independent simulation: 97 Hz without and 87 Hz with the shaper. The swings are chaotic and lock to whole
-    // samples for a while, so a frequency is known to 15 %.
+    // Known from an independent simulation: 97 Hz without and 87 Hz with the shaper. The swings are chaotic and lock to
+    // whole samples for a while, so a frequency is known to 15 %.
     for (name, stiffness, expected_hz) in
         [("impulse-engine", "30 kN/m", 97.0), ("impulse-engine-shaped", "40 kN/m", 87.0)]
     {

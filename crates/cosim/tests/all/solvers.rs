@@ -116,8 +116,8 @@ fn drivers_show_the_same_rows_and_the_same_energies_of_a_stepped_world() {
     }
 }
 
-/// A delay of one step of the datapath's outputs, and one of the method's, move a strike at this speed by so much; and a spring
-/// that follows the counts may turn it one count sooner or later.
+/// A delay of one step of the datapath's outputs, and one of the method's, move a strike at this speed by so much; and
+/// a spring that follows the counts may turn it one count sooner or later.
 fn within(scene: &Scene, trace: &Trace, step_s: f64) -> f64 {
     let count_rad = if scene.method.kind.is_live() { scene.encoder.count_rad() } else { 0.0 };
     count_rad + 2.0 * step_s * trace.real(1).iter().fold(0.0, |most: f64, speed| most.max(speed.abs()))
@@ -162,8 +162,9 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
 
 #[test]
 fn an_averaged_bridge_without_a_clock_takes_its_duty_when_its_modulator_does() {
-    // The modulator of 82 us takes the command of a sample late; without that the peak is off by 1.5 mrad. Within a step it does so by
-    // the mean: at 4e4 rad/s2 and 10 us that is 4 urad a sample. Methods of the first order would read other counts at samples.
+    // The modulator of 82 us takes the command of a sample late; without that the peak is off by 1.5 mrad. Within a
+    // step it does so by the mean: at 4e4 rad/s2 and 10 us that is 4 urad a sample. Methods of the first order would
+    // read other counts at samples.
     let peak = |solver: &[(&str, &str)]| {
         let model = [("model.datapath", "law"), ("model.bridge", "averaged"), ("run.duration", "50 ms")];
         let scene = parsed("thrown-conventional", &[&model[..], solver].concat());
@@ -179,8 +180,9 @@ fn an_averaged_bridge_without_a_clock_takes_its_duty_when_its_modulator_does() {
 
 #[test]
 fn the_mean_of_pulses_has_their_area_and_their_first_moment() {
-    // A mean that took its duty at the middle of the pulse that ends was 0.3 % off. In antiphase the gates begin with a pulse of half a
-    // period, worth V T / 4 or, without a hand, V T / (4 k) = 20 mrad; the ripple of 0.14 N.m is heeded by no mean.
+    // A mean that took its duty at the middle of the pulse that ends was 0.3 % off. In antiphase the gates begin with a
+    // pulse of half a period, worth V T / 4 or, without a hand, V T / (4 k) = 20 mrad; the ripple of 0.14 N.m is heeded
+    // by no mean.
     let motion = |name: &str, model: &[(&str, &str)], which: Metric| {
         let scene = parsed(name, model);
         let (summary, trace) = run(&scene);
@@ -233,8 +235,8 @@ fn an_ideal_encoder_rests_where_the_springs_balance() {
     let model = [("model.bridge", "averaged"), ("model.datapath", "law"), ("model.encoder", "ideal")];
     let scene = parsed("hybrid-wall", &[&model[..], &[("model.solver", "rk4"), ("model.step", "10 us")]].concat());
     let (summary, trace) = run(&scene);
-    // 0.3 (1.8 - x) = k (x - 1.5), where k is a whole number of PWM counts a count, 36 for 1.5 N.m/rad: as many 4096ths of the stall
-    // torque on the 4096th of a turn.
+    // 0.3 (1.8 - x) = k (x - 1.5), where k is a whole number of PWM counts a count, 36 for 1.5 N.m/rad: as many 4096ths
+    // of the stall torque on the 4096th of a turn.
     let Device::Motor(motor) = &scene.device else { panic!("a motor") };
     let stiffness = 36.0 * (24.0 * motor.torque_constant_nm_per_a / motor.resistance_ohm) / std::f64::consts::TAU;
     let rest = (0.3 * 1.8 + stiffness * 1.5) / (0.3 + stiffness);

@@ -33,7 +33,8 @@ fn a_sine_is_a_limit_cycle_of_its_amplitude_and_frequency() {
         else {
             panic!("a sine swings");
         };
-        // Whole periods in the last 3 s: rms A/√2. A row lies within half an interval of the peak: 1 - cos(π f / f_rows).
+        // Whole periods in the last 3 s: rms A/√2. A row lies within half an interval of the peak: 1 - cos(π f /
+        // f_rows).
         near(rms_rad, 0.02 / 2f64.sqrt(), 1e-9);
         near(amplitude_rad, 0.02, 1.0 - (0.5 * TAU * frequency_hz / 1e4).cos() + 1e-12);
         // Both ends of the count are known to a row: two of the 30000 rows less a period.
@@ -98,8 +99,8 @@ fn noise_of_a_sixth_of_the_amplitude_does_not_change_the_frequency() {
 
 #[test]
 fn a_passage_counts_after_a_quarter_of_the_amplitude_below_the_mean() {
-    // A period of 1000 rows, 10 Hz: high, a dip of 100 rows to `depth` hundredths below the mean, high, low. There are as many
-    // more high rows than low ones as the dip asks for: the mean is 0, the amplitude 1.
+    // A period of 1000 rows, 10 Hz: high, a dip of 100 rows to `depth` hundredths below the mean, high, low. There are
+    // as many more high rows than low ones as the dip asks for: the mean is 0, the amplitude 1.
     let dips = |depth: u64| {
         let low = (900 - depth) / 2;
         assert_eq!(2 * low + depth + 100, 1000);

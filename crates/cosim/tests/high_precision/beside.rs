@@ -81,8 +81,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Runs the first loop with the world expected and the second with the other, from tick to tick, to an edge or for so many ticks.
-/// The first world is returned as it was before the last tick, too.
+/// Runs the first loop with the world expected and the second with the other, from tick to tick, to an edge or for so
+/// many ticks. The first world is returned as it was before the last tick, too.
 fn beside<E, O, W>(
     wiring: &W,
     expected: E,

@@ -1,4 +1,5 @@
-//! Motions in whole numbers: crossings that fall on a clock edge exactly, which no number of places decides by its rounding.
+//! Motions in whole numbers: crossings that fall on a clock edge exactly, which no number of places decides by its
+//! rounding.
 
 use hpu_cosim::scene::{Device, Encoder, Hand, Scene};
 use hpu_cosim::{AxisWorld, Pins, Plant, Schedule, World};

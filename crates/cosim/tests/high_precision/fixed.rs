@@ -3,8 +3,9 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number in two's complement, lowest word first: the highest of `N` words is the whole part, so that it lies between `-2^63` and
-/// `2^63` and its last place is `2^-64(N-1)`. Sums and comparisons are exact; products are cut towards zero.
+/// A number in two's complement, lowest word first: the highest of `N` words is the whole part, so that it lies between
+/// `-2^63` and `2^63` and its last place is `2^-64(N-1)`. Sums and comparisons are exact; products are cut towards
+/// zero.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Fixed<const N: usize>([u64; N]);
 
@@ -113,7 +114,8 @@ impl<const N: usize> Mul for Fixed<N> {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.abs().0, other.abs().0);
-        // Row by row, as on paper: the product has 2 N words. A product of words, a word and a carry fit into two words.
+        // Row by row, as on paper: the product has 2 N words. A product of words, a word and a carry fit into two
+        // words.
         let (mut low, mut high) = ([0; N], [0; N]);
         for i in 0..N {
             let mut carry = 0;

@@ -31,7 +31,8 @@ pub struct Flow<const N: usize> {
     steps: Vec<Step<N>>,
     /// `1 / k` at `k`, for the terms of a series.
     shares: [Fixed<N>; 128],
-    /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for `0 <= s <= t`.
+    /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for
+    /// `0 <= s <= t`.
     bounds: Vec<[[f64; 3]; 2]>,
 }
 
@@ -99,8 +100,8 @@ impl<const N: usize> Flow<N> {
         1 << (self.bounds.len() - 1)
     }
 
-    /// Bounds on how fast current and speed change during so many edges from a state: `x''` obeys `x'' = A x'`, so that each is its
-    /// row of `exp(A t)` on the present `x'`.
+    /// Bounds on how fast current and speed change during so many edges from a state: `x''` obeys `x'' = A x'`, so that
+    /// each is its row of `exp(A t)` on the present `x'`.
     pub fn fastest(&self, edges: u64, x: &[f64; 3], g: &[f64; 3]) -> [f64; 2] {
         self.bounds[edges.next_power_of_two().trailing_zeros() as usize].map(|row| {
             let mut most = 0.0;
@@ -114,8 +115,8 @@ impl<const N: usize> Flow<N> {
         })
     }
 
-    /// When, within a time that is at most an edge's, what is left of a margin is used up: by Newton's iteration. A margin is
-    /// affine in the state where it ends.
+    /// When, within a time that is at most an edge's, what is left of a margin is used up: by Newton's iteration. A
+    /// margin is affine in the state where it ends.
     pub fn end(
         &self,
         x: &Vector<N>,

@@ -8,8 +8,8 @@ use crate::flow::{Flow, Vector};
 use crate::shaft::Friction;
 use crate::winding::Bridge;
 
-/// Why a scene is not one of those whose motion is linear from one change of its drive, of what friction does or of what
-/// diodes do to the next, if it is not.
+/// Why a scene is not one of those whose motion is linear from one change of its drive, of what friction does or of
+/// what diodes do to the next, if it is not.
 pub fn obstacle(scene: &Scene) -> Option<&'static str> {
     let prescribed = matches!(scene.hand, Hand::Prescribed { .. });
     match (&scene.hand, &scene.device, scene.amplifier) {

@@ -1,9 +1,10 @@
 //! Every register edge against an independent integration of the plant with 58 decimal places.
 //!
-//! [`world::PreciseWorld`] closes the same wirings as the engine's own plant does: other code, another method (the state is stepped
-//! from event to event by tabulated matrix exponentials in fixed point), and no crossing of the encoder that a bound on the
-//! acceleration has not excluded is left unlooked at. Friction that slips and sticks, diodes and open windings are modes between which
-//! it goes at instants found to all places. Both loops run from tick to tick; edge and every net must agree, and the number of modes.
+//! [`world::PreciseWorld`] closes the same wirings as the engine's own plant does: other code, another method (the
+//! state is stepped from event to event by tabulated matrix exponentials in fixed point), and no crossing of the
+//! encoder that a bound on the acceleration has not excluded is left unlooked at. Friction that slips and sticks,
+//! diodes and open windings are modes between which it goes at instants found to all places. Both loops run from tick
+//! to tick; edge and every net must agree, and the number of modes.
 //!
 //! `cargo test -p hpu-cosim --test high_precision falls -- --nocapture --test-threads 1` shows the table.
 
@@ -26,7 +27,8 @@ use laws::obstacle;
 const ENOUGH_EDGES: u64 = 600_000_000;
 const ENOUGH_TICKS: u64 = 200_000;
 
-/// The shipped scenes whose motion is linear from one event to the next, and the others without what bends theirs: an analog shaper.
+/// The shipped scenes whose motion is linear from one event to the next, and the others without what bends theirs: an
+/// analog shaper.
 fn scenes() -> Vec<Scene> {
     let scenes = axis_scenes().into_iter().map(|mut scene| {
         if let (Some(why), Some(amplifier)) = (obstacle(&scene), &mut scene.amplifier) {

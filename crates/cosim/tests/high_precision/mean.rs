@@ -20,8 +20,8 @@ pub enum Change<const N: usize> {
 }
 
 impl<const N: usize> Mean<N> {
-    /// What had to be given up to an edge, in edges of full duty: a pulse of duty `d` in a period of `P` edges has its middle
-    /// `(1 - |d|) P / 2` before that of the period, so that to go from `a` to `b` at a period's beginning brings
+    /// What had to be given up to an edge, in edges of full duty: a pulse of duty `d` in a period of `P` edges has its
+    /// middle `(1 - |d|) P / 2` before that of the period, so that to go from `a` to `b` at a period's beginning brings
     /// `(b (1 - |b|) - a (1 - |a|)) P / 2` more than means that change there.
     fn wanted(&self, edge: u64, period: u64) -> Fixed<N> {
         let (mut area, mut before) = (Fixed::ZERO, 0.0f64);

@@ -1,5 +1,5 @@
-//! Crossings put next to a clock edge on purpose, nearer than chance ever does: a motor with its winding, its friction and its hand, whose
-//! angle at an edge is beside a limit of its count by what is asked for.
+//! Crossings put next to a clock edge on purpose, nearer than chance ever does: a motor with its winding, its friction
+//! and its hand, whose angle at an edge is beside a limit of its count by what is asked for.
 
 use hpu_cosim::scene::{Device, Hand, Scene};
 use hpu_cosim::{AxisWorld, Plant, Schedule, World};

@@ -1,5 +1,5 @@
-//! Coulomb friction: a shaft that slips one way or the other, or is stuck. Each mode is linear; it ends at an instant that is found
-//! to all places.
+//! Coulomb friction: a shaft that slips one way or the other, or is stuck. Each mode is linear; it ends at an instant
+//! that is found to all places.
 
 use crate::fixed::Fixed;
 use crate::flow::{ANGLE, CURRENT, SPEED, Vector};
@@ -68,8 +68,9 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// Whether no margin is used up during a time, for certain. A stuck shaft's current fades or grows to where it is driven, ever
-    /// more slowly, and its hand moves steadily; a slipping one's speed is no less than `slowest`, in its own direction.
+    /// Whether no margin is used up during a time, for certain. A stuck shaft's current fades or grows to where it is
+    /// driven, ever more slowly, and its hand moves steadily; a slipping one's speed is no less than `slowest`, in its
+    /// own direction.
     pub fn lasts(
         &self,
         shaft: Shaft,

@@ -1,5 +1,5 @@
-//! What gates make of a winding: its terminals are tied to the supply, lead through diodes, or hang free. Each is linear while the diodes'
-//! current keeps its direction, or while the back-EMF does not open them.
+//! What gates make of a winding: its terminals are tied to the supply, lead through diodes, or hang free. Each is
+//! linear while the diodes' current keeps its direction, or while the back-EMF does not open them.
 
 use crate::fixed::Fixed;
 use crate::flow::{CURRENT, SPEED, Vector};

@@ -1,7 +1,9 @@
-//! The world of an axis in high precision: another hand's reading of the equations of `hpu_plant` and of the wiring around them.
+//! The world of an axis in high precision: another hand's reading of the equations of `hpu_plant` and of the wiring
+//! around them.
 //!
-//! Every `f64` that the plant is given (parameters, the clock's period, the hand's knots, a force, the limits of a count) is
-//! taken as that very number. The state is stepped from event to event; a step is as good as any other at this precision.
+//! Every `f64` that the plant is given (parameters, the clock's period, the hand's knots, a force, the limits of a
+//! count) is taken as that very number. The state is stepped from event to event; a step is as good as any other at
+//! this precision.
 
 use hpu_cosim::{EnergyAudit, Schedule, World};
 use hpu_datapath::{LoopIn, LoopOut};
@@ -234,11 +236,12 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         angle < self.limit(self.count) || angle >= self.limit(self.count + 1)
     }
 
-    /// Goes on by so many edges, or to the first of them at which the angle is outside of its count; says whether it is.
+    /// Goes on by so many edges, or to the first of them at which the angle is outside of its count; says whether it
+    /// is.
     ///
-    /// The angle's path is between the parabolas of the greatest acceleration. If neither leaves the count there is no crossing; if
-    /// the speed keeps its sign the angle is monotone, so that its end tells, and halving finds the edge. Else the time is halved:
-    /// an edge at the last.
+    /// The angle's path is between the parabolas of the greatest acceleration. If neither leaves the count there is no
+    /// crossing; if the speed keeps its sign the angle is monotone, so that its end tells, and halving finds the edge.
+    /// Else the time is halved: an edge at the last.
     fn cross(&mut self, edges: u64) -> bool {
         let x = self.x.map(Fixed::float);
         // The angle's own speed, relative to nothing.

@@ -1,14 +1,15 @@
-//! What no posture can exceed: a proof of the words' ranges and errors over the whole workspace, by interval arithmetic.
+//! What no posture can exceed: a proof of the words' ranges and errors over the whole workspace, by interval
+//! arithmetic.
 //!
-//! Every count that the tables hold is in, in any combination, and every force up to the limit in any direction. A range
-//! is that of the word's value. An error is the greatest distance to the same equations in real numbers, of the same
-//! counts, with the lengths and gains as their words say; that of a force counts from the tip as the datapath sees it
-//! (stiffness times the error of the position, and the rounding), those of radial, upper, fore, torques and commands
-//! are for the forces as words. Ranges and errors add up term by term, as if the worst of each could meet: so the figures
-//! are upper bounds, never estimates.
+//! Every count that the tables hold is in, in any combination, and every force up to the limit in any direction. A
+//! range is that of the word's value. An error is the greatest distance to the same equations in real numbers, of the
+//! same counts, with the lengths and gains as their words say; that of a force counts from the tip as the datapath sees
+//! it (stiffness times the error of the position, and the rounding), those of radial, upper, fore, torques and commands
+//! are for the forces as words. Ranges and errors add up term by term, as if the worst of each could meet: so the
+//! figures are upper bounds, never estimates.
 //!
-//! The arithmetic is `f64`, rounded outwards: every end of a range moves by one ulp an operation, and every error grows by
-//! one part in `2^40`, far more than its few roundings can take away.
+//! The arithmetic is `f64`, rounded outwards: every end of a range moves by one ulp an operation, and every error grows
+//! by one part in `2^40`, far more than its few roundings can take away.
 
 use hpu_signal::Format;
 
@@ -30,8 +31,8 @@ pub struct SignalBound {
     pub error: f64,
     /// The word's format.
     pub format: Format,
-    /// Whether the format holds the whole range, so that nothing ever wraps. Forces and commands saturate by intent: their
-    /// range is what is left.
+    /// Whether the format holds the whole range, so that nothing ever wraps. Forces and commands saturate by intent:
+    /// their range is what is left.
     pub fits: bool,
 }
 
@@ -135,8 +136,8 @@ fn sines(config: &PhantomConfig, joint: usize) -> Result<[Bound; 2], ConfigError
     }))
 }
 
-/// The ranges and errors of every signal from the sines on, for any posture that the tables hold and any stiffness up to
-/// `stiffness_max_n_per_m`.
+/// The ranges and errors of every signal from the sines on, for any posture that the tables hold and any stiffness up
+/// to `stiffness_max_n_per_m`.
 ///
 /// # Errors
 ///
@@ -165,7 +166,8 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
     let spring = proof.note("stiffness", "N/m", stiffness, spring);
     let limit = f64::from(config.force_limit) * force.lsb();
     let mut push = |name, at: Bound| {
-        // Beyond walls that stand anywhere. Depth follows the tip with slope 0 or 1, and the clamp never adds to an error.
+        // Beyond walls that stand anywhere. Depth follows the tip with slope 0 or 1, and the clamp never adds to an
+        // error.
         let walls = Bound::symmetric(-(position.min() as f64) * position.lsb(), 0.0);
         let pushed = spring.times(at.minus(walls));
         let pushed = Bound::symmetric(pushed.size(), pushed.error).rounded(force).clamped(-limit, limit);

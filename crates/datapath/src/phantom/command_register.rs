@@ -4,9 +4,10 @@
 //! - **Ports**: `d1` `d2` `d3` (1,WIDTH-1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q1` `q2` `q3`
 //!   (1,WIDTH-1,0) out.
 //! - **Latency**: 1 edge after a capture, up to `period`.
-//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts down.
-//!   Released from reset together with a `sample_register` of the same period, it captures `DELAY` edges after each
-//!   sample edge; a new period takes effect at the next capture, and with a period above `DELAY` both stay in step.
+//! - **Edge**: with the countdown at 0, `q := d` and the countdown restarts at `max(period,1) - 1`; else it counts
+//!   down. Released from reset together with a `sample_register` of the same period, it captures `DELAY` edges after
+//!   each sample edge; a new period takes effect at the next capture, and with a period above `DELAY` both stay in
+//!   step.
 //! - **Reset**: `q` 0, countdown `DELAY`. **Overflow**: none.
 //! - **VHDL twin**: `hdl/command_register.vhd`.
 //! - **Source**: the sampled loop of Sevcik et al. 2009.

@@ -1,9 +1,9 @@
 //! Joint torque to motor command, and none while a joint is where its sines are not known.
 //!
-//! - **Equation**: `command = saturate(round(torque GAIN / 2^GAIN_FRAC))` to a whole DAC count, nearest, ties up, if all
-//!   of `valid1` `valid2` `valid3` are set; else 0.
-//! - **Ports**: `torque` (1,TORQUE_INT,TORQUE_FRAC) in N.m, `valid1` `valid2` `valid3` in; `command` (1,COMMAND_WIDTH-1,0)
-//!   in DAC counts out. `GAIN / 2^GAIN_FRAC` DAC counts per N.m.
+//! - **Equation**: `command = saturate(round(torque GAIN / 2^GAIN_FRAC))` to a whole DAC count, nearest, ties up, if
+//!   all of `valid1` `valid2` `valid3` are set; else 0.
+//! - **Ports**: `torque` (1,TORQUE_INT,TORQUE_FRAC) in N.m, `valid1` `valid2` `valid3` in; `command`
+//!   (1,COMMAND_WIDTH-1,0) in DAC counts out. `GAIN / 2^GAIN_FRAC` DAC counts per N.m.
 //! - **Latency**: none, combinational. **Reset**: none.
 //! - **Overflow**: saturates. [`eval`](CommandScaler::eval) tells it.
 //! - **VHDL twin**: `hdl/command_scaler.vhd`.

@@ -126,8 +126,8 @@ impl PhantomConfig {
         Self { formats: PhantomFormats { trig: format(true, 1, 22), ..self.formats }, ..self }
     }
 
-    /// This configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and positions; a sine
-    /// has one integer bit, a position none.
+    /// This configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and positions; a
+    /// sine has one integer bit, a position none.
     ///
     /// # Panics
     ///

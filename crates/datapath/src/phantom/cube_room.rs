@@ -1,12 +1,12 @@
 //! Three pairs of walls, each of which can be taken out: a spring beyond each, with a greatest force.
 //!
-//! - **Equation**: for each axis, `depth = x - x_high` if `x > x_high`, else `x - x_low` if `x < x_low`, else 0, exact in
-//!   one bit more than a position; `force = clamp(round(-stiffness depth))` to `FORCE_FRAC` bits, nearest, ties up, and
-//!   to `-FORCE_LIMIT..=FORCE_LIMIT`. Without its pair, an axis has neither force nor contact.
-//! - **Ports**: `x` `y` `z` `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC) in metres,
-//!   `room` (0,3,0): bits 0, 1, 2 put the pairs of x, y, z in, `stiffness` (0,STIFFNESS_INT,STIFFNESS_FRAC) in N/m, in;
-//!   `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC) in newtons on the tip, `contact` (0,3,0): bit per axis, set
-//!   beyond a wall, out.
+//! - **Equation**: for each axis, `depth = x - x_high` if `x > x_high`, else `x - x_low` if `x < x_low`, else 0, exact
+//!   in one bit more than a position; `force = clamp(round(-stiffness depth))` to `FORCE_FRAC` bits, nearest, ties up,
+//!   and to `-FORCE_LIMIT..=FORCE_LIMIT`. Without its pair, an axis has neither force nor contact.
+//! - **Ports**: `x` `y` `z` `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC) in
+//!   metres, `room` (0,3,0): bits 0, 1, 2 put the pairs of x, y, z in, `stiffness` (0,STIFFNESS_INT,STIFFNESS_FRAC) in
+//!   N/m, in; `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC) in newtons on the tip, `contact` (0,3,0): bit per
+//!   axis, set beyond a wall, out.
 //! - **Latency**: none, combinational. **Reset**: none.
 //! - **Overflow**: saturates at the limit. [`eval`](CubeRoom::eval) tells it as overflow.
 //! - **VHDL twin**: `hdl/cube_room.vhd`.

@@ -1,9 +1,9 @@
 //! A three-joint PHANToM, from the counts of its encoders to the commands of its motors (Sevcik, Kopp, O'Malley et al.
 //! 2009): four sources of sine and cosine, the kinematics, a room of walls, the transposed Jacobian, and the wirings.
 //!
-//! Joint 1 turns about the vertical, joints 2 and 3 lift the upper arm and the forearm, both measured from the horizontal
-//! and the vertical; at counts of 0 the tip is at the origin, x to the right, y up, z towards the user. Every narrowing is
-//! to the nearest, ties up, and wraps unless a block says otherwise.
+//! Joint 1 turns about the vertical, joints 2 and 3 lift the upper arm and the forearm, both measured from the
+//! horizontal and the vertical; at counts of 0 the tip is at the origin, x to the right, y up, z towards the user.
+//! Every narrowing is to the nearest, ties up, and wraps unless a block says otherwise.
 
 mod config;
 mod encoders;

@@ -1,16 +1,16 @@
 //! Kinematics, room, Jacobian and scaling by one multiplier, one product an edge.
 //!
-//! - **Equation**: word for word that of `phantom_forward`, `cube_room`, `phantom_torque` and one `command_scaler` a joint,
-//!   of the inputs as the computation has captured them.
-//! - **Ports**: `sine1` `cosine1` `sine2` `cosine2` `sine3` `cosine3` (1,TRIG_INT,TRIG_FRAC), `valid1` `valid2` `valid3`,
-//!   `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC), `room` (0,3,0), `stiffness`
-//!   (0,STIFFNESS_INT,STIFFNESS_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `x` `y` `z` `radius`,
-//!   `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC), `contact` (0,3,0), `torque1` `torque2` `torque3`
+//! - **Equation**: word for word that of `phantom_forward`, `cube_room`, `phantom_torque` and one `command_scaler` a
+//!   joint, of the inputs as the computation has captured them.
+//! - **Ports**: `sine1` `cosine1` `sine2` `cosine2` `sine3` `cosine3` (1,TRIG_INT,TRIG_FRAC), `valid1` `valid2`
+//!   `valid3`, `x_low` `x_high` `y_low` `y_high` `z_low` `z_high` (1,POSITION_INT,POSITION_FRAC), `room` (0,3,0),
+//!   `stiffness` (0,STIFFNESS_INT,STIFFNESS_FRAC), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `x` `y` `z`
+//!   `radius`, `force_x` `force_y` `force_z` (1,FORCE_INT,FORCE_FRAC), `contact` (0,3,0), `torque1` `torque2` `torque3`
 //!   (1,TORQUE_INT,TORQUE_FRAC), `command1` `command2` `command3` (1,COMMAND_WIDTH-1,0) out.
 //! - **Latency**: 32 edges from the capture to the outputs, which change all at once.
-//! - **Edge**: with the countdown at 0, the inputs are captured, the computation starts (a running one is given up, even
-//!   on its last edge: periods up to 32 never show a result), and the countdown restarts at `max(period,1) - 1`; else it
-//!   counts down and the computation goes on.
+//! - **Edge**: with the countdown at 0, the inputs are captured, the computation starts (a running one is given up,
+//!   even on its last edge: periods up to 32 never show a result), and the countdown restarts at `max(period,1) - 1`;
+//!   else it counts down and the computation goes on.
 //! - **Reset**: outputs 0, nothing running, countdown `DELAY`, so that it captures `DELAY` edges after the samples of a
 //!   `sample_register` with the same period.
 //! - **Overflow**: as in the blocks it replaces.
@@ -61,8 +61,8 @@ impl PhantomEngine {
     ///
     /// # Errors
     ///
-    /// When one of the blocks that it replaces refuses its words, and unless the period has 2 to 30 bits and the delay is
-    /// at most `2^16`.
+    /// When one of the blocks that it replaces refuses its words, and unless the period has 2 to 30 bits and the delay
+    /// is at most `2^16`.
     pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
         within(Self::NAME, "DELAY", config.delay, 0..=1 << 16)?;

@@ -43,8 +43,8 @@ impl PhantomForward {
     ///
     /// # Errors
     ///
-    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction bits
-    /// at least), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
+    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction
+    /// bits at least), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
     pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
         let PhantomFormats { trig, length_frac, position, .. } = *formats;
         accept_trig(Self::NAME, trig)?;

@@ -1,13 +1,14 @@
 //! What is left to the FPGA when a host computes the forces: counting, and driving the motors.
 //!
-//! - **Equation**: `position_i` counts the quadrature steps of `a_pin_i`, `b_pin_i`; `command_i` is `host_i` an edge later.
-//! - **Ports**: `a_pin1` `b_pin1` `a_pin2` `b_pin2` `a_pin3` `b_pin3`, `host1` `host2` `host3` (1,COMMAND_WIDTH-1,0) in DAC
-//!   counts, in; `position1` `position2` `position3` (0,POSITION_WIDTH,0), `command1` `command2` `command3`
+//! - **Equation**: `position_i` counts the quadrature steps of `a_pin_i`, `b_pin_i`; `command_i` is `host_i` an edge
+//!   later.
+//! - **Ports**: `a_pin1` `b_pin1` `a_pin2` `b_pin2` `a_pin3` `b_pin3`, `host1` `host2` `host3` (1,COMMAND_WIDTH-1,0) in
+//!   DAC counts, in; `position1` `position2` `position3` (0,POSITION_WIDTH,0), `command1` `command2` `command3`
 //!   (1,COMMAND_WIDTH-1,0) out.
 //! - **Latency**: 4 edges from a pin to its position, 1 from the host to a command.
 //! - **Reset**: all registers 0. **Overflow**: positions wrap.
-//! - **VHDL twin**: `hdl/phantom_io.vhd`; the instances and nets have the names of [`Wiring`]'s. The `period` of `hold` is
-//!   tied to 1 there and connected to no net here.
+//! - **VHDL twin**: `hdl/phantom_io.vhd`; the instances and nets have the names of [`Wiring`]'s. The `period` of `hold`
+//!   is tied to 1 there and connected to no net here.
 //! - **Source**: the host platforms that Sevcik et al. 2009 compare with.
 //! - **Differs from the hardware**: the bus between host and FPGA is not in it; the time it takes is a part of the
 //!   host's delay.

@@ -81,7 +81,8 @@ pub(crate) fn lower(value: i128, width: u32) -> i64 {
 /// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest, for numbers below `2^50`.
 ///
 /// The angle is reduced to an eighth of a turn in integers, so that the float is within 4 ulp of the sine, that is
-/// `2^-51`: all but words within `2^(frac-51)` of a tie are certain, and the tests show that the shipped tables have none.
+/// `2^-51`: all but words within `2^(frac-51)` of a tie are certain, and the tests show that the shipped tables have
+/// none.
 pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
     let quadrant = (8 * num + den).div_euclid(2 * den);
     let rest = FRAC_PI_2 * ((4 * num - quadrant * den) as f64 / den as f64);

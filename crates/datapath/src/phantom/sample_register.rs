@@ -1,8 +1,8 @@
 //! The counts of three joints, taken together once a sample period.
 //!
 //! - **Equation**: `count_i(t) = position_i(kT)` for `kT <= t < (k+1)T`, read as two's complement.
-//! - **Ports**: `position1` `position2` `position3` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in;
-//!   `count1` `count2` `count3` (1,WIDTH-1,0) out.
+//! - **Ports**: `position1` `position2` `position3` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1,
+//!   in; `count1` `count2` `count3` (1,WIDTH-1,0) out.
 //! - **Latency**: 1 edge after a sample edge, up to `period`.
 //! - **Edge**: with the countdown at 0, the counts are taken and the countdown restarts at `max(period,1) - 1`; else it
 //!   counts down.

@@ -1,9 +1,9 @@
 //! Sine and cosine by CORDIC, all rotations between two edges: no table, no multiplier but that of the phase.
 //!
-//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `z` is its upper 30 bits, signed; half a turn is added
-//!   or taken where `z` is not in `-2^28..2^28`, and the result turned round. From `x = K`, `y = 0`, for
-//!   `i = 0 .. ITERATIONS-1`: `d = 1` if `z >= 0` else `-1`; `x, y, z = x - d floor(y/2^i), y + d floor(x/2^i),
-//!   z - d A(i)`, with `A(i) = round(2^30 atan(2^-i) / 2 pi)` and
+//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `z` is its upper 30 bits, signed; half a turn is
+//!   added or taken where `z` is not in `-2^28..2^28`, and the result turned round. From `x = K`, `y = 0`, for
+//!   `i = 0 .. ITERATIONS-1`: `d = 1` if `z >= 0` else `-1`;
+//!   `x, y, z = x - d floor(y/2^i), y + d floor(x/2^i), z - d A(i)`, with `A(i) = round(2^30 atan(2^-i) / 2 pi)` and
 //!   `K = round(2^(TRIG_FRAC+GUARD) prod 1/sqrt(1+2^-2i))`. `sine` and `cosine` are `y` and `x` without their lower
 //!   `GUARD` bits, to the nearest, ties up.
 //! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
@@ -46,8 +46,8 @@ impl TrigCordic {
     ///
     /// # Errors
     ///
-    /// Unless there are 4 to 28 rotations, `guard` is 0 to 8, the sines' fraction bits 4 to 28 with `guard`, counts have
-    /// 4 to 24 bits, the phase 31 to 48, and the step is a VHDL `natural`.
+    /// Unless there are 4 to 28 rotations, `guard` is 0 to 8, the sines' fraction bits 4 to 28 with `guard`, counts
+    /// have 4 to 24 bits, the phase 31 to 48, and the step is a VHDL `natural`.
     pub fn new(phase: Phase, iterations: u32, guard: u32) -> Result<Self, ConfigError> {
         const NAME: &str = Rotations::NAME;
         within(NAME, "ITERATIONS", iterations, 4..=28)?;

@@ -1,15 +1,15 @@
 //! Sine and cosine from a quarter of a sine, with linear interpolation between its steps.
 //!
 //! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; its upper two bits are the quadrant `q`, the next
-//!   `QUARTER_WIDTH+REST_WIDTH` are `f`, the others are dropped; `g = f` for even `q`, `2^(QUARTER_WIDTH+REST_WIDTH) - f`
-//!   for odd; `i` is the upper part of `g`, `r` its lower `REST_WIDTH` bits;
-//!   `m = T(i) + floor(((T(i+1) - T(i)) r + 2^(REST_WIDTH-1)) / 2^REST_WIDTH)` with
-//!   `T(i) = round(sin(pi/2 i / 2^QUARTER_WIDTH) 2^TRIG_FRAC)`; `sine = m, m, -m, -m` by quadrant, `cosine` the same a
-//!   quadrant on with the same `f`.
+//!   `QUARTER_WIDTH+REST_WIDTH` are `f`, the others are dropped; `g = f` for even `q`,
+//!   `2^(QUARTER_WIDTH+REST_WIDTH) - f` for odd; `i` is the upper part of `g`, `r` its lower `REST_WIDTH` bits; `m =
+//!   T(i) + floor(((T(i+1) - T(i)) r + 2^(REST_WIDTH-1)) / 2^REST_WIDTH)` with `T(i) = round(sin(pi/2 i /
+//!   2^QUARTER_WIDTH) 2^TRIG_FRAC)`; `sine = m, m, -m,
+//!   -m` by quadrant, `cosine` the same a quadrant on with the same `f`.
 //! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
 //! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
-//! - **Overflow**: none. Off by at most one LSB, the chord's `(pi/2 2^-QUARTER_WIDTH)^2 / 8`, and by what the phase is off:
-//!   `pi/2 2^-(QUARTER_WIDTH+REST_WIDTH)` dropped, and `STEP`.
+//! - **Overflow**: none. Off by at most one LSB, the chord's `(pi/2 2^-QUARTER_WIDTH)^2 / 8`, and by what the phase is
+//!   off: `pi/2 2^-(QUARTER_WIDTH+REST_WIDTH)` dropped, and `STEP`.
 //! - **VHDL twin**: `hdl/trig_interpolated.vhd`.
 //! - **Source**: the usual interpolated table; an alternative to the tables of Sevcik et al. 2009.
 //! - **Differs from the hardware**: multipliers and table settle within one clock, so no limit on the clock.

@@ -1,11 +1,13 @@
 //! Sine and cosine from a quarter of a sine, addressed by the rounded phase.
 //!
-//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `a` is `phase` rounded to `QUARTER_WIDTH+2` bits, its
-//!   upper two the quadrant, the rest `i` the step; `T(i) = round(sin(pi/2 i / 2^QUARTER_WIDTH) 2^TRIG_FRAC)`;
-//!   `sine = T(i), T(2^QUARTER_WIDTH - i), -T(i), -T(2^QUARTER_WIDTH - i)` by quadrant, `cosine` the same a quadrant on.
+//! - **Equation**: `phase = count STEP mod 2^PHASE_WIDTH`, in turns; `a` is `phase` rounded to `QUARTER_WIDTH+2` bits,
+//!   its upper two the quadrant, the rest `i` the step; `T(i) = round(sin(pi/2 i / 2^QUARTER_WIDTH) 2^TRIG_FRAC)`;
+//!   `sine = T(i), T(2^QUARTER_WIDTH - i), -T(i), -T(2^QUARTER_WIDTH - i)` by quadrant, `cosine` the same a quadrant
+//!   on.
 //! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `sine` `cosine` (1,TRIG_INT,TRIG_FRAC), `valid`, always set, out.
 //! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
-//! - **Overflow**: none. Off by at most half an LSB and half a step, `pi/4 2^-QUARTER_WIDTH`, and by what `STEP` is off.
+//! - **Overflow**: none. Off by at most half an LSB and half a step, `pi/4 2^-QUARTER_WIDTH`, and by what `STEP` is
+//!   off.
 //! - **VHDL twin**: `hdl/trig_quarter.vhd`.
 //! - **Source**: the usual direct digital synthesis; an alternative to the tables of Sevcik et al. 2009.
 //! - **Differs from the hardware**: multiplier and table settle within one clock, so no limit on the clock.

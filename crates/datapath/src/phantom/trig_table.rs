@@ -40,8 +40,8 @@ impl TrigTable {
     /// # Errors
     ///
     /// Unless `count_width` is 4 to 24, `depth_width` 2 to 16 and at most `count_width`, the turn's numerator and
-    /// denominator positive VHDL `natural`s and so is every count times the numerator, and sines have an integer bit and
-    /// 4 to 30 fraction bits at least.
+    /// denominator positive VHDL `natural`s and so is every count times the numerator, and sines have an integer bit
+    /// and 4 to 30 fraction bits at least.
     pub fn new(count_width: u32, depth_width: u32, turn: Turn, trig: Format) -> Result<Self, ConfigError> {
         const NAME: &str = Table::NAME;
         within(NAME, "COUNT_WIDTH", count_width, 4..=24)?;

@@ -65,8 +65,8 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
     Ok(all)
 }
 
-/// Another geometry, the paper's words, words so short that they wrap or are widened instead of rounded, and words of which
-/// nothing or one bit is dropped.
+/// Another geometry, the paper's words, words so short that they wrap or are widened instead of rounded, and words of
+/// which nothing or one bit is dropped.
 fn paths() -> [(&'static str, PhantomConfig); 6] {
     let narrow = PhantomFormats {
         trig: format(true, 1, 14),
@@ -135,7 +135,8 @@ pub fn loop_variants() -> Vec<(&'static str, PhantomConfig)> {
     [("default", PhantomConfig::default())].into_iter().chain(loops()).collect()
 }
 
-/// Another geometry, the paper's words, words of ever more fraction bits on tables that an HX8K holds, and a small loop.
+/// Another geometry, the paper's words, words of ever more fraction bits on tables that an HX8K holds, and a small
+/// loop.
 fn loops() -> [(&'static str, PhantomConfig); 7] {
     let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };
     let joint = Turn { num: 1, den: 100 };

@@ -112,8 +112,8 @@ proptest! {
             if seen_m.len() <= window as usize {
                 continue;
             }
-            // b_n = (x_k - x_{k-n}) / (nT), accepted while |x_k - jT b_n - x_{k-j}| <= d for all j = 1 .. n-1. On words of
-            // counts, what is not within d misses it by 1/n of a count at least: a millionth of a count is float's.
+            // b_n = (x_k - x_{k-n}) / (nT), accepted while |x_k - jT b_n - x_{k-j}| <= d for all j = 1 .. n-1. On words
+            // of counts, what is not within d misses it by 1/n of a count at least: a millionth of a count is float's.
             let slope = |n: usize| (seen_m[0] - seen_m[n]) / (n as f64 * period_s);
             let noise_m = (f64::from(noise) + 1e-6) * count_m;
             let line = |n: usize, j: usize| seen_m[0] - j as f64 * period_s * slope(n);

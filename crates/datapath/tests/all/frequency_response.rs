@@ -99,9 +99,9 @@ fn the_response_to_sines_is_that_of_the_formula() {
                 ys.push(config.output.to_f64(y));
             }
         }
-        // The periodic words of x have a spectrum, of which the filter passes this line on by H exactly; y is off that by
-        // at most `worst_y`, whose share in the line is at most the mean of 2 |cos| times that: 4/pi, a little more on few
-        // samples, and never more than 2. The rest is the float's: 1e-12 of the amplitude.
+        // The periodic words of x have a spectrum, of which the filter passes this line on by H exactly; y is off that
+        // by at most `worst_y`, whose share in the line is at most the mean of 2 |cos| times that: 4/pi, a little more
+        // on few samples, and never more than 2. The rest is the float's: 1e-12 of the amplitude.
         let measured = fundamental(&ys, w).over(fundamental(&xs, w));
         let formula = polynomial(b, w).over(polynomial(a, w));
         let bound = 2.0 * worst_y / fundamental(&xs, w).size() + 1e-12;
@@ -138,8 +138,9 @@ fn a_constant_is_taken_out_but_for_what_the_loop_makes_of_rounding() {
 
 #[test]
 fn sixteen_fraction_bits_cannot_hold_this_corner() {
-    // The poles' distance from z = 1 is the root of 1 + A1 + A2, the corner in radians a sample: 2.5e-6 is less than a sixth
-    // of 2^-16. Whole numbers of that unit put a pole on z = 1, or the corner more than the root of 6 times too high.
+    // The poles' distance from z = 1 is the root of 1 + A1 + A2, the corner in radians a sample: 2.5e-6 is less than a
+    // sixth of 2^-16. Whole numbers of that unit put a pole on z = 1, or the corner more than the root of 6 times too
+    // high.
     let (_, a) = butterworth();
     let corner = TAU * CORNER_HZ / SAMPLE_HZ;
     assert!((a[0] + a[1] + a[2] - corner * corner).abs() < 0.01 * corner * corner);

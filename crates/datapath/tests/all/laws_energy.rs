@@ -158,8 +158,8 @@ fn the_force_bound_never_overdraws_its_energy_over_every_short_history() {
     }
 }
 
-/// The work of the device on the torque of every edge, and `sum (new - old) d` over the motions that a law missed because
-/// they fell between its capture and the load of what came of it.
+/// The work of the device on the torque of every edge, and `sum (new - old) d` over the motions that a law missed
+/// because they fell between its capture and the load of what came of it.
 #[derive(Default)]
 struct Work {
     done: i128,

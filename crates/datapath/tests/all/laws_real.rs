@@ -48,8 +48,8 @@ fn the_coupling_stays_within_its_roundings_of_the_massless_tool() {
             let x = wall.words().delta as f64;
             let [torque, word] = sampled(&mut law, wall);
             let extension = word as f64 / 256.0;
-            // The tool that nothing holds: K_c e + (B_c/T)(e - e-) = 0. If that is not inside the wall, it is so; else the
-            // same force is K_e (x - e), from which e.
+            // The tool that nothing holds: K_c e + (B_c/T)(e - e-) = 0. If that is not inside the wall, it is so; else
+            // the same force is K_e (x - e), from which e.
             let free = b_t * last / (k_c + b_t);
             let exact = if x <= free {
                 free
@@ -58,9 +58,9 @@ fn the_coupling_stays_within_its_roundings_of_the_massless_tool() {
             } else {
                 x
             };
-            // A step of the extension is floored (2^-8) and made with two gains that are off by half of 2^-16: `step`. At the
-            // surface, the words may take the other branch, when the free tool is within another `step` of it; both branches
-            // meet there, and the gain of the position is at most 1.
+            // A step of the extension is floored (2^-8) and made with two gains that are off by half of 2^-16: `step`.
+            // At the surface, the words may take the other branch, when the free tool is within another `step` of it;
+            // both branches meet there, and the gain of the position is at most 1.
             let step = 1.0 / 256.0 + 0.5 / 65536.0 * (x.abs() + last.abs());
             assert!((extension - exact).abs() <= 2.0 * step, "e = {extension}, not {exact}, x = {x}");
             // The torque follows the extension by K_c + B_c/T, and has two floors.
@@ -102,7 +102,8 @@ fn the_spring_stays_within_one_lsb_and_one_pwm_count_of_the_energy_leap() {
     }
 }
 
-/// Counts in a millimetre, PWM counts in a newton: `c = b/T = 500 N/m` is 20 PWM counts per count, `K = 2000 N/m` is 80.
+/// Counts in a millimetre, PWM counts in a newton: `c = b/T = 500 N/m` is 20 PWM counts per count, `K = 2000 N/m` is
+/// 80.
 const COUNTS_PER_MM: i64 = 10;
 const PWM_PER_N: f64 = 400.0;
 /// PWM counts times counts in a joule.
@@ -133,8 +134,8 @@ fn the_force_bound_gives_the_known_answer_to_the_word() {
 fn two_bounds_give_the_known_answer_within_the_floor_of_the_only_inexact_root() {
     let shown = up_and_down(&mut EnergyBounding::default());
     let known = [(0.5, 5e-4), (1.0, 1.5e-3), (0.822875656, 6.77124344e-4), (0.322875656, 3.54248689e-4)];
-    // The third sample is bounded by a root, floored to sixteenths, and then floored to a PWM count: 17/16 at most, which the
-    // fourth keeps, as it steps by c1. Either adds 10 counts of that to the energy.
+    // The third sample is bounded by a root, floored to sixteenths, and then floored to a PWM count: 17/16 at most,
+    // which the fourth keeps, as it steps by c1. Either adds 10 counts of that to the energy.
     for (n, ([torque, energy], (force_n, energy_j))) in shown.into_iter().zip(known).enumerate() {
         let (off, floors) = (17.0 / 16.0, n.saturating_sub(1) as f64);
         let (force, stored) = (force_n * PWM_PER_N, energy_j * ENERGY_PER_J);
@@ -171,8 +172,8 @@ fn two_bounds_stay_within_their_roundings_of_the_published_beta() {
                 let beta = (wanted - force) / dx;
                 force + beta.min(c1).min(gamma + half).max(gamma - half) * dx
             };
-            // Whichever bound it is, it is floored or ceiled to a PWM count; the root has lost 1/16 before. Clamping to what
-            // the bridge can show is no further apart. 1e-6 for f64.
+            // Whichever bound it is, it is floored or ceiled to a PWM count; the root has lost 1/16 before. Clamping to
+            // what the bridge can show is no further apart. 1e-6 for f64.
             let off = (torque as f64 - exact.clamp(-4095.0, 4095.0)).abs();
             assert!(off <= 17.0 / 16.0 + 1e-6, "{torque}, not {exact}");
             // The energy is exactly that of the torque shown.
@@ -240,8 +241,8 @@ fn the_correction_is_the_published_alpha_times_the_motion_but_for_one_floor() {
         let drag = (words.damping * d).clamp(-4096, 4095);
         let wanted = if words.contact == 1 { (spring + drag).clamp(-4095, 4095) as f64 } else { 0.0 };
         let v = d as f64;
-        // W(n) = W(n-1) + f2 v + alpha(n-1) v(n-1)^2, alpha v being the correction in force; little is saved up, so that a
-        // spring that changes soon runs into debt.
+        // W(n) = W(n-1) + f2 v + alpha(n-1) v(n-1)^2, alpha v being the correction in force; little is saved up, so
+        // that a spring that changes soon runs into debt.
         energy = (energy + wanted * v + correction * last).min(200.0);
         assert_eq!(stored as f64, energy);
         let alpha = if energy < 0.0 && d != 0 { -energy / (v * v) } else { 0.0 };

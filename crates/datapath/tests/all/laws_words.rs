@@ -1,5 +1,6 @@
-//! The laws of coupling, passivity control, energy bounding and the passive spring, word for word against the recursions
-//! of their data sheets over whole histories: plain integers, absolute edge numbers, and nothing of the blocks.
+//! The laws of coupling, passivity control, energy bounding and the passive spring, word for word against the
+//! recursions of their data sheets over whole histories: plain integers, absolute edge numbers, and nothing of the
+//! blocks.
 
 use crate::laws_common::{Random, Wall};
 use hpu_datapath::{AnyBlock, Generic, LawIn, flatten, variants};

@@ -1,4 +1,5 @@
-//! The method loops against a straight-line model of their data sheet, watched while they leap, and as they are connected.
+//! The method loops against a straight-line model of their data sheet, watched while they leap, and as they are
+//! connected.
 
 use hpu_datapath::{
     Block, BoundingConfig, CouplingConfig, EnergyBounding, Estimator, Generic, Instance, Law, LawIn, LawOut, LawWidths,

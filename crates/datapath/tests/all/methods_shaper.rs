@@ -1,4 +1,5 @@
-//! The input shaper against its equation on whole histories, and its response to sines against the analog shaper's formula.
+//! The input shaper against its equation on whole histories, and its response to sines against the analog shaper's
+//! formula.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -148,8 +149,8 @@ fn the_response_to_sines_is_that_of_the_analog_shaper() {
         let settled = 8000;
         for k in 0..settled + samples_a_period {
             let sine = (amplitude * (w * f64::from(k % samples_a_period)).sin()).round() as i64;
-            // The rectifier behind the filter passes the positive half waves of h; of an opposite sine it passes the others:
-            // max(0, h) - max(0, -h) = h. On this bias the rectifier at the output passes everything.
+            // The rectifier behind the filter passes the positive half waves of h; of an opposite sine it passes the
+            // others: max(0, h) - max(0, -h) = h. On this bias the rectifier at the output passes everything.
             let [up, down] = blocks.each_mut().map(|(sign, block)| {
                 let torque = bias + *sign * sine;
                 let shaped = block.tick(input_shaper::In { torque, period: 1 }).shaped;
@@ -167,8 +168,8 @@ fn the_response_to_sines_is_that_of_the_analog_shaper() {
         let line = |sum: (f64, f64)| 2.0 / f64::from(samples_a_period) * sum.0.hypot(sum.1);
         let measured = line(output) / line(input);
 
-        // Per sample, up - down is off 2 sine - h by less than 1 for the floors of the two outputs, and by what 1/A makes of
-        // the two filters' roundings, half of 2^-16 each. An error of size e is at most 2 e of a line.
+        // Per sample, up - down is off 2 sine - h by less than 1 for the floors of the two outputs, and by what 1/A
+        // makes of the two filters' roundings, half of 2^-16 each. An error of size e is at most 2 e of a line.
         let noise = 1.0 + 2.0 * noise_gain(a_words) / f64::from(1 << 17);
         let words_bound =
             0.5 / f64::from(1 << 30) * (3.0 + 2.0 * size(ideal_b, w) / size(ideal_a, w)) / size(a_words, w);
@@ -177,8 +178,9 @@ fn the_response_to_sines_is_that_of_the_analog_shaper() {
         let x = (w / 2.0).tan() / (PI * CORNER_HZ / SAMPLE_HZ).tan();
         assert!((measured - shaped(x)).abs() <= bound, "{frequency_hz} Hz: {measured}, bound {bound}");
         assert!(bound < 1e-4, "the bound says something: {bound}");
-        // The formula is the published table's, to its last digit. On logarithmic scales its slope, 2 x^2 / (1 + 2 x^2) less
-        // 2 x^4 / (1 + x^4), is between -2 and 1: what the transform moves in frequency it moves at most twice in size.
+        // The formula is the published table's, to its last digit. On logarithmic scales its slope, 2 x^2 / (1 + 2 x^2)
+        // less 2 x^4 / (1 + x^4), is between -2 and 1: what the transform moves in frequency it moves at most twice in
+        // size.
         let table = shaped(frequency_hz / CORNER_HZ);
         assert!((table / published - 1.0).abs() < 5e-8, "{table}");
         let moved = (x * CORNER_HZ / frequency_hz).ln().abs();

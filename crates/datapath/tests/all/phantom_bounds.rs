@@ -49,8 +49,8 @@ fn plain_q22_fails_in_the_stiffness_alone_and_just_below_512_newtons_a_metre() {
 
 #[test]
 fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() {
-    // Links of 0.9 m reach 1.6 m far and 1.07 m high, in words that end at 1 m, and turn 8.5 N into more than 8 N.m. The
-    // wrapped radius is any word at all, of which x, at most 0.74 of it, is still one.
+    // Links of 0.9 m reach 1.6 m far and 1.07 m high, in words that end at 1 m, and turn 8.5 N into more than 8 N.m.
+    // The wrapped radius is any word at all, of which x, at most 0.74 of it, is still one.
     let config = PhantomConfig { lengths: [15_099_494; 2], ..PhantomConfig::default() };
     assert_eq!(failing(&config, 1000.0), ["radius", "y", "z", "torque1", "torque2", "torque3"]);
     let rows = bounds(&config, 1000.0).unwrap();
@@ -62,8 +62,8 @@ fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() 
 
 #[test]
 fn ranges_of_the_premium_1_0_agree_with_trigonometry() {
-    // Counts from -4096 to 4095, of 3/92000 turns in joint 1 and 1/28000 in joints 2 and 3; 1e-6 is above every rounding
-    // of the words.
+    // Counts from -4096 to 4095, of 3/92000 turns in joint 1 and 1/28000 in joints 2 and 3; 1e-6 is above every
+    // rounding of the words.
     let rows = bounds(&PhantomConfig::default(), 40_000.0).unwrap();
     let (first, second) = (TAU * 3.0 / 92_000.0, TAU / 28_000.0);
     let (low, high) = ((-4096.0 * second).sin(), (4095.0 * second).sin());

@@ -100,9 +100,9 @@ fn interpolation_is_within_its_chord_and_one_lsb() {
 #[test]
 fn cordic_is_within_its_last_rotation_and_the_floors_of_all() {
     // The angle left over is at most the last rotation's (A(i) <= sum of the later ones + A(last)), off by the rounding
-    // of every A (half of 2^-30 turns each) and by the phase bits dropped. Each rotation floors x and y, by less than one
-    // guarded LSB each, so sqrt(2) together, which the later rotations stretch by less than 1.647; K is off by half a
-    // guarded LSB, stretched likewise; the result is rounded.
+    // of every A (half of 2^-30 turns each) and by the phase bits dropped. Each rotation floors x and y, by less than
+    // one guarded LSB each, so sqrt(2) together, which the later rotations stretch by less than 1.647; K is off by half
+    // a guarded LSB, stretched likewise; the result is rounded.
     for (phase, turn) in phases() {
         for (iterations, guard) in [(24, 4), (14, 2)] {
             let block = TrigCordic::new(phase, iterations, guard).unwrap();

@@ -11,8 +11,8 @@ const FINE: u32 = 60;
 /// pi in units of `2^-60`, to the nearest (0x3.243F6A8885A308D313...).
 const PI: i128 = 0x3243_F6A8_885A_308D;
 
-/// `sin(2 pi num/den)` in units of `2^-60`: an eighth of a turn by Taylor's series in integers. Each of some twenty terms
-/// is truncated, and pi is rounded: off by less than `2^-54`.
+/// `sin(2 pi num/den)` in units of `2^-60`: an eighth of a turn by Taylor's series in integers. Each of some twenty
+/// terms is truncated, and pi is rounded: off by less than `2^-54`.
 fn sine(num: i64, den: i64) -> i128 {
     let (turn, eighths) = (i128::from(den), 8 * i128::from(num).rem_euclid(i128::from(den)));
     // Quadrant 0 to 3 about 0, 1/4, 1/2, 3/4 of a turn; the rest is at most an eighth on either side.
@@ -50,8 +50,8 @@ fn shipped() -> [Turn; 4] {
 
 #[test]
 fn every_word_of_every_shipped_table_is_the_nearest_and_no_float_could_have_missed_it() {
-    // Taylor's integers are within 2^-54, the floats that tables are made of within 2^-51, and so are the VHDL's if they
-    // are off by less than 2^-40: that is 2^-18 = 4e-6 LSB of 22 fraction bits. Nothing comes that near a tie.
+    // Taylor's integers are within 2^-54, the floats that tables are made of within 2^-51, and so are the VHDL's if
+    // they are off by less than 2^-40: that is 2^-18 = 4e-6 LSB of 22 fraction bits. Nothing comes that near a tie.
     let mut nearest_tie = f64::INFINITY;
     for turn in shipped() {
         let (num, den) = (i64::from(turn.num), i64::from(turn.den));

@@ -1,4 +1,5 @@
-//! The law of `repeats` and `skip_repeats`: what a wiring says of its outputs comes true, and passing over it equals ticking.
+//! The law of `repeats` and `skip_repeats`: what a wiring says of its outputs comes true, and passing over it equals
+//! ticking.
 
 use hpu_datapath::{
     Block, BoundingConfig, ConventionalLoop, CouplingConfig, EnergyBounding, HybridLoop, Law, LawWidths, LoopConfig,

@@ -1,14 +1,15 @@
 //! What the quantisation of the position does to each estimate of a velocity, measured against the formula.
 //!
-//! A position at constant speed `v` counts per sample, `phase + v k`, is floored to counts. With phase and speed uniform and
-//! independent, the fractions `q_k = phase + v k mod 1` are uniform and *pairwise* independent, so the errors `e_k = 1/2 -
-//! q_k` are white with variance 1/12, exactly: of any linear estimate `sum h_k e_k` the mean is 0 and the mean square
-//! `sum h_k^2 / 12`. (For one given speed the difference errs by `f (1 - f)`, `f` the fraction of `v`; its mean over `f` is
-//! 1/6 too.) Phases and speeds are words of 32 fraction bits, so that nothing but the floor rounds.
+//! A position at constant speed `v` counts per sample, `phase + v k`, is floored to counts. With phase and speed
+//! uniform and independent, the fractions `q_k = phase + v k mod 1` are uniform and *pairwise* independent, so the
+//! errors `e_k = 1/2 - q_k` are white with variance 1/12, exactly: of any linear estimate `sum h_k e_k` the mean is 0
+//! and the mean square `sum h_k^2 / 12`. (For one given speed the difference errs by `f (1 - f)`, `f` the fraction of
+//! `v`; its mean over `f` is 1/6 too.) Phases and speeds are words of 32 fraction bits, so that nothing but the floor
+//! rounds.
 //!
 //! Tolerance of a mean square over `M` independent trials whose error never exceeds `e`: its variance is at most
-//! `E[error^4] / M <= e^2 E[error^2] / M`, and five standard deviations are allowed, which one run in a million exceeds; the
-//! seed is fixed.
+//! `E[error^4] / M <= e^2 E[error^2] / M`, and five standard deviations are allowed, which one run in a million
+//! exceeds; the seed is fixed.
 
 use hpu_datapath::{
     Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference, edge_timer,
@@ -52,8 +53,9 @@ fn counts(words: i64) -> f64 {
 
 #[test]
 fn the_noise_of_a_filtered_difference_is_alpha_over_the_root_of_6_times_2_minus_alpha() {
-    // Of (1 - z^-1) alpha / (1 - (1 - alpha) z^-1): h = alpha, -alpha^2, -alpha^2 (1 - alpha), ..; sum h^2 = 2 alpha^2 /
-    // (2 - alpha), sum |h| = 2 alpha, so no error exceeds alpha. Shift 0 is the backward difference: Delta / (T sqrt 6).
+    // Of (1 - z^-1) alpha / (1 - (1 - alpha) z^-1): h = alpha, -alpha^2, -alpha^2 (1 - alpha), ..; sum h^2 = 2 alpha^2
+    // / (2 - alpha), sum |h| = 2 alpha, so no error exceeds alpha. Shift 0 is the backward difference: Delta / (T sqrt
+    // 6).
     for (shift, samples, trials) in [(0, 2, 200_000), (1, 30, 100_000), (2, 60, 100_000), (4, 250, 40_000)] {
         let alpha = f64::from(1u32 << shift).recip();
         let config = FilteredConfig { shift, out_frac: 24, ..FilteredConfig::default() };
@@ -111,8 +113,8 @@ fn a_window_shows_the_speed_of_half_a_window_ago() {
 
 #[test]
 fn at_constant_speed_one_count_of_noise_explains_the_whole_window_of_foaw() {
-    // The line through the ends of n samples misses the one j ago by |(1 - j/n) q_k + (j/n) q_{k-n} - q_{k-j}|, fractions
-    // below 1: less than a count. So the error is that of a window of n: Delta / (nT sqrt 6).
+    // The line through the ends of n samples misses the one j ago by |(1 - j/n) q_k + (j/n) q_{k-n} - q_{k-j}|,
+    // fractions below 1: less than a count. So the error is that of a window of n: Delta / (nT sqrt 6).
     let (trials, window) = (50_000, 16);
     let config = FoawConfig { window, out_frac: 20, ..FoawConfig::default() };
     let mut block = Foaw::new(config).unwrap();
@@ -131,8 +133,8 @@ fn at_constant_speed_one_count_of_noise_explains_the_whole_window_of_foaw() {
     assert_rms(measured, 1.0 / (6.0 * samples * samples), 1.0 / samples, trials);
 }
 
-/// The interval that a timer shows after a few counts of that spacing in clocks (words of 32 fraction bits), the first of
-/// them at a phase of the clock.
+/// The interval that a timer shows after a few counts of that spacing in clocks (words of 32 fraction bits), the first
+/// of them at a phase of the clock.
 fn interval(phase: i64, spacing: i64) -> i64 {
     let mut block = EdgeTimer::new(12, 20).unwrap();
     let mut out = block.reset();
@@ -150,8 +152,9 @@ fn interval(phase: i64, spacing: i64) -> i64 {
 
 #[test]
 fn the_time_between_counts_errs_by_v_tau_over_delta_at_most_and_by_that_over_the_root_of_6_in_the_mean() {
-    // A spacing of L clocks, v tau / Delta = 1/L, is measured as floor(L) or the next: the speed f/N errs by (L - N)/N of
-    // itself, less than 1/N. The ends' two fractions are as those of a position, so E[(L - N)^2] = 1/6 over uniform L.
+    // A spacing of L clocks, v tau / Delta = 1/L, is measured as floor(L) or the next: the speed f/N errs by (L - N)/N
+    // of itself, less than 1/N. The ends' two fractions are as those of a position, so E[(L - N)^2] = 1/6 over uniform
+    // L.
     let trials = 20_000;
     for slowest in [20, 100] {
         let measured = mean_square(trials, |phase, fraction| {
@@ -168,8 +171,8 @@ fn the_time_between_counts_errs_by_v_tau_over_delta_at_most_and_by_that_over_the
 
 #[test]
 fn timing_counts_beats_counting_them_below_delta_over_the_root_of_t_tau_and_not_above() {
-    // Period T of 10 000 clocks: the methods are equal at one count in 100 clocks. Relative errors at L clocks a count: 1/L
-    // for the time between counts, L/10 000 for counting. At L = 50 and 200 one is four times the other.
+    // Period T of 10 000 clocks: the methods are equal at one count in 100 clocks. Relative errors at L clocks a count:
+    // 1/L for the time between counts, L/10 000 for counting. At L = 50 and 200 one is four times the other.
     let (period, trials) = (10_000, 4000);
     for (slowest, better) in [(200, true), (50, false)] {
         let timing = mean_square(trials, |phase, fraction| {

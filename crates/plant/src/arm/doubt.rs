@@ -1,7 +1,7 @@
 //! How far an arm's angles may be off, and which crossings that leaves in doubt.
 //!
-//! Each segment adds what its series leaves out, which its last terms tell, and what rounding takes; anchors keep their low
-//! parts and add nothing. Against 30 digits the true error stays below the sum (`tests/all/arm_certified.rs`).
+//! Each segment adds what its series leaves out, which its last terms tell, and what rounding takes; anchors keep their
+//! low parts and add nothing. Against 30 digits the true error stays below the sum (`tests/all/arm_certified.rs`).
 
 use super::ArmMotion;
 use super::polynomial::{Lanes, derivatives};
@@ -11,8 +11,8 @@ use super::series::Series;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl ArmMotion<'_> {
-    /// How far the angles at an edge may be off: what each segment leaves out and rounds away, summed as independent errors
-    /// are. An estimate: it knows nothing of errors that the motion itself amplifies, or damps.
+    /// How far the angles at an edge may be off: what each segment leaves out and rounds away, summed as independent
+    /// errors are. An estimate: it knows nothing of errors that the motion itself amplifies, or damps.
     #[must_use]
     pub fn error_rad(&self, edge: u64) -> f64 {
         self.error(self.time_s(edge))[0]
@@ -25,8 +25,8 @@ impl ArmMotion<'_> {
         (whole[joint] - limit_rad) + part[joint]
     }
 
-    /// Whether an encoder's angle, which has passed a limit at this edge, was or is so near to it that `f64` alone, with the
-    /// error of the run, may have put it on another one.
+    /// Whether an encoder's angle, which has passed a limit at this edge, was or is so near to it that `f64` alone,
+    /// with the error of the run, may have put it on another one.
     #[must_use]
     pub fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
         let [_, slope, curvature] = derivatives(&self.series.p[..=self.series.powers], self.time_s(edge));

@@ -44,7 +44,8 @@ impl Pose {
 }
 
 impl Arm {
-    /// What each joint does from a start on; `broke` names a joint that friction has just ceased to hold, and where it goes.
+    /// What each joint does from a start on; `broke` names a joint that friction has just ceased to hold, and where it
+    /// goes.
     pub(super) fn holds(&self, x: &Start, broke: Option<(usize, f64)>) -> [Hold; 3] {
         let model = &self.model;
         let mut holds: [Hold; 3] = std::array::from_fn(|i| {

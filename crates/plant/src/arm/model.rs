@@ -44,10 +44,10 @@ pub struct ArmModel {
 const DOWN_M_PER_S2: [f64; 3] = [0.0, -9.81, 0.0];
 
 impl ArmModel {
-    /// A Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg at the tip
-    /// balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass holds the rotors; rigid
-    /// transmission, ideal amplifiers. Friction is 0: what is published of it is felt at the tip, and the caller takes it to
-    /// the joints.
+    /// A Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg at the
+    /// tip balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass holds the rotors;
+    /// rigid transmission, ideal amplifiers. Friction is 0: what is published of it is felt at the tip, and the caller
+    /// takes it to the joints.
     #[must_use]
     pub fn premium_1_0() -> Self {
         let length_m = 0.140;

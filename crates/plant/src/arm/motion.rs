@@ -146,16 +146,16 @@ impl<'a> ArmMotion<'a> {
         self.encoder_rad(edge)
     }
 
-    /// The angles that the encoders see at an edge from the anchor on and before the segment's end, rounded downward: that
-    /// is below a limit just when the angle before rounding is.
+    /// The angles that the encoders see at an edge from the anchor on and before the segment's end, rounded downward:
+    /// that is below a limit just when the angle before rounding is.
     #[inline(always)]
     fn encoder_rad(&self, edge: u64) -> [f64; 3] {
         let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
         std::array::from_fn(|i| if part[i] < 0.0 { whole[i].next_down() } else { whole[i] })
     }
 
-    /// One of the four sums of the state with the part that rounding leaves of it: the anchor and the change since are added
-    /// without error, and the change is small.
+    /// One of the four sums of the state with the part that rounding leaves of it: the anchor and the change since are
+    /// added without error, and the change is small.
     #[inline(always)]
     pub(super) fn sum(&self, terms: &Coefficients, which: usize, t: f64) -> (Lanes, Lanes) {
         let low = &self.start.low;
@@ -172,8 +172,8 @@ impl<'a> ArmMotion<'a> {
         sums
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at which
-    /// a segment has ended. What [`ArmMotion::step`] brings there may lie in the bands again.
+    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at
+    /// which a segment has ended. What [`ArmMotion::step`] brings there may lie in the bands again.
     #[must_use]
     pub fn next_event(&self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         let ended = self.end_edge <= limit;

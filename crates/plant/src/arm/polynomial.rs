@@ -1,8 +1,8 @@
 //! Three series in lanes, and the first time at which one of them passes a limit, without missing any.
 //!
-//! On `[t, t + L]` a polynomial lies above the parabola of its value, slope and curvature at `t` less what a bound of its
-//! third derivative allows. Until that parabola meets the limit nothing is passed; from there one looks again. Near a
-//! crossing this converges like a method of third order, from before it.
+//! On `[t, t + L]` a polynomial lies above the parabola of its value, slope and curvature at `t` less what a bound of
+//! its third derivative allows. Until that parabola meets the limit nothing is passed; from there one looks again. Near
+//! a crossing this converges like a method of third order, from before it.
 
 /// Order of the series.
 pub(super) const ORDER: usize = 16;

@@ -20,7 +20,8 @@ pub(super) struct Start {
     pub(super) low: [Lanes; 4],
 }
 
-/// Powers that most segments need, as a command or friction cuts them short; the others are written when it comes to them.
+/// Powers that most segments need, as a command or friction cuts them short; the others are written when it comes to
+/// them.
 const FIRST: usize = 6;
 /// Where the first powers are good for less than this, all are written at once.
 const FIRST_LASTS_S: f64 = 2e-5;

@@ -1,17 +1,17 @@
 //! Fixed steps: how ordinary programs move the same arm on.
 //!
-//! A [`SteppedArm`] is moved by a textbook method over steps of so many clock edges, with the commands held as they stand at
-//! the step's first edge, or following the motion at every state that the method looks at ([`SteppedArm::plan`]). Nothing is
-//! located inside a step, but where joints turn in a planned one:
+//! A [`SteppedArm`] is moved by a textbook method over steps of so many clock edges, with the commands held as they
+//! stand at the step's first edge, or following the motion at every state that the method looks at
+//! ([`SteppedArm::plan`]). Nothing is located inside a step, but where joints turn in a planned one:
 //!
-//! - Coulomb friction is that of the direction at the step's start. Which of the joints that stand still there stay for the
-//!   step is decided for all of them together, as the series do it.
+//! - Coulomb friction is that of the direction at the step's start. Which of the joints that stand still there stay for
+//!   the step is decided for all of them together, as the series do it.
 //! - A joint whose direction a step would reverse stands still at its end, unless the step was planned.
-//! - Between a step's ends everything goes in a straight line: the encoders' edges fall on the clock edges at which that line
-//!   crosses them.
+//! - Between a step's ends everything goes in a straight line: the encoders' edges fall on the clock edges at which
+//!   that line crosses them.
 //!
-//! Semi-implicit Euler takes torques from the old state, speeds from the new torques, angles from the new speeds. The implicit
-//! midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
+//! Semi-implicit Euler takes torques from the old state, speeds from the new torques, angles from the new speeds. The
+//! implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
 //! summed by the trapezoid rule, so that what is left of the balance measures the method.
 
 use super::friction::{Hold, Pose};
@@ -188,8 +188,8 @@ impl<'a> SteppedArm<'a> {
         }
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at which
-    /// a step ends.
+    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at
+    /// which a step ends.
     #[must_use]
     pub fn next_event(&mut self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         self.begin();
@@ -211,9 +211,9 @@ impl<'a> SteppedArm<'a> {
         Some(outside)
     }
 
-    /// Begins a step of so many clock edges, at least one, where the last one ended: the motors are commanded to give these
-    /// torques there, and what `command` makes of their angles and speeds at every state at which the method asks for slopes.
-    /// Joints turn where their speeds are 0, to the last bits.
+    /// Begins a step of so many clock edges, at least one, where the last one ended: the motors are commanded to give
+    /// these torques there, and what `command` makes of their angles and speeds at every state at which the method asks
+    /// for slopes. Joints turn where their speeds are 0, to the last bits.
     pub fn plan(&mut self, edges: u64, torques_nm: [f64; 3], command: impl Fn(&[f64; 3], &[f64; 3]) -> [f64; 3]) {
         let free = self.arm.model.free;
         let command = |p: &[f64; 3], w: &[f64; 3]| {
@@ -421,8 +421,8 @@ impl<'a> SteppedArm<'a> {
         Step { to, rub, energy, changes }
     }
 
-    /// When the first joint turns of those that do until `end`, one of which is `joint`, and the state then: this joint at
-    /// rest. Found by false position with the Illinois rule.
+    /// When the first joint turns of those that do until `end`, one of which is `joint`, and the state then: this joint
+    /// at rest. Found by false position with the Illinois rule.
     fn turn(
         &self,
         x: &State,

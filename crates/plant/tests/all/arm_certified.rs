@@ -1,9 +1,10 @@
-//! The arm's encoder edges against a judge of some 30 digits (`arm_judge`: another form of the equations, another precision,
-//! another code), which is given the same torques at the same edges.
+//! The arm's encoder edges against a judge of some 30 digits (`arm_judge`: another form of the equations, another
+//! precision, another code), which is given the same torques at the same edges.
 //!
-//! Certified: 25,000 encoder edges of each of four models (rigid, one joint, lagging amplifiers, flexible transmissions too;
-//! all with stick and slip) lie on the right one of some 10^7 to 10^8 clock edges, none was near, and the error stays below
-//! what the arm itself says. `arm_edges` goes on from there: 10^5 encoder edges of each, and the tolerance halved.
+//! Certified: 25,000 encoder edges of each of four models (rigid, one joint, lagging amplifiers, flexible transmissions
+//! too; all with stick and slip) lie on the right one of some 10^7 to 10^8 clock edges, none was near, and the error
+//! stays below what the arm itself says. `arm_edges` goes on from there: 10^5 encoder edges of each, and the tolerance
+//! halved.
 
 use crate::arm_judge::Judge;
 use crate::arm_judge::twice::Twice;

@@ -102,14 +102,15 @@ fn encoder_edges(model: ArmModel, tolerance: f64, at_least: usize) -> (Vec<(u64,
     (edges, motion.error_rad(edge), near)
 }
 
-/// 10^5 encoder edges of each model over 10^8 clock edges and more. `arm_certified` holds the first of them to 30 digits.
+/// 10^5 encoder edges of each model over 10^8 clock edges and more. `arm_certified` holds the first of them to 30
+/// digits.
 #[test]
 fn halving_the_tolerance_moves_no_encoder_edge_nor_does_making_it_next_to_nothing() {
     for model in models() {
         let (usual, error_rad, near) = encoder_edges(model, 1e-16, 100_000);
         assert!(usual.last().unwrap().0 > 80_000_000, "{:?}", usual.last());
-        // What it may be off by is little against a turn of 1 rad/s in a clock, and few come that near to a limit: of stiff
-        // transmissions, whose damping the estimate leaves out, more than of others.
+        // What it may be off by is little against a turn of 1 rad/s in a clock, and few come that near to a limit: of
+        // stiff transmissions, whose damping the estimate leaves out, more than of others.
         assert!(error_rad < 1e-3 * EDGE_S && near * 100 < usual.len(), "{error_rad} rad, {near} near");
         for tolerance in [0.5e-16, 1e-20] {
             let (other, ..) = encoder_edges(model, tolerance, 100_000);

@@ -55,8 +55,8 @@ fn one_flexible_joint_moves_as_its_linear_system_says() {
         let mut torques = [0.0; 3];
         torques[joint] = -command;
         motion.drive(0, torques);
-        // The torque is its command from the start on, and a rest of the other sign that dies away: the latter moves the
-        // free system, the former is a constant torque on the rotor, met by the integral of the flow.
+        // The torque is its command from the start on, and a rest of the other sign that dies away: the latter moves
+        // the free system, the former is a constant torque on the rotor, met by the integral of the flow.
         let mut x = [0.0, 0.0, 0.0, 0.0, command];
         let mut forced = [0.0; 5];
         let integral = integral_of(&a, step_s);

@@ -1,4 +1,5 @@
-//! Fixed steps of the arm against its series: orders of convergence, straight lines, friction as ordinary programs write it.
+//! Fixed steps of the arm against its series: orders of convergence, straight lines, friction as ordinary programs
+//! write it.
 
 use crate::arms::rubbing_1_5;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, SteppedArm, Transmission};
@@ -158,9 +159,9 @@ fn planned(arm: &Arm, method: Method, edges: u64, steps: u64, speed: f64, torque
 
 #[test]
 fn a_joint_of_a_planned_step_turns_or_stops_where_its_speed_is_0() {
-    // Thrown at 0.1 rad/s against a torque: it slows down by (torque + friction) / inertia, turns after v²/2a, and comes back
-    // by (torque - friction) / inertia, or stays if friction is the greater. All methods are exact for such parabolas but
-    // the two of Euler.
+    // Thrown at 0.1 rad/s against a torque: it slows down by (torque + friction) / inertia, turns after v²/2a, and
+    // comes back by (torque - friction) / inertia, or stays if friction is the greater. All methods are exact for such
+    // parabolas but the two of Euler.
     let (inertia, model) = lone(0.0);
     let arm = Arm::new(model, EDGE_S).unwrap();
     for method in [Method::Midpoint, Method::Rk4] {
@@ -198,7 +199,8 @@ fn a_command_that_follows_the_arm_is_a_part_of_the_method() {
 
 #[test]
 fn joints_at_rest_are_held_together_and_not_one_by_one() {
-    // In this pose motor 2 pulls at joint 3, which no torque of its own would move, by m23 times the acceleration of joint 2.
+    // In this pose motor 2 pulls at joint 3, which no torque of its own would move, by m23 times the acceleration of
+    // joint 2.
     let model = ArmModel { coulomb_nm: [0.01; 3], ..rubbing_1_5().balanced() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let pose = [0.0, 1.2, 0.2];

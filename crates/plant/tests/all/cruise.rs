@@ -84,7 +84,8 @@ fn same_energy(got: &Energy, expected: &Energy, what: &str) {
     }
 }
 
-/// Every kind of axis whose circuit stays closed, with a state to begin in; how far its modes reach is for the cruise to find.
+/// Every kind of axis whose circuit stays closed, with a state to begin in; how far its modes reach is for the cruise
+/// to find.
 fn axes() -> Vec<(&'static str, Axis, [f64; 3])> {
     let axis = |coulomb_nm, hand| Axis::new(motor(coulomb_nm), BRIDGE, hand, EDGE_S, 1 << 29).unwrap();
     vec![
@@ -203,7 +204,8 @@ fn it_goes_where_steps_of_an_edge_go() {
     }
 }
 
-/// Goes over the periods with gates switched one by one: the first edge at which a mode ends or the angle leaves the band.
+/// Goes over the periods with gates switched one by one: the first edge at which a mode ends or the angle leaves the
+/// band.
 fn first_event(mut case: Case, end: u64, band_rad: (f64, f64)) -> Option<u64> {
     let mut at = 0;
     for edge in case.changes(end) {

@@ -26,8 +26,8 @@ fn rail(coulomb_n: f64) -> Axis {
     Axis::amplified(Motor::on_rail(0.09, 0.1, coulomb_n), hand, EDGE_S, HORIZON).unwrap()
 }
 
-/// Both over so many steps, driven anew at each, the hand's mind changed at some, some steps short: every state within 1e-9 of
-/// its greatest size, the energies of what was exchanged, the modes' changes the same.
+/// Both over so many steps, driven anew at each, the hand's mind changed at some, some steps short: every state within
+/// 1e-9 of its greatest size, the energies of what was exchanged, the modes' changes the same.
 fn agree(what: &str, axis: &Axis, drive: impl Fn(f64) -> Drive, steps: u64) -> u64 {
     let mut exact = Device::new(axis, START[0], START[1], START[2]);
     let mut held = Held::new(Device::new(axis, START[0], START[1], START[2]), STEP);

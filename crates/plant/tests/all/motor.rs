@@ -169,7 +169,8 @@ fn friction_stops_a_coasting_shaft_where_the_closed_form_says_and_holds_it() {
 
 #[test]
 fn a_stuck_shaft_breaks_loose_when_the_hand_overcomes_friction() {
-    // Hand spring 0.05 N·m/rad whose intention runs at 2 rad/s: 1 mN·m is reached after 10 ms, sensor edge exactly there.
+    // Hand spring 0.05 N·m/rad whose intention runs at 2 rad/s: 1 mN·m is reached after 10 ms, sensor edge exactly
+    // there.
     let m = Motor { coulomb_nm: 1e-3, ..motor() };
     let push = Push { stiffness_nm_per_rad: 0.05, damping_nm_s_per_rad: 0.0 };
     let axis = Axis::new(m, BRIDGE, Hand::Spring(push), EDGE_S, 1 << 29).unwrap();
@@ -186,7 +187,8 @@ fn a_stuck_shaft_breaks_loose_when_the_hand_overcomes_friction() {
 
 #[test]
 fn a_floating_bridge_lets_the_current_die_through_its_diodes() {
-    // -L di/dt = R i + Kω + U + 2 V_d: from i₀ with a shaft held still the current is gone after τ ln(1 + R i₀/(U + 2 V_d)).
+    // -L di/dt = R i + Kω + U + 2 V_d: from i₀ with a shaft held still the current is gone after τ ln(1 + R i₀/(U + 2
+    // V_d)).
     let axis = Axis::new(motor(), BRIDGE, Hand::Prescribed, EDGE_S, 1 << 29).unwrap();
     let mut device = Device::new(&axis, 5.0, 0.0, 0.0);
     let m = motor();

@@ -134,7 +134,8 @@ fn the_slope_bound_is_the_variation_of_the_impulse_response_and_almost_reached()
     assert!(slope <= bound * (1.0 + 1e-6) && slope > 0.99 * bound, "{slope} of {bound}");
 }
 
-/// Where a mass of `mass_kg` is after forces of `forces_n`, each for 1 ms of 50 000 edges, shaped and handed on every `hold`.
+/// Where a mass of `mass_kg` is after forces of `forces_n`, each for 1 ms of 50 000 edges, shaped and handed on every
+/// `hold`.
 fn pushed(mass_kg: f64, forces_n: &[f64], hold: u64) -> [f64; 2] {
     const EDGE_S: f64 = 20e-9;
     let axis = Axis::amplified(Motor::on_rail(mass_kg, 0.0, 0.0), Hand::Torque(0.0), EDGE_S, 1 << 29).unwrap();

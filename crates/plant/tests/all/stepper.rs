@@ -39,8 +39,8 @@ fn residual_j(axis: &Axis, from: &State, to: &State, energy: &Energy) -> f64 {
     energy.supplied_j() - (axis.stored_j(to) - axis.stored_j(from)) - energy.dissipated_j()
 }
 
-/// Every method's error over 20 ms at three steps, each half the one before, against the exact flow. The steps are small
-/// enough for the error's first term, large enough for rounding to stay below it.
+/// Every method's error over 20 ms at three steps, each half the one before, against the exact flow. The steps are
+/// small enough for the error's first term, large enough for rounding to stay below it.
 fn has_its_orders(axis: &Axis, start: State, drive: Drive, intent: f64) {
     let edges = 20_000;
     let mut exact = Device::new(axis, start[0], start[1], start[2]);

@@ -7,9 +7,9 @@ use hpu_signal::Signal;
 ///
 /// Every input bit (`rst` too) comes from a register on `clk`, every output bit goes to one: a combinational block gets
 /// a clock to be timed by, and a clocked one pays for its ports as it would between other blocks. A shift register on
-/// the clock `shift` feeds the inputs, another one folds the outputs, so that wide ports need no pins. Paths between the
-/// clocks take no part in the frequency of `clk`. The bench is made of primitives, so that the netlist of the block is
-/// timed as it was counted.
+/// the clock `shift` feeds the inputs, another one folds the outputs, so that wide ports need no pins. Paths between
+/// the clocks take no part in the frequency of `clk`. The bench is made of primitives, so that the netlist of the block
+/// is timed as it was counted.
 pub fn bench(block: &dyn AnyBlock) -> String {
     let (inputs, outputs) = (block.inputs(), block.outputs());
     let mut connections = Vec::new();

@@ -20,9 +20,10 @@ use crate::vector::literal;
 /// Goes up when the flow gives other numbers from the same VHDL, tools, scripts and bench.
 const FLOW: &str = "1";
 
-/// A folder of costs, one small file each, by the SHA-256 of all that they depend on: the VHDL of the entity and of what it
-/// instantiates, its generics, the versions of the tools, and the flow. A file that is not whole by its
-/// checksum, or of another key, is measured again and replaced. Several programs may share a folder: files appear whole.
+/// A folder of costs, one small file each, by the SHA-256 of all that they depend on: the VHDL of the entity and of
+/// what it instantiates, its generics, the versions of the tools, and the flow. A file that is not whole by its
+/// checksum, or of another key, is measured again and replaced. Several programs may share a folder: files appear
+/// whole.
 #[derive(Debug)]
 pub struct Cache {
     dir: PathBuf,
@@ -35,7 +36,8 @@ impl Cache {
     ///
     /// # Errors
     ///
-    /// [`CostError`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such folder.
+    /// [`CostError`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such
+    /// folder.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, CostError> {
         let (dir, tools) = (dir.into(), tool_versions()?);
         fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
@@ -101,7 +103,8 @@ impl Cache {
         Ok(found)
     }
 
-    /// SHA-256 of all that a cost depends on, in hexadecimal digits; every part with its length, so that none runs into the next.
+    /// SHA-256 of all that a cost depends on, in hexadecimal digits; every part with its length, so that none runs into
+    /// the next.
     fn key(&self, block: &dyn AnyBlock, about: &str, vhdl: &str) -> String {
         let (name, seeds) = (block.name(), SEEDS.map(|seed| seed.to_string()).join(" "));
         let (device, scripts) = (DEVICE.join(" "), [ice40_script(name), ecp5_script(name)]);

@@ -92,7 +92,8 @@ impl Cost {
     }
 
     /// Fastest clock in the HX8K with registers before the inputs and behind the outputs, the median of the placements.
-    /// Absent when the block does not fit, when no path leads through it, or when it leaves no place for those registers.
+    /// Absent when the block does not fit, when no path leads through it, or when it leaves no place for those
+    /// registers.
     #[must_use]
     pub fn fmax_mhz(&self) -> Option<f64> {
         let mut placed = self.placed?;

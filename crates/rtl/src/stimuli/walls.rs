@@ -72,7 +72,8 @@ impl Walker {
     }
 }
 
-/// A random word of a law's other inputs: periods in which every computation ends or is passed over, gains of all sizes.
+/// A random word of a law's other inputs: periods in which every computation ends or is passed over, gains of all
+/// sizes.
 pub(super) fn gain(random: &mut SplitMix64, signal: &Signal) -> i64 {
     if signal.name == "period" {
         return signal.format.from_bits(random.below(80));
@@ -135,8 +136,8 @@ pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Deep inside the hardest wall, the counter turning forward: every capture takes in the work of the greatest torque over
-/// almost half a turn, until the energy's word is full.
+/// Deep inside the hardest wall, the counter turning forward: every capture takes in the work of the greatest torque
+/// over almost half a turn, until the energy's word is full.
 pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     let [root, energy, torque] =
         ["ROOT_WIDTH", "ENERGY_WIDTH", "TORQUE_WIDTH"].map(|name| generic(block, name).expect("a generic of the law"));
@@ -157,8 +158,9 @@ pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     [reset(vec![0; inputs.len()])].into_iter().chain(rows).collect()
 }
 
-/// Deep inside the hardest wall, half a turn back and as far forward by turns, a capture each: the torque is back at its
-/// greatest before each way out, which takes all of the energy that it can, until the energy's word is at its least.
+/// Deep inside the hardest wall, half a turn back and as far forward by turns, a capture each: the torque is back at
+/// its greatest before each way out, which takes all of the energy that it can, until the energy's word is at its
+/// least.
 pub(super) fn drain(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     let energy = generic(block, "ENERGY_WIDTH").expect("a generic of the law");
     let mut words: Vec<_> = inputs.iter().map(|signal| signal.format.max() as i64).collect();

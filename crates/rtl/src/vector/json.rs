@@ -1,8 +1,8 @@
 //! Vectors as JSON: everything that is known of a set, and the SHA-256 of what is written.
 //!
 //! One key a line, one row a line. The last key is the SHA-256, in hex, of all other lines, so that
-//! `grep -v '"sha256"' FILE | sha256sum` prints it again. Words are decimal integers in units of their least significant
-//! bit, up to 64 bits: a reader must not take them for floats.
+//! `grep -v '"sha256"' FILE | sha256sum` prints it again. Words are decimal integers in units of their least
+//! significant bit, up to 64 bits: a reader must not take them for floats.
 
 use std::fmt;
 

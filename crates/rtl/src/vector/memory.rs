@@ -69,7 +69,8 @@ impl Memory {
         )
     }
 
-    /// Memory Initialization File of Intel's, formerly Altera's, Quartus: depth and width, then `address : word;` in hex.
+    /// Memory Initialization File of Intel's, formerly Altera's, Quartus: depth and width, then `address : word;` in
+    /// hex.
     #[must_use]
     pub fn to_mif_intel(&self) -> String {
         let [what, slices] = &self.about;

@@ -194,8 +194,8 @@ impl Vectors {
         text
     }
 
-    /// What VUnit's `load_csv` reads: decimal values and nothing else, for it takes no line of names. The columns are in the
-    /// order of the header; all become VHDL integers.
+    /// What VUnit's `load_csv` reads: decimal values and nothing else, for it takes no line of names. The columns are
+    /// in the order of the header; all become VHDL integers.
     ///
     /// # Errors
     ///

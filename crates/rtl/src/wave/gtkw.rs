@@ -9,7 +9,8 @@ use super::layout::DIFFERS;
 use super::timescale::Timescale;
 use super::{Layout, Scope, Source, Var};
 
-/// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last group.
+/// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last
+/// group.
 const GROUPS: [(&str, &[&str]); 8] = [
     ("VHDL and emulator", &[DIFFERS]),
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
@@ -69,8 +70,8 @@ const NAMES_WIDTH: u32 = 340;
 const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
 /// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
-/// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves scaled to the whole run, and
-/// `span` filling the window, and the primary marker at an edge, if there is one to mark.
+/// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves
+/// scaled to the whole run, and `span` filling the window, and the primary marker at an edge, if there is one to mark.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]

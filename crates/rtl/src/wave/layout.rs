@@ -166,8 +166,8 @@ impl Layout {
         session.visit(Laying { reals })
     }
 
-    /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs two
-    /// entries an edge in the file, but no step of the engine.
+    /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs
+    /// two entries an edge in the file, but no step of the engine.
     #[must_use]
     pub fn with_clock(mut self) -> Self {
         self.scopes.iter_mut().for_each(Scope::add_clock);

@@ -42,8 +42,8 @@ pub trait Sink {
 
 /// A waveform being written. Only changes are.
 ///
-/// An [`Observe`]r cannot fail, so the first error is kept, nothing more is written, and [`finish`](Self::finish) returns
-/// it.
+/// An [`Observe`]r cannot fail, so the first error is kept, nothing more is written, and [`finish`](Self::finish)
+/// returns it.
 #[must_use = "a recording is complete only after `finish`"]
 pub struct Recording<S> {
     file: Timed<S>,
@@ -94,8 +94,8 @@ impl<S: Sink> Recording<S> {
         })
     }
 
-    /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would show
-    /// no values), and hands back what it was written to.
+    /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would
+    /// show no values), and hands back what it was written to.
     ///
     /// # Errors
     ///

@@ -4,8 +4,9 @@ use std::fmt;
 
 use hpu_signal::{Clock, Cycle};
 
-/// The longest power of ten in which every edge of a clock, and the middle between two, is a whole number: 10 ns at
-/// 50 MHz. It is a picosecond where there is none, and edges are then rounded down to it. Short numbers are quick to write and pack.
+/// The longest power of ten in which every edge of a clock, and the middle between two, is a whole number: 10 ns at 50
+/// MHz. It is a picosecond where there is none, and edges are then rounded down to it. Short numbers are quick to write
+/// and pack.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timescale {
     clock: Clock,

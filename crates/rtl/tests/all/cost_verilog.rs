@@ -81,8 +81,8 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     different.parse().expect("a number")
 }
 
-/// Blocks whose variants take half of the time of all: whole loops of the PHANToM. `testbench/long.sh` runs the variants of these;
-/// one of each is enough for the test command.
+/// Blocks whose variants take half of the time of all: whole loops of the PHANToM. `testbench/long.sh` runs the
+/// variants of these; one of each is enough for the test command.
 const LONG: [&str; 2] = ["phantom_loop", "phantom_shared_loop"];
 
 /// Simulates the variants that are asked for; returns the names of their blocks.

@@ -58,7 +58,8 @@ fn bits(digits: &str, width: usize) -> String {
     word.to_string()
 }
 
-/// A COE file's words: what follows the `=` of the vector, divided by commas, up to the semicolon; comments begin with one.
+/// A COE file's words: what follows the `=` of the vector, divided by commas, up to the semicolon; comments begin with
+/// one.
 fn coe(text: &str, width: usize) -> Vec<String> {
     let plain: String = text.lines().filter(|line| !line.starts_with(';')).collect();
     let (head, vector) = plain.split_once("memory_initialization_vector=").expect("the vector");

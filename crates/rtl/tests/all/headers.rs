@@ -1,4 +1,5 @@
-//! The header of a block's VHDL and the documentation of its Rust say the same of the hardware; no header leaves a limit open.
+//! The header of a block's VHDL and the documentation of its Rust say the same of the hardware; no header leaves a
+//! limit open.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Waveforms of a PHANToM's run, read back by somebody else's parser: every net and every plant output, change by change.
+//! Waveforms of a PHANToM's run, read back by somebody else's parser: every net and every plant output, change by
+//! change.
 
 use std::io::Cursor;
 

@@ -94,8 +94,8 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         ];
         known.contains(&entry)
     };
-    // Laws and shapers that never pull: neither the two upper bits of a torque or the sign of a shaped one, nor the gates
-    // that only a negative command opens.
+    // Laws and shapers that never pull: neither the two upper bits of a torque or the sign of a shaped one, nor the
+    // gates that only a negative command opens.
     let pushing = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
         ["virtual_coupling" | "passive_spring", _, "torque", bits] => bits == "3000" || bits == "c0",
         ["virtual_coupling_loop" | "passive_spring_loop", "default", "b_high", _] => true,
@@ -127,8 +127,8 @@ fn between_resets(rows: &[Stimulus]) -> Vec<(usize, &[Stimulus])> {
     all
 }
 
-/// The numbers of edges of those resets, after the first, that can be seen: without the reset, the same inputs would have
-/// given other outputs before the next one.
+/// The numbers of edges of those resets, after the first, that can be seen: without the reset, the same inputs would
+/// have given other outputs before the next one.
 fn seen_resets(block: &mut dyn AnyBlock, rows: &[Stimulus]) -> Vec<usize> {
     let stretches = between_resets(rows);
     let mut seen = Vec::new();

@@ -9,8 +9,8 @@ use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 use crate::read_back::{self, Changes};
 
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
-/// Clocks, and the picoseconds of the unit that their files have. The edges of the first do not fall on whole picoseconds, those of
-/// the second do, but not the middles between them.
+/// Clocks, and the picoseconds of the unit that their files have. The edges of the first do not fall on whole
+/// picoseconds, those of the second do, but not the middles between them.
 const CLOCKS: [(u64, u64); 7] = [
     (25_175_000, 1),
     (8_000_000_000, 1),

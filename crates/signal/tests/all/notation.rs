@@ -2,8 +2,8 @@
 
 use hpu_signal::{Format, Notation};
 
-/// Sign, place of the most significant bit, place of the least significant one: all that a fixed-point type says. The place
-/// of a bit is the power of two that it is worth.
+/// Sign, place of the most significant bit, place of the least significant one: all that a fixed-point type says. The
+/// place of a bit is the power of two that it is worth.
 type Places = (bool, i32, i32);
 
 fn places(format: Format) -> Places {

@@ -2,8 +2,8 @@
 
 /// The indices of the points of speed and error that no other point beats, the slowest first.
 ///
-/// A point is beaten by one that is at least as fast and at most as wrong, and better in one of the two; equals stay both.
-/// Points that are not finite in speed or error are none.
+/// A point is beaten by one that is at least as fast and at most as wrong, and better in one of the two; equals stay
+/// both. Points that are not finite in speed or error are none.
 #[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let sound = |index: &usize| points[*index].0.is_finite() && points[*index].1.is_finite();

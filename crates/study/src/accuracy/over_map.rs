@@ -61,8 +61,8 @@ pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
 }
 
 impl Tour {
-    /// A tour of a race's contestants over two keys; unless `all`, without those that tick every edge or step in less than a
-    /// microsecond.
+    /// A tour of a race's contestants over two keys; unless `all`, without those that tick every edge or step in less
+    /// than a microsecond.
     ///
     /// # Errors
     ///
@@ -104,8 +104,8 @@ impl Tour {
         self.map.len() + if self.criteria.is_empty() { 0 } else { self.map.layer() }
     }
 
-    /// Runs every cell and times everybody at the middle one; `None` when `control` stopped it. Rows that are `done` are not
-    /// run again, and every new one goes through `keep`.
+    /// Runs every cell and times everybody at the middle one; `None` when `control` stopped it. Rows that are `done`
+    /// are not run again, and every new one goes through `keep`.
     ///
     /// # Errors
     ///

@@ -25,7 +25,8 @@ pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
     }
 }
 
-/// The chart as CSV: errors are relative numbers, an infinite one is written `inf`; `replay` is the command of an entry.
+/// The chart as CSV: errors are relative numbers, an infinite one is written `inf`; `replay` is the command of an
+/// entry.
 #[must_use]
 pub fn csv(chart: &Chart, outputs: &[Output], command: &str, replay: impl Fn(&Entry) -> String) -> String {
     let mut text = format!("# {command}\n");

@@ -13,8 +13,8 @@ const BOTTOM: i32 = 1270;
 /// Powers of two that are shown.
 const POWERS: std::ops::Range<f64> = -26.0..20.0;
 
-/// A panel for each configuration, a row for each signal: from its last place to its end the format, from its error to its
-/// greatest value the signal, on a logarithmic axis.
+/// A panel for each configuration, a row for each signal: from its last place to its end the format, from its error to
+/// its greatest value the signal, on a logarithmic axis.
 #[must_use]
 pub fn formats(all: &[Formats], command: &str) -> Picture {
     let conditions =

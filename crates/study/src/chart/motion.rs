@@ -47,8 +47,8 @@ fn close_up(run: &Run) -> (Range<f64>, &'static str) {
     (1e3 * start_s..1e3 * (start_s + length_s), label)
 }
 
-/// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as it is
-/// counted.
+/// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as
+/// it is counted.
 pub(super) fn position(run: &Run) -> Picture {
     let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
     let x = 0.0..run.summary.motion_s;

@@ -13,8 +13,8 @@ const RIGHT: i32 = WIDTH - 560;
 const TOP: i32 = 240;
 const BOTTOM: i32 = 1290;
 
-/// A row for each signal of more than one bit: from its last place to its end the format, over it the greatest size measured
-/// and the greatest proved, on an axis of powers of two.
+/// A row for each signal of more than one bit: from its last place to its end the format, over it the greatest size
+/// measured and the greatest proved, on an axis of powers of two.
 #[must_use]
 pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str) -> Picture {
     let conditions =

@@ -3,10 +3,10 @@
 //! A mid-tread quantiser passes a sine of amplitude `A` as if multiplied by
 //! `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1) Δ/2A)²)`, over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most 4/π, at
 //! `A = Δ/√2`. A swing lasts where the loop with `N(A)` times its gains is at the border of stability, hence from
-//! `K = π/4 K_crit` on. The encoder's counter is a floor: a mid-tread quantiser and half a count of bias. The bias shifts
-//! the middle of the swing into the middle of a count and changes nothing else, unless a steady effort moves it on: one
-//! that balances at the edge of a count makes a relay of the quantiser, of gain without bound for small swings, which
-//! then swings at any stiffness.
+//! `K = π/4 K_crit` on. The encoder's counter is a floor: a mid-tread quantiser and half a count of bias. The bias
+//! shifts the middle of the swing into the middle of a count and changes nothing else, unless a steady effort moves it
+//! on: one that balances at the edge of a count makes a relay of the quantiser, of gain without bound for small swings,
+//! which then swings at any stiffness.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -27,7 +27,8 @@ pub fn describing_function(amplitude_counts: f64) -> f64 {
 
 /// The amplitude in steps of the swing that keeps its size where `N(A) = gain`: the larger root below 3/2.
 ///
-/// There `N` falls, so that a greater swing shrinks and a smaller one grows. `None` where `N` does not come by this gain.
+/// There `N` falls, so that a greater swing shrinks and a smaller one grows. `None` where `N` does not come by this
+/// gain.
 #[must_use]
 pub fn stable_amplitude(gain: f64) -> Option<f64> {
     // One threshold below A: N = (8/π) sqrt(u (1 - u)), u = 1/(2A)²; the larger A has the smaller u.

@@ -1,7 +1,7 @@
 //! The published criteria of a wall's stability.
 //!
-//! Each is told for every scene that gives it its numbers, with what it assumes and whether the scene is like that; where a
-//! scene has no such number (no Coulomb friction, no winding), that is told instead.
+//! Each is told for every scene that gives it its numbers, with what it assumes and whether the scene is like that;
+//! where a scene has no such number (no Coulomb friction, no winding), that is told instead.
 
 mod describing;
 mod linear;

@@ -1,9 +1,9 @@
 //! The published criteria of a sampled wall before a rigid body, in numbers.
 //!
 //! `m x'' + b x' + f_c sgn x' = -F`, the position quantised by `Δ`, sampled with a period `T`, the wall's force
-//! `F = K p + B Δp/T` held after a delay `t_d`. Most criteria have this picture. A motor fits it as far as its drive is an
-//! ideal one: `b` is then `B + K²/R`, what the back-EMF brakes included. Angles and torques are at the shaft; of a mass
-//! read m for rad and N for N·m.
+//! `F = K p + B Δp/T` held after a delay `t_d`. Most criteria have this picture. A motor fits it as far as its drive is
+//! an ideal one: `b` is then `B + K²/R`, what the back-EMF brakes included. Angles and torques are at the shaft; of a
+//! mass read m for rad and N for N·m.
 
 use std::f64::consts::PI;
 
@@ -115,7 +115,8 @@ impl Rigid {
         (2.0 * self.damping_nm_s_per_rad / self.period_s, 2.0 * self.friction_of_a_quantum())
     }
 
-    /// Diolaiti et al.: the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; both sides, that of sampling first.
+    /// Diolaiti et al.: the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; both sides, that of sampling
+    /// first.
     #[must_use]
     pub fn diolaiti(&self) -> (f64, f64) {
         (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.friction_of_a_quantum())
@@ -150,8 +151,8 @@ impl Rigid {
     /// The stiffest wall on which a body comes to rest that a constant effort `w > f_c` drops onto it.
     ///
     /// A contact lasts half a swing and multiplies the energy by `e^(π ω (T/2 + t_d))`; the way out and back by
-    /// `(w - f_c)/(w + f_c)`. Both are equal at `K = m (ln((w + f_c)/(w - f_c)) / (π (T/2 + t_d)))²`. `None` for an effort
-    /// that friction holds.
+    /// `(w - f_c)/(w + f_c)`. Both are equal at `K = m (ln((w + f_c)/(w - f_c)) / (π (T/2 + t_d)))²`. `None` for an
+    /// effort that friction holds.
     #[must_use]
     pub fn drop_threshold(&self, effort_nm: f64) -> Option<f64> {
         let (more, less) = (effort_nm + self.coulomb_nm, effort_nm - self.coulomb_nm);

@@ -30,12 +30,12 @@ const NEARLY: u32 = 2;
 const LATE: u32 = 3;
 const LATEST: Duration = Duration::from_millis(200);
 
-/// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact falls
-/// is chance.
+/// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact
+/// falls is chance.
 const NOISE: f64 = 0.05;
 
-/// Finds the least model of a scene (its text under `set`) whose outputs are within `within` of those of the scene as it is
-/// written.
+/// Finds the least model of a scene (its text under `set`) whose outputs are within `within` of those of the scene as
+/// it is written.
 ///
 /// # Errors
 ///
@@ -61,7 +61,8 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
-    // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at too.
+    // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at
+    // too.
     let mut least = 1;
     for model in models(&all) {
         if control.stop.load(Ordering::Relaxed) {
@@ -201,8 +202,8 @@ impl Climb<'_> {
         self.scene.parse(&set).map_err(|error| error.to_string())
     }
 
-    /// How many times as fast a model is as the scene as written: both run in turn, so that a machine that is slow for a while
-    /// is so for both.
+    /// How many times as fast a model is as the scene as written: both run in turn, so that a machine that is slow for
+    /// a while is so for both.
     fn speedup(&self, model: &[usize]) -> Result<f64, String> {
         let nothing = Set::new();
         let both = [self.experiment(&[], &nothing)?, self.experiment(model, &nothing)?];

@@ -37,7 +37,8 @@ pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
     list.0
 }
 
-/// The sets of simplifications that go together, cheapest first by their worth; the last one is empty: the scene as written.
+/// The sets of simplifications that go together, cheapest first by their worth; the last one is empty: the scene as
+/// written.
 #[must_use]
 pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
     let mut models = vec![Vec::new()];
@@ -154,8 +155,8 @@ fn axis(scene: &Scene, list: &mut List) {
 /// Fixed steps in us, and what they are worth; the last two are there to hold the others against.
 const STEPS: [(f64, u32); 7] = [(1000.0, 6), (300.0, 5), (100.0, 4), (30.0, 3), (10.0, 2), (3.0, 1), (1.0, 1)];
 
-/// The fixed steps of a solver within these bounds, the longest cut to the upper one, in place of all of `between`, which
-/// they join.
+/// The fixed steps of a solver within these bounds, the longest cut to the upper one, in place of all of `between`,
+/// which they join.
 fn ladder(
     steps_s: &RangeInclusive<f64>,
     what: impl Fn(&str) -> String,
@@ -186,7 +187,8 @@ fn ladder(
     }
 }
 
-/// Where smoothed friction reaches its full size: a count in ten sample periods, slower than anything that the law sees.
+/// Where smoothed friction reaches its full size: a count in ten sample periods, slower than anything that the law
+/// sees.
 fn friction_speed(scene: &Scene) -> f64 {
     scene.encoder.count_rad() / (10.0 * scene.sample_period_s())
 }

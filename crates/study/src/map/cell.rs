@@ -60,7 +60,8 @@ pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
 pub struct CellLimits {
     /// Events that it may have; one with more has failed. What the limit makes of a cell depends on the scene alone.
     pub events: u64,
-    /// Wall time after which it is given up. It has not failed then: on a faster machine, or on an idle one, it may end.
+    /// Wall time after which it is given up. It has not failed then: on a faster machine, or on an idle one, it may
+    /// end.
     pub guard: Duration,
 }
 
@@ -202,8 +203,9 @@ fn stiffness_error(experiment: &Experiment) -> Option<f64> {
     }
 }
 
-/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the last three
-/// tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched all that while.
+/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the
+/// last three tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched
+/// all that while.
 #[must_use]
 pub fn displayed_stiffness(scene: &Scene, trace: &Trace, averages: Option<[f64; 2]>) -> Option<(f64, Option<f64>)> {
     let angles_rad = trace.angles_rad();

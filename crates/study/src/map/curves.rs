@@ -1,5 +1,5 @@
-//! What published criteria draw over a map: the greatest stiffness that they allow, along the other axis. Only those that
-//! speak of the method's kind of loop.
+//! What published criteria draw over a map: the greatest stiffness that they allow, along the other axis. Only those
+//! that speak of the method's kind of loop.
 
 use hpu_cosim::scene::{Experiment, Scene};
 

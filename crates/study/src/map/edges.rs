@@ -1,5 +1,5 @@
-//! Why a method's region of rest ends where it does: what becomes of the motion just beyond its edge, and which criterion puts
-//! an edge there.
+//! Why a method's region of rest ends where it does: what becomes of the motion just beyond its edge, and which
+//! criterion puts an edge there.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 

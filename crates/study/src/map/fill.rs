@@ -30,8 +30,8 @@ impl Map {
         }
     }
 
-    /// Fills the map; `None` when `control` stopped it. A cell that took longer than the guard allows is [`Found::Late`]. Rows that are `done` are not run again, and every new one goes
-    /// through `keep`.
+    /// Fills the map; `None` when `control` stopped it. A cell that took longer than the guard allows is
+    /// [`Found::Late`]. Rows that are `done` are not run again, and every new one goes through `keep`.
     ///
     /// # Errors
     ///
@@ -96,8 +96,8 @@ impl Map {
     }
 }
 
-/// A place in an order that scatters neighbours, by multiples of the golden ratio. Neighbours cost alike: in the map's own
-/// order a corner of slow cells may come last, and a thread wait for the other.
+/// A place in an order that scatters neighbours, by multiples of the golden ratio. Neighbours cost alike: in the map's
+/// own order a corner of slow cells may come last, and a thread wait for the other.
 fn scattered(index: &usize) -> u64 {
     (*index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }

@@ -35,9 +35,9 @@ impl FromStr for Method {
 }
 
 impl Method {
-    /// Every method that a scene's device can run, with the constants that its own damping `b` pays for at the scene's sample
-    /// rate: energy bounding by `c = b/T`, a coupling of `b/T` to a rigid wall. Each is sampled at that rate
-    /// but the hybrid loop's spring; dual rate takes the velocity every tenth sample.
+    /// Every method that a scene's device can run, with the constants that its own damping `b` pays for at the scene's
+    /// sample rate: energy bounding by `c = b/T`, a coupling of `b/T` to a rigid wall. Each is sampled at that rate but
+    /// the hybrid loop's spring; dual rate takes the velocity every tenth sample.
     #[must_use]
     pub fn all(scene: &Scene) -> Vec<Self> {
         let period_s = scene.sample_period_s();

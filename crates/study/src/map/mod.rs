@@ -1,8 +1,8 @@
 //! Maps of stability: a scene over two of its keys, by any set of methods.
 //!
-//! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, those of the method. It is a
-//! unit of work ([`crate::units`]), so a map is the same whatever the threads, and goes on after an interruption. Unless all
-//! cells are asked for, only those along boundaries are run ([`Refinement`]).
+//! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, those of the method. It
+//! is a unit of work ([`crate::units`]), so a map is the same whatever the threads, and goes on after an interruption.
+//! Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
 
 mod axis;
 mod cell;

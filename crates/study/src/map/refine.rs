@@ -1,15 +1,16 @@
 //! Which cells of a grid are run: all along the boundaries, few elsewhere.
 //!
-//! The grid is cut into squares of [`STRIDE`] cells, whose corners are run. A square that holds cells of different classes,
-//! its own corners or those of a smaller neighbour on its edge, is cut into four, down to single cells. What lies in a
-//! square that is left whole is inferred: it is of the one class that all its known cells have. Where a cell differs from
-//! both of its neighbours in its row or its column, the boundary is not sharp there, and all within two cells are run.
+//! The grid is cut into squares of [`STRIDE`] cells, whose corners are run. A square that holds cells of different
+//! classes, its own corners or those of a smaller neighbour on its edge, is cut into four, down to single cells. What
+//! lies in a square that is left whole is inferred: it is of the one class that all its known cells have. Where a cell
+//! differs from both of its neighbours in its row or its column, the boundary is not sharp there, and all within two
+//! cells are run.
 //!
 //! What this costs: one cell in sixteen, and three or four for each cell that the boundary is long.
 //!
-//! What this can miss: an island narrower than [`STRIDE`] cells that holds no corner of the first squares, and a tongue, a
-//! gap or a speck of such width where it touches no square that is cut. Whatever reaches a known cell is followed to its
-//! end; `--full` runs all.
+//! What this can miss: an island narrower than [`STRIDE`] cells that holds no corner of the first squares, and a
+//! tongue, a gap or a speck of such width where it touches no square that is cut. Whatever reaches a known cell is
+//! followed to its end; `--full` runs all.
 
 use std::collections::BTreeSet;
 
@@ -87,7 +88,8 @@ impl Refinement {
         square.rows().flat_map(move |y| square.columns().map(move |x| y * width + x))
     }
 
-    /// Asks for more cells where the known ones differ; `false` when there is nothing to ask. `class` is asked of wanted cells.
+    /// Asks for more cells where the known ones differ; `false` when there is nothing to ask. `class` is asked of
+    /// wanted cells.
     pub fn refine<C: PartialEq>(&mut self, class: impl Fn(usize) -> C) -> bool {
         let mut known: Vec<Option<C>> = (0..self.width * self.height).map(|_| None).collect();
         for &cell in &self.wanted {

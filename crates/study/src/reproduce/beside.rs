@@ -23,8 +23,8 @@ pub struct Comparison {
 pub struct Claim {
     /// The claim.
     pub statement: Statement,
-    /// Whether it is so, for each case of what the paper leaves open, from what its lines found, in their order; no case where
-    /// the scene's own parameters were inferred from the claim.
+    /// Whether it is so, for each case of what the paper leaves open, from what its lines found, in their order; no
+    /// case where the scene's own parameters were inferred from the claim.
     pub judge: fn(&[&Found]) -> Vec<bool>,
 }
 

@@ -1,6 +1,7 @@
 //! What the paper says of its table, held against a table.
 //!
-//! The paper reads its limits off the rows, so a limit here is a row too: the stiffest that is passive, all softer ones being so.
+//! The paper reads its limits off the rows, so a limit here is a row too: the stiffest that is passive, all softer ones
+//! being so.
 
 use std::ops::Range;
 
@@ -23,7 +24,8 @@ pub struct Claim {
     pub place: &'static str,
     /// What counts as that.
     pub says: &'static str,
-    /// Whether the table says so, along every axis that it has; `None` when it does not tell, as when its rows end too early.
+    /// Whether the table says so, along every axis that it has; `None` when it does not tell, as when its rows end too
+    /// early.
     pub met: Option<bool>,
     /// The numbers, axis by axis.
     pub found: String,
@@ -172,8 +174,8 @@ const STIFFER: Words = (
     "caption of Fig. 5",
 );
 
-/// The stiffest passive wall on any of these platforms over that on PMOS-1: the least and the most that it may be, apart
-/// where the rows end before a wall does. Not a number when PMOS-1 has no passive wall.
+/// The stiffest passive wall on any of these platforms over that on PMOS-1: the least and the most that it may be,
+/// apart where the rows end before a wall does. Not a number when PMOS-1 has no passive wall.
 fn best_ratio(table: &Table, axis: Direction, platforms: &[Platform]) -> Option<(f64, f64)> {
     let limits = platforms.iter().map(|&platform| table.limit(axis, platform)).collect::<Option<Vec<_>>>()?;
     let best = limits.iter().filter_map(|limit| limit.passive_n_per_m).fold(0.0, f64::max);

@@ -1,7 +1,8 @@
-//! On which side each criterion errs: its limit over the stiffness at which the scene as it stands, in words, ceases to settle.
+//! On which side each criterion errs: its limit over the stiffness at which the scene as it stands, in words, ceases to
+//! settle.
 //!
-//! Nothing here is a paper's: the devices are four that the papers tell of or assume, each with its quantisation, its friction
-//! and its hand. Above one, a criterion calls stable what is not; below one, it forbids what holds.
+//! Nothing here is a paper's: the devices are four that the papers tell of or assume, each with its quantisation, its
+//! friction and its hand. Above one, a criterion calls stable what is not; below one, it forbids what holds.
 
 use std::sync::{Arc, OnceLock};
 

@@ -1,4 +1,4 @@
-//! What the paper says of the datapath's words and of its workspace.
+//! The paper's claims about the datapath's words and its workspace.
 
 use super::formats::{Fate, Formats};
 use super::summing::{Finding, Statement, Sum};

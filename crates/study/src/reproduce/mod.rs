@@ -1,12 +1,12 @@
 //! Published studies, run again: Table 2 of Sevcik et al. 2009, a weighted PHANToM dropped onto virtual walls.
 //!
-//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × trials, each one run of the shipped
-//! scene `phantom-drop` under overrides. A [`Table`] sums up the trials of one rung as the paper does, [`Published`] knows
-//! which of its cells are legible, and [`claims`] holds its statements against the table. The [`ladder`] does so with ever more
-//! of the physics.
+//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × trials, each one run of the
+//! shipped scene `phantom-drop` under overrides. A [`Table`] sums up the trials of one rung as the paper does,
+//! [`Published`] knows which of its cells are legible, and [`claims`] holds its statements against the table. The
+//! [`ladder`] does so with ever more of the physics.
 //!
-//! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what the
-//! tables hold, [`sines`] compares four sources of sine.
+//! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what
+//! the tables hold, [`sines`] compares four sources of sine.
 
 pub mod beside;
 mod claims;

@@ -59,8 +59,8 @@ struct Bench {
     random: SplitMix64,
 }
 
-/// Every count of the tables (all joints at the same), every combination of their edges, and random postures on top; each
-/// with random walls about the tip and, apart from them, random forces.
+/// Every count of the tables (all joints at the same), every combination of their edges, and random postures on top;
+/// each with random walls about the tip and, apart from them, random forces.
 ///
 /// # Errors
 ///

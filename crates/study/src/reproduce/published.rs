@@ -1,8 +1,9 @@
 //! What of the printed Table 2 is legible.
 //!
-//! The text of the paper at hand has five rows of the table. At 250 and 500 N/m all cells of all axes have their "x"; at 750 N/m
-//! those of x and y have, and those of z are blank, which is more likely lost than meant: the body finds the all-FPGA platforms
-//! five times stiffer than PMOS-1 in z. At 30 000 and 40 000 N/m no cell has one. The rows between are lost, and so is the shading.
+//! The text of the paper at hand has five rows of the table. At 250 and 500 N/m all cells of all axes have their "x";
+//! at 750 N/m those of x and y have, and those of z are blank, which is more likely lost than meant: the body finds the
+//! all-FPGA platforms five times stiffer than PMOS-1 in z. At 30 000 and 40 000 N/m no cell has one. The rows between
+//! are lost, and so is the shading.
 
 use hpu_cosim::scene::{Direction, Platform};
 

@@ -49,8 +49,8 @@ fn ramp(what: &str, seconds: f64) -> Set {
     key("wall.ramp", format!("{{ {what}, from = 10, to = {} }}", 10.0 + seconds))
 }
 
-/// The length of a straight ramp of a scale with the same impulse as the scale `1/beta` while `beta` goes straight from 1 to
-/// `to` in `seconds`: `2 ln(to) / (to - 1)` of it.
+/// The length of a straight ramp of a scale with the same impulse as the scale `1/beta` while `beta` goes straight from
+/// 1 to `to` in `seconds`: `2 ln(to) / (to - 1)` of it.
 #[must_use]
 pub fn equal_impulse_s(to: f64, seconds: f64) -> f64 {
     2.0 * libm::log(to) / (to - 1.0) * seconds
@@ -286,8 +286,8 @@ fn motion(made: &Made) -> Found {
     Found::new(text, [f64::from(u8::from(made.settled())), end_m])
 }
 
-/// How far apart the ramps of stiffness and scale take the mass, until it first leaves the wall (the figure, in metres) and to
-/// the end.
+/// How far apart the ramps of stiffness and scale take the mass, until it first leaves the wall (the figure, in metres)
+/// and to the end.
 fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<Found, String>> {
     let stiffness = run(&with(&ramp(r#"stiffness = "400 N/m""#, seconds), &spring.set()), control)?;
     let scale = run(&with(&ramp(FORTY, seconds), &spring.set()), control)?;
@@ -312,7 +312,8 @@ fn amplitude_m(made: &Made, from_s: f64, to_s: f64) -> f64 {
     0.5 * (ends.1 - ends.0)
 }
 
-/// What a slow ramp makes of the energy of a small swing, as it is and without friction (`e^(-bt/m)`) and hold (`e^(∫kT/2m)`).
+/// What a slow ramp makes of the energy of a small swing, as it is and without friction (`e^(-bt/m)`) and hold
+/// (`e^(∫kT/2m)`).
 fn adiabatic(set: &Set, hold_s: f64, control: &Control) -> Option<Result<String, String>> {
     let start = [
         ("device.initial_position", "0.12 m"),

@@ -198,8 +198,8 @@ fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     }))
 }
 
-/// What became of the walls of the ladder; figures: the last rung that settles below the first that does not, in kN/m, that
-/// one, and the frequency of its chatter in hertz.
+/// What became of the walls of the ladder; figures: the last rung that settles below the first that does not, in kN/m,
+/// that one, and the frequency of its chatter in hertz.
 fn ladder(set: &Set, control: &Control) -> Option<Result<Found, String>> {
     let (mut rungs, mut turn) = (Vec::new(), None);
     for k in LADDER_KN_PER_M {
@@ -239,7 +239,8 @@ fn bounded(form: &str, c1: u32, friction: &str) -> Set {
     ]
 }
 
-/// The verdict of a press, and the stiffness that was felt; figures: whether it settles, and the stiffness held, in kN/m.
+/// The verdict of a press, and the stiffness that was felt; figures: whether it settles, and the stiffness held, in
+/// kN/m.
 fn felt(made: &Made) -> Found {
     let pairs: Vec<(f64, f64)> = made.beyond_m().zip(made.pushes_n()).collect();
     let mean = |pairs: &[(f64, f64)]| {

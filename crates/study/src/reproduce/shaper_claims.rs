@@ -1,4 +1,4 @@
-//! What the paper on the analog input shaper claims.
+//! The claims of the paper on the analog input shaper.
 
 use super::beside::{Claim, Found};
 use super::shaper::C1_N_S_PER_M;

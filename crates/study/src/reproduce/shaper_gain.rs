@@ -1,5 +1,5 @@
-//! The gain of what an input shaper leaves, `1 - H`, without its rectifiers: in closed form, of the plant's shaper, and of the
-//! datapath's words.
+//! The gain of what an input shaper leaves, `1 - H`, without its rectifiers: in closed form, of the plant's shaper, and
+//! of the datapath's words.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -30,7 +30,8 @@ pub fn bilinear(frequency_hz: f64) -> f64 {
     exact(CUTOFF_HZ * warped(frequency_hz) / warped(CUTOFF_HZ))
 }
 
-/// `|1 - H|` of the plant's shaper, under a sine held for a thousandth of its period and read in the middle of every hold.
+/// `|1 - H|` of the plant's shaper, under a sine held for a thousandth of its period and read in the middle of every
+/// hold.
 #[must_use]
 pub fn analog(frequency_hz: f64) -> f64 {
     const HOLDS: u32 = 1000;
@@ -85,7 +86,8 @@ pub fn digital(frequency_hz: f64) -> f64 {
     left[0].hypot(left[1]) * 2.0 / (WATCHED as f64 * full)
 }
 
-/// The greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms, and of the words.
+/// The greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms, and of the
+/// words.
 #[must_use]
 pub fn overshoots() -> [f64; 3] {
     let step = Shaper::new(CUTOFF_HZ).stepped(1.0);

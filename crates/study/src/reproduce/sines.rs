@@ -119,7 +119,8 @@ fn turns(config: &PhantomConfig) -> [Turn; 2] {
     [first, second]
 }
 
-/// Every source in a ladder of sizes about its default, over all counts of the default tables in joint 1 and in joint 2.
+/// Every source in a ladder of sizes about its default, over all counts of the default tables in joint 1 and in joint
+/// 2.
 ///
 /// # Errors
 ///

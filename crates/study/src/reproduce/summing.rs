@@ -10,13 +10,13 @@ pub struct Statement {
     pub letter: &'static str,
     /// The paper's words.
     pub paper: &'static str,
-    /// Where the paper says so.
+    /// Its place in the paper.
     pub place: &'static str,
-    /// What of a run counts as that.
+    /// The condition on the runs under which it counts as confirmed.
     pub means: &'static str,
 }
 
-/// What the runs say to a claim.
+/// The answer of the runs to a claim.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Finding {
     /// It is so.
@@ -63,7 +63,7 @@ impl Finding {
 pub struct Sum {
     /// The claim.
     pub statement: Statement,
-    /// What the runs say to it.
+    /// The answer of the runs.
     pub finding: Finding,
     /// The figures.
     pub found: String,

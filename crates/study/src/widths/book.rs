@@ -85,7 +85,8 @@ impl Book {
         }
     }
 
-    /// Signal over noise in decibels; infinite when word and law never differed, none where there is no law or no signal.
+    /// Signal over noise in decibels; infinite when word and law never differed, none where there is no law or no
+    /// signal.
     pub fn sqnr_db(&self) -> Option<f64> {
         let known = self.in_law && self.signal > 0.0 && self.noise.is_finite();
         known.then(|| 10.0 * libm::log10(self.signal / self.noise))

@@ -9,7 +9,8 @@ use hpu_datapath::{AnyBlock, Generic};
 pub(super) enum Side {
     /// As the law has it: nothing wraps, and only what the actuator cannot give is limited.
     Law,
-    /// As the block computes it from the words it has, up to its narrowing: counts are taken modulo, nothing is limited.
+    /// As the block computes it from the words it has, up to its narrowing: counts are taken modulo, nothing is
+    /// limited.
     Words,
 }
 
@@ -95,8 +96,8 @@ impl Equation {
         matches!(self, Self::Tip(_) | Self::Room(_) | Self::Torques(_) | Self::Command { .. } | Self::Engine { .. })
     }
 
-    /// The outputs for these inputs. `memory` is what a register remembers; `out` comes with the outputs as words, for what is
-    /// made of them again.
+    /// The outputs for these inputs. `memory` is what a register remembers; `out` comes with the outputs as words, for
+    /// what is made of them again.
     pub fn eval(&self, side: Side, input: &[f64], memory: &mut f64, out: &mut [f64]) {
         let whole = side == Side::Law;
         let shortest = |difference: f64, modulus: f64| {

@@ -209,8 +209,8 @@ impl<'s> Visit<'s> for First {
     }
 }
 
-/// What happened in all of some runs: ranges together, losses added up, the worst of all, the first of the first run that
-/// has any.
+/// What happened in all of some runs: ranges together, losses added up, the worst of all, the first of the first run
+/// that has any.
 ///
 /// # Errors
 ///

@@ -1,9 +1,10 @@
 //! The law in `f64` beside the words: by how much every word misses what it should be.
 //!
-//! The law runs through the wiring's own blocks, each by the equation of its data sheet ([`super::equations`]), its registers
-//! loaded on the same edges, from the encoder counts as the words have them and the scene's gains as they were asked for: what
-//! is left is what words do, the rounding of gains among it. A method's law is its reference law in floats. Beside that every
-//! narrowing is held against the exact value of the words that went into it: that is what rounding and overflow lost there.
+//! The law runs through the wiring's own blocks, each by the equation of its data sheet ([`super::equations`]), its
+//! registers loaded on the same edges, from the encoder counts as the words have them and the scene's gains as they
+//! were asked for: what is left is what words do, the rounding of gains among it. A method's law is its reference law
+//! in floats. Beside that every narrowing is held against the exact value of the words that went into it: that is what
+//! rounding and overflow lost there.
 //!
 //! Exact here means `f64`: products of up to 53 bits.
 
@@ -50,8 +51,8 @@ pub struct Beside {
 impl Beside {
     /// The law of a wiring with these nets, of which `inputs` are inputs.
     ///
-    /// `asked` are inputs that the law takes otherwise than as words; `law` is that of a method loop, with the edges that its
-    /// datapath computes for.
+    /// `asked` are inputs that the law takes otherwise than as words; `law` is that of a method loop, with the edges
+    /// that its datapath computes for.
     #[must_use]
     pub fn new(
         nets: &[Signal],
@@ -128,7 +129,8 @@ impl Beside {
         self.books.iter_mut().for_each(|book| book.close(last + 1));
     }
 
-    /// Signal over noise of a net in decibels; infinite when word and law never differed, none where there is no law or no signal.
+    /// Signal over noise of a net in decibels; infinite when word and law never differed, none where there is no law or
+    /// no signal.
     #[must_use]
     pub fn sqnr_db(&self, net: usize) -> Option<f64> {
         self.books[net].sqnr_db()

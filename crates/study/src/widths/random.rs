@@ -1,7 +1,7 @@
 //! Seeded random motion: what the datapath does for motions that nobody thought of.
 //!
-//! The loop is open: encoders turn as a random, band-limited motion has it, and nothing answers to the gates. A walk is a sum of
-//! sines of up to [`BAND_HZ`], folded back at both ends of its range, so that it comes everywhere in it.
+//! The loop is open: encoders turn as a random, band-limited motion has it, and nothing answers to the gates. A walk is
+//! a sum of sines of up to [`BAND_HZ`], folded back at both ends of its range, so that it comes everywhere in it.
 
 use hpu_cosim::scene::{Device, Experiment, Hand};
 use hpu_cosim::{Control, Rig, SplitMix64, Visit, World};
@@ -59,10 +59,11 @@ impl Walk {
     }
 }
 
-/// Turns the encoders of a scene at random for so long and tells what happened to every signal; `None` when `control` stopped it.
+/// Turns the encoders of a scene at random for so long and tells what happened to every signal; `None` when `control`
+/// stopped it.
 ///
-/// An axis goes as far as its counter tells from either side of the wall, no faster than its motor without load; each joint of a
-/// PHANToM goes through all that its tables hold.
+/// An axis goes as far as its counter tells from either side of the wall, no faster than its motor without load; each
+/// joint of a PHANToM goes through all that its tables hold.
 ///
 /// # Errors
 ///

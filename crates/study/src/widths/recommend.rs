@@ -1,4 +1,5 @@
-//! What each width is good for: the least one that keeps the scene's outputs within a tolerance, and what one bit less breaks.
+//! What each width is good for: the least one that keeps the scene's outputs within a tolerance, and what one bit less
+//! breaks.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -51,9 +52,10 @@ pub struct Recommended {
 
 /// Finds the widths that a scene needs; `None` when `control` stopped it.
 ///
-/// Bits that the measured range leaves idle go first: without them no word changes. The rest is halved between what holds and
-/// what breaks: the width found holds and one bit less breaks, both tried; widths below that are not tried again. Then all go
-/// down together, and whichever has the worst error by itself gives a bit back until the outputs hold.
+/// Bits that the measured range leaves idle go first: without them no word changes. The rest is halved between what
+/// holds and what breaks: the width found holds and one bit less breaks, both tried; widths below that are not tried
+/// again. Then all go down together, and whichever has the worst error by itself gives a bit back until the outputs
+/// hold.
 ///
 /// # Errors
 ///
@@ -193,7 +195,8 @@ pub fn by_range(format: Format, headroom_bits: i32) -> Option<Format> {
 }
 
 impl Recommended {
-    /// What two scenes of one wiring need together: of each width the greater number of bits, formats as `scene` has them then.
+    /// What two scenes of one wiring need together: of each width the greater number of bits, formats as `scene` has
+    /// them then.
     ///
     /// # Errors
     ///

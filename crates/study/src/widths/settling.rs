@@ -1,7 +1,7 @@
 //! Whether a loop notices that its torque takes more than one clock.
 //!
-//! To first order a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it: that is what the
-//! device must have to spare.
+//! To first order a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it: that is what
+//! the device must have to spare.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};

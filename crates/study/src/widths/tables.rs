@@ -1,9 +1,9 @@
 //! Tables of sines: how deep, how wide, and what lies between their entries.
 //!
-//! Worst errors are *exhausted*: every count of both kinds of joint, sine and cosine. The workspace is counted cell by cell.
-//! Block RAM is computed from the words: a full table is read by a register, and takes of a block of 4096 bits what its words
-//! take, without the bits that are the same in all of them, which Yosys leaves out. The other sources put logic between
-//! their ROM and the register, so no block RAM can hold it: it becomes lookup tables.
+//! Worst errors are *exhausted*: every count of both kinds of joint, sine and cosine. The workspace is counted cell by
+//! cell. Block RAM is computed from the words: a full table is read by a register, and takes of a block of 4096 bits
+//! what its words take, without the bits that are the same in all of them, which Yosys leaves out. The other sources
+//! put logic between their ROM and the register, so no block RAM can hold it: it becomes lookup tables.
 
 use std::fmt::Write;
 

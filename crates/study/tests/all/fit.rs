@@ -1,5 +1,5 @@
-//! The least model that answers a scene's question: it is the right one where it is chosen and elsewhere, and scenes that are made
-//! to fool the choice do not.
+//! The least model that answers a scene's question: it is the right one where it is chosen and elsewhere, and scenes
+//! that are made to fool the choice do not.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
 use hpu_cosim::{Control, Ready, Rig};

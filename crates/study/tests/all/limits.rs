@@ -1,5 +1,5 @@
-//! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with its
-//! own arithmetic.
+//! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with
+//! its own arithmetic.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
@@ -71,8 +71,8 @@ fn near(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "got {got}, expected {expected}");
 }
 
-/// The emulator's limit has these digits (half a unit of the last one, as a share), is known to a billionth, and is that of
-/// the exact map.
+/// The emulator's limit has these digits (half a unit of the last one, as a share), is known to a billionth, and is
+/// that of the exact map.
 #[track_caller]
 fn has_digits(limits: &Limits, expected: f64, digits: f64) {
     near(limits.emulated.unwrap().limit, expected, digits);

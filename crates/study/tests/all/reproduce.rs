@@ -204,7 +204,8 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
         claim(&table, "e").found,
         "x none and none (untold), y none and none (untold), z none and none (untold)"
     );
-    // Up to 1500 N/m an RTOS reaches at least twice PMOS-1, but whether it is only twice, and what an FPGA does, is open.
+    // Up to 1500 N/m an RTOS reaches at least twice PMOS-1, but whether it is only twice, and what an FPGA does, is
+    // open.
     let table = up_to(1500.0);
     assert_eq!(told(&table), [("a", true), ("b", true), ("c1", true)]);
     assert_eq!(claim(&table, "c2").found, "x >=2.0 (untold), y >=2.0 (untold), z >=2.0 (untold)");

@@ -18,7 +18,8 @@ fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tri
     // 2 b / T and the bounce's threshold.
     assert_eq!(number(of("abbott_okamura")), 10.0);
     assert_eq!(number(of("drop_threshold")), 9785.13552);
-    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m; in words it is one of the stiffnesses between.
+    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m; in words it is one of the stiffnesses
+    // between.
     let words = number(of("in words"));
     assert!((8000.0..10_000.0).contains(&words), "{words}");
     let text = beside_text(&comparison, &results);

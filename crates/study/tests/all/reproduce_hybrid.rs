@@ -1,4 +1,5 @@
-//! The lines of `hpu reproduce hybrid-loop` against closed forms, exact arithmetic, and the exact map from sample to sample.
+//! The lines of `hpu reproduce hybrid-loop` against closed forms, exact arithmetic, and the exact map from sample to
+//! sample.
 
 use std::f64::consts::PI;
 use std::sync::atomic::Ordering;
@@ -160,7 +161,8 @@ fn at_1_khz_a_bridge_that_brakes_holds_a_stiffer_wall_than_one_that_floats() {
     let found = measured("conventional, 1 kHz, pushed by 20 mN.m");
     let (brake, float) = found.split_once(", floating ").expect("both");
     let (brake, float) = (numbers(brake), numbers(float));
-    // Asked for, then felt: braking, the word is what is felt but for the counts; floating, the same duty makes less torque.
+    // Asked for, then felt: braking, the word is what is felt but for the counts; floating, the same duty makes less
+    // torque.
     assert!(brake[0] > float[0] && brake[1] > float[1], "{found}");
     assert!((0.9..=1.0).contains(&(brake[1] / brake[0])) && float[1] < 0.5 * float[0], "{found}");
 }

@@ -1,4 +1,5 @@
-//! Power scaling beside what was published: runaway, growth and sameness against integrations and closed forms of their own.
+//! Power scaling beside what was published: runaway, growth and sameness against integrations and closed forms of their
+//! own.
 
 use std::collections::BTreeSet;
 
@@ -46,8 +47,9 @@ fn beta_as_printed_lets_the_user_run_away_as_derived() {
     let ramp_s = equal_impulse_s(1e3, 1.0);
     let straight = runs_to_m(|t| 1.0 - 0.999 * (t / ramp_s).min(1.0));
     assert!((straight - hyperbola).abs() < 0.05, "{straight}");
-    // The energy-level spring lags by T/2 times the sum of v dv over x, below T a t = 0.1 m, and so pulls by 1 mN less: 5 cm in 10 s;
-    // the scale's word is a thousandth to 0.06 %: of 0.01 N/m over 120 m on average for 50 s^2, 4 cm; and two digits are printed.
+    // The energy-level spring lags by T/2 times the sum of v dv over x, below T a t = 0.1 m, and so pulls by 1 mN less:
+    // 5 cm in 10 s; the scale's word is a thousandth to 0.06 %: of 0.01 N/m over 120 m on average for 50 s^2, 4 cm; and
+    // two digits are printed.
     for spring in ["energy-level spring, 1 s", "the same in floats, 1 s"] {
         let text = found("Fig. 4 as printed", spring);
         let end_m = number(&text, "ends at ");
@@ -77,8 +79,8 @@ fn a_plain_spring_grows_where_its_period_exceeds_twice_damping_over_stiffness() 
         let (k, fade) = (400.0, MASS_KG * speed);
         let determinant = (1.0 - k * place) * decay + k * speed * fade;
         let exact = 0.5 * determinant.ln() / period_s;
-        // From a line's edge to the force: two edges of the synchronizer, one of the counter, one of the hold, each 1 us, and one
-        // more or less by how edges fall: a delay t adds k t/2m, 0.6 to 1.2 per mille.
+        // From a line's edge to the force: two edges of the synchronizer, one of the counter, one of the hold, each 1
+        // us, and one more or less by how edges fall: a delay t adds k t/2m, 0.6 to 1.2 per mille.
         let [least, most] = [3e-6, 6e-6].map(|delay_s| exact + 0.5 * 400.0 * delay_s / MASS_KG);
         // Ranges of 10 mm told to a count of 2 um and 1/8000 of a sampled top: two of them, 8 s apart; four digits.
         let bound = 2.0 * (2e-6 / 5e-3 + 1.25e-4) / 8.0 + 0.5e-4;
@@ -93,7 +95,8 @@ fn stiffness_and_scale_take_the_mass_the_same_way_until_it_leaves() {
         let mut words = text.split_whitespace();
         let (apart, unit) = (words.next().unwrap().parse::<f64>().unwrap(), words.next().unwrap());
         let apart_m = apart * if unit == "um" { 1e-6 } else { 1e-3 };
-        // Words of scale to 2^-15 and of stiffness to 2^-16, of up to 150 N: 7 mN, and 2 mN of floors; for half a second.
+        // Words of scale to 2^-15 and of stiffness to 2^-16, of up to 150 N: 7 mN, and 2 mN of floors; for half a
+        // second.
         assert!(
             unit != "m" && apart_m < 0.5 * (150.0 * (2f64.powi(-15) + 2f64.powi(-16)) + 2e-3) * 0.5 * 0.5 + 0.2e-3,
             "{text}"

@@ -1,5 +1,5 @@
-//! The analog input shaper and energy bounding beside what was published: the filter against closed forms, the felt stiffness
-//! against the bounds that the algorithm promises, the ladder's words.
+//! The analog input shaper and energy bounding beside what was published: the filter against closed forms, the felt
+//! stiffness against the bounds that the algorithm promises, the ladder's words.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -22,8 +22,9 @@ fn the_closed_form_has_the_gains_that_were_derived() {
 #[test]
 fn the_plant_shaper_leaves_what_the_closed_form_does() {
     for (frequency_hz, _) in GAINS {
-        // Held for 1/N of a period, N = 1000: the sine's share is off by (pi/N)^2/6, and of its images at k N -+ 1 times the
-        // frequency, 1/(k N) each, 1 - H leaves at most sqrt(2) f_c/(k N f): in all below 2 zeta(2) sqrt(2) (f_c/f) / N^2.
+        // Held for 1/N of a period, N = 1000: the sine's share is off by (pi/N)^2/6, and of its images at k N -+ 1
+        // times the frequency, 1/(k N) each, 1 - H leaves at most sqrt(2) f_c/(k N f): in all below 2 zeta(2) sqrt(2)
+        // (f_c/f) / N^2.
         let images = PI * PI / 3.0 * 2f64.sqrt() * (CUTOFF_HZ / frequency_hz) * 1e-6;
         let bound = exact(frequency_hz) * PI * PI / 6.0 * 1e-6 + images;
         let off = (analog(frequency_hz) - exact(frequency_hz)).abs();
@@ -34,8 +35,8 @@ fn the_plant_shaper_leaves_what_the_closed_form_does() {
 #[test]
 fn the_words_leave_what_the_bilinear_transform_does() {
     for (frequency_hz, _) in GAINS {
-        // Five coefficients off by 2^-31 over |A|, and A is at least the smaller part of the denominator; a count in 65535 of
-        // the rounded sine; half an LSB of 2^-16 that the poles amplify by 1/(1 + A1 + A2) = 1/(w T)^2.
+        // Five coefficients off by 2^-31 over |A|, and A is at least the smaller part of the denominator; a count in
+        // 65535 of the rounded sine; half an LSB of 2^-16 that the poles amplify by 1/(1 + A1 + A2) = 1/(w T)^2.
         let (w, s) = (2.0 * PI * CUTOFF_HZ * PERIOD_S, 2.0 * PI * frequency_hz * PERIOD_S);
         let poles = (w * w - s * s).hypot(2f64.sqrt() * w * s).min(1.0);
         let bound = 10.0 * 2f64.powi(-31) / poles + 4.0 / PI / 65535.0 + 2f64.powi(-17) / (w * w) / 65535.0;

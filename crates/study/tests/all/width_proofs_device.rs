@@ -1,4 +1,5 @@
-//! What is proved of a device beside closed forms, and beside the worst and random commands integrated by Runge and Kutta.
+//! What is proved of a device beside closed forms, and beside the worst and random commands integrated by Runge and
+//! Kutta.
 
 use std::f64::consts::PI;
 

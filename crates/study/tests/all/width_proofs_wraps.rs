@@ -80,8 +80,8 @@ fn a_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
         let realised = with(1.5).words().unwrap().realised;
         let predicted = axis_bounds(&with(1.5)).unwrap().wraps_at.unwrap().at_rest.unwrap();
         for word in predicted - 4..=predicted + 2 {
-            // Below, the push is held at the last penetration that does not overflow; where friction alone holds it, a push
-            // that is not infinitely slow may slide on.
+            // Below, the push is held at the last penetration that does not overflow; where friction alone holds it, a
+            // push that is not infinitely slow may slide on.
             let deepest = (4095 / word) as f64;
             let push_nm = grip * (end - realised.wall_position_rad - (deepest + 1.0) * realised.count_rad);
             let hold_nm = word as f64 * deepest * realised.torque_quantum_nm;

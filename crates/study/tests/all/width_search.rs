@@ -58,7 +58,8 @@ fn designs(own: Design, knobs: &[Knob]) -> Vec<Design> {
     })
 }
 
-/// The stable word of a scene by its rule, each wall a scene of its own, and nothing remembered; and how many runs it took.
+/// The stable word of a scene by its rule, each wall a scene of its own, and nothing remembered; and how many runs it
+/// took.
 fn stable_word(experiment: &Experiment) -> (i128, usize) {
     let scene = experiment.clone().axis().expect("an axis");
     let words = scene.words().expect("words");
@@ -101,8 +102,8 @@ fn stable_word(experiment: &Experiment) -> (i128, usize) {
 /// One scene of a search: its name, its changes, and whether its own stable stiffness counts.
 pub type On<'a> = (&'a str, Set, bool);
 
-/// Holds the front that a search finds to that of the grid, every design a scene of its own; `allowed` are designs whose words
-/// hold what they have to. Returns how many runs the grid took, too.
+/// Holds the front that a search finds to that of the grid, every design a scene of its own; `allowed` are designs
+/// whose words hold what they have to. Returns how many runs the grid took, too.
 pub fn holds_to_the_grid(
     on: &[On],
     texts: &[&str],
@@ -352,9 +353,9 @@ fn a_design_is_refused_where_its_scene_is() {
     assert!(accepted > 500, "{accepted}");
 }
 
-/// Position, integer and fraction bits of stiffness and damping, velocity, modulator, whether products saturate, whether the
-/// position is held; and the LUT4s that Yosys 0.23 maps the loop to, by the flow of `hpu cost`. None is among those that the
-/// estimate's weights were fitted to.
+/// Position, integer and fraction bits of stiffness and damping, velocity, modulator, whether products saturate,
+/// whether the position is held; and the LUT4s that Yosys 0.23 maps the loop to, by the flow of `hpu cost`. None is
+/// among those that the estimate's weights were fitted to.
 const MAPPED: [([i32; 7], bool, bool, u32); 12] = [
     ([10, 9, 1, 5, 4, 7, 12], true, false, 673),
     ([11, 7, 2, 3, 3, 6, 12], true, false, 573),

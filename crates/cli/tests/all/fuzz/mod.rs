@@ -1,4 +1,5 @@
-//! Commands at random, within sense and at its edges: no panic, no hang, every exit in the contract, nothing left behind.
+//! Commands at random, within sense and at its edges: no panic, no hang, every exit in the contract, nothing left
+//! behind.
 //!
 //! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt
 //! as text. Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60],

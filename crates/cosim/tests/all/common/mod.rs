@@ -56,8 +56,8 @@ pub fn run(scene: &PhantomScene) -> (Summary, Dense) {
     (summary, dense)
 }
 
-/// The DAC counts that the walls of a scene amount to at these joint angles: from the equations of the paper's kinematics,
-/// force limited to 8.5 N, torque per count that of 0.17 N.m at the motor for 2^15.
+/// The DAC counts that the walls of a scene amount to at these joint angles: from the equations of the paper's
+/// kinematics, force limited to 8.5 N, torque per count that of 0.17 N.m at the motor for 2^15.
 pub fn law(scene: &PhantomScene, [t1, t2, t3]: [f64; 3]) -> [i64; 3] {
     let [l1, l2] = scene.drop.lengths_m;
     let (s1, c1, s2, c2, s3, c3) = (t1.sin(), t1.cos(), t2.sin(), t2.cos(), t3.sin(), t3.cos());

@@ -61,8 +61,8 @@ fn a_negative_damper_beyond_the_devices_grows_by_the_difference() {
         let at = |t_s| trace.real(1)[rows(&trace, t_s, t_s).start];
         f64::ln(at(0.99) / at(0.09)) / 0.9
     };
-    // (0.6 - 0.5) / 0.1 a second; at 0.5 as if there were none, and below it slows. A count of force, 15 uN, and half a sample of
-    // 100 us are a hundredth of it.
+    // (0.6 - 0.5) / 0.1 a second; at 0.5 as if there were none, and below it slows. A count of force, 15 uN, and half a
+    // sample of 100 us are a hundredth of it.
     for (negative, per_s) in [("0.6", 1.0), ("0.5", 0.0), ("0.4", -1.0)] {
         let found = growth(negative);
         assert!((found - per_s).abs() < 0.02, "{negative}: {found} / s, not {per_s}");

@@ -35,8 +35,8 @@ fn a_shaped_push_lacks_what_the_high_pass_takes_and_never_exceeds_the_wall() {
     let whole = range(trace.words(0)).1;
     assert_eq!(range(trace.words(1)).1, whole);
     assert!(trace.words(0).iter().zip(trace.words(1)).all(|(asked, given)| given <= asked));
-    // In contact from 100.2 ms to 101 ms, in the middle of which the step is; its rise of 0.8 ms and the sample of 1 ms are 2 % of
-    // what 1 - H rises in the 45 ms that its slope at the start would take.
+    // In contact from 100.2 ms to 101 ms, in the middle of which the step is; its rise of 0.8 ms and the sample of 1 ms
+    // are 2 % of what 1 - H rises in the 45 ms that its slope at the start would take.
     for after_ms in [10.0, 20.0, 26.3, 40.0, 60.0, 80.0, 150.0] {
         let row = ((100.6 + 0.5 + after_ms) * 1e-3 / trace.interval_s()).round() as usize;
         let z = std::f64::consts::SQRT_2 * std::f64::consts::PI * 2.5 * after_ms * 1e-3;

@@ -96,7 +96,8 @@ fn of_a_damper_that_asks_for_more_than_full_scale_a_count_full_scale_remains() {
     assert_eq!(summary.outcome(), Some(OutcomeKind::LimitCycle));
     // From full scale less a count of the spring, 3276.8 of 65 536, to full scale.
     assert_eq!(range(trace.words(0)), (3_276 - 65_536, 65_535));
-    // A count outward takes full scale off, one inward adds what the spring, 1 N on average, leaves of it: F - 1 N / 2 for a sample.
+    // A count outward takes full scale off, one inward adds what the spring, 1 N on average, leaves of it: F - 1 N / 2
+    // for a sample.
     let remains = (force_n - 0.5) * t_s / count_m;
     // The swings decay by exp(-B t / 2 m), 1 kg, over a second.
     let swing = |from_s| {

@@ -27,8 +27,8 @@ fn a_wall_that_stiffens_pumps_a_ringing_mass_by_the_root_of_the_ratio() {
 
 #[test]
 fn so_does_a_scaled_spring_that_keeps_its_own_energy() {
-    // On top of the root a hold of 4 us and a root's 33 clocks leak: omega^2 (T / 2 + t_d) a second, on the mean of the ramp. The
-    // corner is 1.5 % of frequency a radian.
+    // On top of the root a hold of 4 us and a root's 33 clocks leak: omega^2 (T / 2 + t_d) a second, on the mean of the
+    // ramp. The corner is 1.5 % of frequency a radian.
     let leak: f64 = 0.5 * (1100.0 + 4100.0) / 0.1 * (0.5 * 4e-6 + 33.0 * 20e-9);
     near(gain(&scene("scaled-wall", &[])), (4100.0f64 / 1100.0).sqrt() * leak.exp(), 0.05);
 }

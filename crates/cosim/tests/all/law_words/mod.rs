@@ -1,9 +1,9 @@
 //! Every law's datapath against the law in floats, along the datapath's own trajectory.
 //!
-//! The loop is closed around the words; the positions that they saw are given to the law, and its torque is held against
-//! theirs. The bound is what the roundings of the words amount to. Where a law remembers, a bound of what it remembers is
-//! carried along beside it: `memory_off` of the memory, `force_off` of the torque. Positions, motions and integer gains are
-//! exact in both, so that both agree on contact.
+//! The loop is closed around the words; the positions that they saw are given to the law, and its torque is held
+//! against theirs. The bound is what the roundings of the words amount to. Where a law remembers, a bound of what it
+//! remembers is carried along beside it: `memory_off` of the memory, `force_off` of the torque. Positions, motions and
+//! integer gains are exact in both, so that both agree on contact.
 
 mod recorded;
 
@@ -39,7 +39,8 @@ fn a_sampled_wall_is_within_the_floors_of_drag_and_relief() {
         let mut law = wall(&run, 5);
         law.relief_n_s_per_m = run.generic("RELIEF") / 16.0 * 5.0;
         for sample in &run.samples {
-            // The spring is exact; the drag's floor is below it, that of the relief, which is taken off, above: less than 1 each.
+            // The spring is exact; the drag's floor is below it, that of the relief, which is taken off, above: less
+            // than 1 each.
             let force = law.sample(sample.delta);
             assert!(force.abs() < TOP);
             tally.hold(sample, sample.torque, force, 1.0);
@@ -67,9 +68,9 @@ fn a_virtual_coupling_is_within_the_words_of_its_shares_and_its_extension() {
         for (name, share) in [("SHARE", shares.share), ("HELD", shares.held), ("FREE", shares.free)] {
             assert!((run.generic(name) / 65_536.0 - share).abs() <= half * (1.0 + 1e-9), "{name}");
         }
-        // Touching or free, e' = f e + s max(0, x - f e), with h = f (1 - s): Lipschitz in e with f. In words, a step adds
-        // the floors, 2^-8 (and where only the words take the tool to be free or not, as much again), and three shares off
-        // by half a 2^-16 of x and e, |e| <= |x|.
+        // Touching or free, e' = f e + s max(0, x - f e), with h = f (1 - s): Lipschitz in e with f. In words, a step
+        // adds the floors, 2^-8 (and where only the words take the tool to be free or not, as much again), and three
+        // shares off by half a 2^-16 of x and e, |e| <= |x|.
         let most = run.samples.iter().map(|sample| sample.delta.abs()).fold(0.0, f64::max);
         let memory_off = (2.0 / 256.0 + half * 3.0 * most) / (1.0 - shares.free);
         // The force is max(0, (k + d) e' - d e), continuous where the tool comes free, and two floors.
@@ -107,7 +108,8 @@ fn controlled(
 #[test]
 fn a_passivity_controller_is_within_the_floor_of_its_quotient() {
     controlled(Observer::Velocity, 2_000, 5_000, |run, mut law, tally| {
-        // A correction makes W + c d of W: 0, or what the limits leave over, in words the rest of the division less, below
+        // A correction makes W + c d of W: 0, or what the limits leave over, in words the rest of the division less,
+        // below
         // |d|. W + c d is monotone in W and no steeper than 1, so that energies off by no more than the greatest |d| so far
         // remain so; all else is exact.
         let mut memory_off: f64 = 0.0;
@@ -125,8 +127,8 @@ fn a_passivity_controller_is_within_the_floor_of_its_quotient() {
 #[test]
 fn a_passivity_controller_that_sees_the_held_force_is_within_what_its_quotients_leave() {
     controlled(Observer::HeldForce, 10_000, 1_000, |run, mut law, tally| {
-        // A correction is off by -w/d of energies off by w, and by the quotient's floor, below 1; limits leave less of both.
-        // The next motion d' makes w (1 - d'/d) of it, or anything between that and w, and adds less than |d'|.
+        // A correction is off by -w/d of energies off by w, and by the quotient's floor, below 1; limits leave less of
+        // both. The next motion d' makes w (1 - d'/d) of it, or anything between that and w, and adds less than |d'|.
         let (mut memory_off, mut acted): (f64, Option<f64>) = (0.0, None);
         for sample in &run.samples {
             let motion = sample.motion;
@@ -175,9 +177,9 @@ fn energy_bounding_is_within_the_floors_of_its_bounds() {
         let (mut spare_off, mut force_off): (f64, f64) = (0.0, 0.0);
         let (mut energy, mut torque) = (0.0, 0.0);
         for sample in &run.samples {
-            // With c1 = c2 and G >= 0, cd - S <= F + cd <= cd + S, in words as well, and what is wanted is not negative. So
-            // F' = min(f, F + cd) for d > 0, min(max(f, F + cd), cd + S) for d < 0; S^2 = (cd)^2 + G + F^2 and
-            // G' = S^2 - (F' - cd)^2.
+            // With c1 = c2 and G >= 0, cd - S <= F + cd <= cd + S, in words as well, and what is wanted is not
+            // negative. So F' = min(f, F + cd) for d > 0, min(max(f, F + cd), cd + S) for d < 0; S^2 = (cd)^2 + G + F^2
+            // and G' = S^2 - (F' - cd)^2.
             let (motion, want) = (sample.motion, wanted(&run, sample.delta));
             let force = law.sample(sample.delta);
             let (across, step) = (c * motion, torque + c * motion);
@@ -186,8 +188,8 @@ fn energy_bounding_is_within_the_floors_of_its_bounds() {
             let bound_off = root_off(root * root, root_square_off) + BOUND_FLOORS;
             let (high, reached) = (across + root, want.max(step));
             if motion < 0.0 && reached > high - bound_off {
-                // cd + S, or nearly. The law leaves G' = 0, words what S - (F' - cd) < 1 + 1/16 leaves. Where only one of them
-                // is bound, the other is so near that S - (F' - cd) is at most 2 bound_off.
+                // cd + S, or nearly. The law leaves G' = 0, words what S - (F' - cd) < 1 + 1/16 leaves. Where only one
+                // of them is bound, the other is so near that S - (F' - cd) is at most 2 bound_off.
                 force_off = bound_off;
                 let short = if want > high + bound_off { BOUND_FLOORS } else { 2.0 * bound_off };
                 let by_force = root_square_off + force_off * (2.0 * (sample.torque - across).abs() + force_off);
@@ -233,8 +235,8 @@ fn the_force_bound_is_within_the_floors_of_its_root() {
         let (mut energy, mut torque, mut want) = (0.0, 0.0, 0.0);
         for sample in &run.samples {
             let motion = sample.motion;
-            // E' = E + c d^2 + F d, begun afresh where F = 0: in both where nothing was wanted; in one of them where the
-            // bound was below 1 PWM count, which leaves out the energy there was.
+            // E' = E + c d^2 + F d, begun afresh where F = 0: in both where nothing was wanted; in one of them where
+            // the bound was below 1 PWM count, which leaves out the energy there was.
             memory_off = if want == 0.0 {
                 0.0
             } else {
@@ -322,8 +324,8 @@ fn a_shaper_is_within_the_words_of_its_filter() {
     }
     // The filter's word, 14 bits before the point, does not overflow.
     assert!(TOP * passed < 16_384.0);
-    // A sample adds the rounding of y, half a 2^-16, and coefficients off by half a 2^-30: three of u, two of y. What it adds
-    // goes round the loop.
+    // A sample adds the rounding of y, half a 2^-16, and coefficients off by half a 2^-30: three of u, two of y. What
+    // it adds goes round the loop.
     let step = 0.5f64.powi(17) + 0.5f64.powi(31) * TOP * (3.0 + 2.0 * passed);
     let bound = gain * step * (1.0 + 1e-5) + 1.0;
     let mut tally = Tally::default();

@@ -1,8 +1,9 @@
 //! A judge of the arm's motion: the *published* equations `M(θ) θ'' + C(θ, θ') θ' + N(θ) = τ` of Çavuşoğlu, Feygin and
-//! Tendick 2002 (with the sign that makes `C` skew) in double-double, by Taylor series of order 24 whose last terms stay
-//! below 1e-30. The code under test works with momenta, in f64, to order 16; nothing is shared but the parameters.
+//! Tendick 2002 (with the sign that makes `C` skew) in double-double, by Taylor series of order 24 whose last terms
+//! stay below 1e-30. The code under test works with momenta, in f64, to order 16; nothing is shared but the parameters.
 //!
-//! Stick and slip: of all combinations of the joints at rest, the one whose accelerations and holding torques agree with it.
+//! Stick and slip: of all combinations of the joints at rest, the one whose accelerations and holding torques agree
+//! with it.
 
 pub mod twice;
 

@@ -1,7 +1,7 @@
 //! GTKWave's compressed format: for long runs.
 //!
-//! The format is the one of GTKWave's own writer as its readers take it: a header, the hierarchy, the signals' kinds, then
-//! sections of changes ([`section`]). What may be left out is: blackouts, attributes, aliases found by content.
+//! The format is the one of GTKWave's own writer as its readers take it: a header, the hierarchy, the signals' kinds,
+//! then sections of changes ([`section`]). What may be left out is: blackouts, attributes, aliases found by content.
 
 mod section;
 

@@ -50,8 +50,8 @@ struct Stream {
 }
 
 impl Section {
-    /// The first section. Slots that are no signal of the file are not written. Times of a `clock` repeat themselves and shrink to
-    /// nothing; others hardly do, and to pack them would cost more than all else.
+    /// The first section. Slots that are no signal of the file are not written. Times of a `clock` repeat themselves
+    /// and shrink to nothing; others hardly do, and to pack them would cost more than all else.
     pub fn new(slots: usize, signals: Vec<(usize, Kind)>, clock: bool) -> Self {
         let mut streams = vec![Stream::default(); slots];
         for &(slot, kind) in &signals {
@@ -223,7 +223,8 @@ impl Section {
 }
 
 impl Stream {
-    /// Instants since the last change, when one is put now; `None` before the first instant, where values are the frame's.
+    /// Instants since the last change, when one is put now; `None` before the first instant, where values are the
+    /// frame's.
     #[inline]
     fn later(&mut self, instants: u64) -> Option<u64> {
         let now = instants.checked_sub(1)?;

@@ -1,4 +1,4 @@
-//! What the paper and the pages that cite it claim.
+//! The claims of the paper and of the pages that cite it.
 
 use super::super::beside::{Claim, Found};
 use super::super::summing::Statement;

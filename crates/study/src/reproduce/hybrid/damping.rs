@@ -52,8 +52,8 @@ fn runs_settled(scene: &Scene, control: &Control) -> Result<bool, String> {
     Ok(cell.outcome == OutcomeKind::Settled)
 }
 
-/// The least damping that is stable, to 2 % : the first of a scan upwards in steps of a square root of two, then bisection;
-/// `None` when none is, up to 32 mN·m·s/rad.
+/// The least damping that is stable, to 2 % : the first of a scan upwards in steps of a square root of two, then
+/// bisection; `None` when none is, up to 32 mN·m·s/rad.
 fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) -> Result<Option<f64>, String> {
     let mut holds = |damping: f64| {
         let mut scene = scene.clone();

@@ -1,5 +1,5 @@
-//! Vasudevan et al. 2007: the hybrid loop against the conventional one; and what the pages that cite it print of a braking bridge
-//! and of two sampling rates.
+//! Vasudevan et al. 2007: the hybrid loop against the conventional one; and what the pages that cite it print of a
+//! braking bridge and of two sampling rates.
 
 mod bridge;
 mod claims;

@@ -11,8 +11,8 @@ pub(super) struct Case {
     pub scene: Scene,
     /// The outputs that the scene wants compared.
     pub outputs: Option<Vec<Output>>,
-    /// Whether its stable stiffness is looked for: it is the same for scenes that differ in the wall's stiffness alone, so that
-    /// the first of these climbs for all.
+    /// Whether its stable stiffness is looked for: it is the same for scenes that differ in the wall's stiffness alone,
+    /// so that the first of these climbs for all.
     pub climbs: bool,
 }
 

@@ -1,14 +1,15 @@
 //! The stiffest wall whose motion settles, word by word.
 //!
-//! The rule: begin at the power of two (in PWM counts a count) at or below the scene's own stiffness. While it settles, double
-//! it; if it does not, halve it; until one settles whose double does not. Between these two, the binary digits from the
-//! highest down to the format's last: each stays if the wall still settles with it. What stays is the stable stiffness: it
-//! settles, and one word more does not, or the format does not hold it.
+//! The rule: begin at the power of two (in PWM counts a count) at or below the scene's own stiffness. While it settles,
+//! double it; if it does not, halve it; until one settles whose double does not. Between these two, the binary digits
+//! from the highest down to the format's last: each stays if the wall still settles with it. What stays is the stable
+//! stiffness: it settles, and one word more does not, or the format does not hold it.
 //!
 //! Nothing makes the verdict a monotone function of the stiffness, so this is one place where it turns, as in
-//! [`limits::in_words`](crate::limits::in_words). It is such a place for all formats together: a format of more fraction bits
-//! tries what one of fewer tries, and then more digits, so that it is never less stiff, and stiffer by less than the last
-//! digit of the other. After each try the place is known to lie in an interval; the search makes use of that.
+//! [`limits::in_words`](crate::limits::in_words). It is such a place for all formats together: a format of more
+//! fraction bits tries what one of fewer tries, and then more digits, so that it is never less stiff, and stiffer by
+//! less than the last digit of the other. After each try the place is known to lie in an interval; the search makes use
+//! of that.
 
 /// A climb on the words of one format.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -1,15 +1,15 @@
 //! The lookup tables of a loop from its widths, without tools.
 //!
-//! A loop is mostly its two multipliers, and those are mostly the full adders that add up partial products, one for each pair
-//! of bits that meet below the product's last kept bit, and one for each pair above it where a product saturates and its
-//! upper bits are looked at. Of the velocity no more bits count than the position has: the others are its sign. What is left
-//! grows with the modulator's width, with the bits by which the velocity's saturation narrows, and with the position that a
-//! conventional loop holds.
+//! A loop is mostly its two multipliers, and those are mostly the full adders that add up partial products, one for
+//! each pair of bits that meet below the product's last kept bit, and one for each pair above it where a product
+//! saturates and its upper bits are looked at. Of the velocity no more bits count than the position has: the others are
+//! its sign. What is left grows with the modulator's width, with the bits by which the velocity's saturation narrows,
+//! and with the position that a conventional loop holds.
 //!
-//! The seven weights are least squares of the relative error on 35 loops as Yosys maps them for the iCE40 (positions of 8 to 24
-//! bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them), rounded. It is off by 3.7 % rms
-//! and at most 10.02 % there, and by 3.1 % rms on the twelve other loops of `tests/all/width_search.rs`, nowhere by more than
-//! [`ESTIMATE_ERROR`]. An estimate puts designs in an order; it is no price.
+//! The seven weights are least squares of the relative error on 35 loops as Yosys maps them for the iCE40 (positions of
+//! 8 to 24 bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them), rounded. It is off
+//! by 3.7 % rms and at most 10.02 % there, and by 3.1 % rms on the twelve other loops of `tests/all/width_search.rs`,
+//! nowhere by more than [`ESTIMATE_ERROR`]. An estimate puts designs in an order; it is no price.
 
 use hpu_datapath::LoopConfig;
 

@@ -26,7 +26,7 @@ struct Alike {
     depth: Depth,
 }
 
-/// What is known of designs on one scene.
+/// Knowledge about equivalent designs on one scene.
 struct On {
     /// The scene's own stiffness.
     own: Gain,
@@ -39,7 +39,7 @@ struct On {
 }
 
 impl On {
-    /// What the stable stiffness is known to lie between; any where another scene tells it.
+    /// Bounds of the stable stiffness; infinite where another scene's climb decides it.
     fn between(&self) -> [f64; 2] {
         let between = self.climb.as_ref().map(|climb| [climb.least(), climb.most()].map(|word| word as f64 * self.lsb));
         between.unwrap_or([f64::INFINITY; 2])
@@ -54,7 +54,7 @@ pub(super) struct Kind {
     /// The cheapest of them, and what they cost.
     pub designs: Vec<Design>,
     lut4: u32,
-    /// What is known on each scene.
+    /// Knowledge on each scene.
     on: Vec<On>,
     /// The worst error of all scenes, once known; infinite as soon as one is above what was asked for.
     pub error: Option<f64>,
@@ -115,8 +115,8 @@ impl Kind {
         Gains { case, pwm: self.alike.pwm, damping: self.alike.damping[case], stiffness }
     }
 
-    /// The scene whose climb decides next. The stable stiffness is the least of all scenes', so that a climb which is known to
-    /// end no lower than another is followed no further.
+    /// The scene whose climb decides next. The stable stiffness is the least of all scenes', so that a climb which is
+    /// known to end no lower than another is followed no further.
     fn climbing(&self) -> Option<usize> {
         let lowest = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
         let open = |on: &On| on.climb.as_ref().is_some_and(|climb| climb.next().is_some()) && on.between()[0] < lowest;
@@ -138,8 +138,8 @@ impl Kind {
         None
     }
 
-    /// Looks for the errors among known runs; which is wanted, if it is not there. Above `within` it is as good as infinite, and
-    /// no other scene is asked.
+    /// Looks for the errors among known runs; which is wanted, if it is not there. Above `within` it is as good as
+    /// infinite, and no other scene is asked.
     pub fn look(&mut self, memory: &Memory, within: f64) -> Option<(Gains, Depth)> {
         let mut worst = 0.0f64;
         for case in 0..self.on.len() {
@@ -164,7 +164,7 @@ impl Kind {
         None
     }
 
-    /// What it may be at best.
+    /// The best that the design may still turn out to be.
     pub fn at_best(&self) -> Merit {
         let error = if self.failed { f64::INFINITY } else { self.error.unwrap_or(0.0) };
         let stiffness = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
@@ -188,7 +188,7 @@ impl Kind {
         self.on.iter().map(|on| on.lsb * libm::exp2(full)).collect()
     }
 
-    /// What is proved of its words on each scene.
+    /// Proved ranges of its words on each scene.
     ///
     /// # Errors
     ///

@@ -81,8 +81,8 @@ impl Knob {
         (self.to - self.from + 1).unsigned_abs() as usize
     }
 
-    /// The knobs of a loop when none is named: every width from some bits below the scene's own up to it, and fractions from
-    /// none to four bits above. The modulator's is not among them: it sets the period of the modulation too.
+    /// The knobs of a loop when none is named: every width from some bits below the scene's own up to it, and fractions
+    /// from none to four bits above. The modulator's is not among them: it sets the period of the modulation too.
     #[must_use]
     pub fn usual(scene: &Scene) -> Vec<Self> {
         let own = Design::of(scene);
@@ -185,8 +185,8 @@ impl Design {
         self
     }
 
-    /// Position, gains and velocity of so many bits, the gains' integer bits as they are; the modulator's width, which is its
-    /// period, stays.
+    /// Position, gains and velocity of so many bits, the gains' integer bits as they are; the modulator's width, which
+    /// is its period, stays.
     ///
     /// # Errors
     ///

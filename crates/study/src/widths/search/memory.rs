@@ -1,20 +1,21 @@
 //! What was run, and what it says of narrower widths.
 //!
-//! A run is a function of the modulator's width and of the gains' *values*: a product is `floor(penetration k)`, and the same
-//! for `k` written with more fraction bits or more integer bits. So formats that hold the same two gains are one
-//! [`Gains`], and one run.
+//! A run is a function of the modulator's width and of the gains' *values*: a product is `floor(penetration k)`, and
+//! the same for `k` written with more fraction bits or more integer bits. So formats that hold the same two gains are
+//! one [`Gains`], and one run.
 //!
 //! **Narrower words, the same run.** Let a run with a position of `P` bits and a velocity of `V` keep `delta` within
 //! `P' <= P` bits, every difference of two samples within `P'` bits, and the velocity, which never saturates, within
-//! `V' <= V`. Then the run with `P'` and `V'` has the same motion, `delta`, velocity and torque at every edge. By induction
-//! over the edges: while the motion is the same, the narrow counter is the wide one modulo `2^P'`, and so are the wall's
-//! reference, `delta` and the difference modulo `2^P'`, read as two's complement; what lies within `P'` bits is its own
-//! residue. So both are the same numbers; the velocity is the same difference (scaled alike), and fits. All that follows
-//! (contact, penetration, products, torque, pins) is a function of `delta`, the velocity and the gains; hence the motion is the
-//! same to the next edge.
+//! `V' <= V`. Then the run with `P'` and `V'` has the same motion, `delta`, velocity and torque at every edge. By
+//! induction over the edges: while the motion is the same, the narrow counter is the wide one modulo `2^P'`, and so are
+//! the wall's reference, `delta` and the difference modulo `2^P'`, read as two's complement; what lies within `P'` bits
+//! is its own residue. So both are the same numbers; the velocity is the same difference (scaled alike), and fits. All
+//! that follows (contact, penetration, products, torque, pins) is a function of `delta`, the velocity and the gains;
+//! hence the motion is the same to the next edge.
 //!
-//! The difference of two samples is a difference of two values of `delta`, from reset on, so it fits where `delta`'s whole
-//! range is less than half of the counter's; otherwise where the velocity, not rescaled, is that difference and fits.
+//! The difference of two samples is a difference of two values of `delta`, from reset on, so it fits where `delta`'s
+//! whole range is less than half of the counter's; otherwise where the velocity, not rescaled, is that difference and
+//! fits.
 
 use std::collections::BTreeMap;
 

@@ -1,28 +1,31 @@
-//! What each bit of a loop buys, and what it costs: the front of stable stiffness, error of the outputs, and lookup tables.
+//! What each bit of a loop buys, and what it costs: the front of stable stiffness, error of the outputs, and lookup
+//! tables.
 //!
-//! A design is a choice of widths ([`Width`]) for the loop of a scene. Of each is asked: the *stable stiffness*, the stiffest
-//! wall that settles (`climb`'s rule); the *error* of the scene's outputs, wall as written, against those of a reference of wide
-//! words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is what no other design beats
-//! in all three; a design whose error is above [`Plan::within`], or that settles at no stiffness, is none.
+//! A design is a choice of widths ([`Width`]) for the loop of a scene. Of each is asked: the *stable stiffness*, the
+//! stiffest wall that settles (`climb`'s rule); the *error* of the scene's outputs, wall as written, against those of a
+//! reference of wide words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is
+//! what no other design beats in all three; a design whose error is above [`Plan::within`], or that settles at no
+//! stiffness, is none.
 //!
-//! A design that is good for one motion may fail another. So a search takes several scenes of one hardware: a design's error is
-//! the worst, its stable stiffness the least of all. With [`Plan::proved`] a design's position and velocity hold the range proved
-//! for every motion within the device's limits ([`Held`]).
+//! A design that is good for one motion may fail another. So a search takes several scenes of one hardware: a design's
+//! error is the worst, its stable stiffness the least of all. With [`Plan::proved`] a design's position and velocity
+//! hold the range proved for every motion within the device's limits ([`Held`]).
 //!
-//! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are monotone.
-//! Runs are saved by three theorems.
+//! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are
+//! monotone. Runs are saved by three theorems.
 //!
-//! 1. A run is a function of the gains' values, whatever their formats, and the same for all words of position and velocity
-//!    that hold what the run puts into them (`memory`, with the proof). So most designs are answered by other designs' runs;
-//!    of those that are alike in all runs only the cheapest are kept.
-//!    A run of one scene says nothing of another.
-//! 2. After each try the stable stiffness of a format lies in a known interval, and formats that differ in fraction bits
-//!    share their tries (`climb`). The least of several is known once one of them is known and all others lie at or above it.
-//! 3. A design that is beaten even if its stiffness is the interval's upper end, is beaten. So only designs that are on the
-//!    front of what all may be at best are looked at any further, until all of that front are known.
+//! 1. A run is a function of the gains' values, whatever their formats, and the same for all words of position and
+//!    velocity that hold what the run puts into them (`memory`, with the proof). So most designs are answered by other
+//!    designs' runs; of those that are alike in all runs only the cheapest are kept. A run of one scene says nothing of
+//!    another.
+//! 2. After each try the stable stiffness of a format lies in a known interval, and formats that differ in fraction
+//!    bits share their tries (`climb`). The least of several is known once one of them is known and all others lie at
+//!    or above it.
+//! 3. A design that is beaten even if its stiffness is the interval's upper end, is beaten. So only designs that are on
+//!    the front of what all may be at best are looked at any further, until all of that front are known.
 //!
-//! The order of the runs depends on their results and on nothing else, so a search may be interrupted and gone on with by its
-//! rows ([`crate::units`]).
+//! The order of the runs depends on their results and on nothing else, so a search may be interrupted and gone on with
+//! by its rows ([`crate::units`]).
 
 mod case;
 mod climb;
@@ -86,7 +89,8 @@ pub struct Found {
     pub reference: Point,
     /// The scenes that every design was run on.
     pub on: Vec<On>,
-    /// What is proved of the reference's words on each scene; none where that was not asked, or where they do not hold it.
+    /// What is proved of the reference's words on each scene; none where that was not asked, or where they do not hold
+    /// it.
     pub proved: Option<Vec<Held>>,
     /// Unit of stiffness.
     pub unit: &'static str,
@@ -104,7 +108,8 @@ pub struct Found {
     pub lines: Vec<Line>,
     /// Runs that were done.
     pub runs: usize,
-    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was followed.
+    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was
+    /// followed.
     pub grid_runs: usize,
     /// Runs that failed, with their reasons; their designs are left out.
     pub failed: Vec<String>,

@@ -3,8 +3,8 @@
 use super::knob::Width;
 use super::{Found, Point};
 
-/// The designs as CSV, cheapest first, those of the front marked. `replay` is the command that runs the scene with a design.
-/// Errors and stiffness are measured, LUT4s estimated.
+/// The designs as CSV, cheapest first, those of the front marked. `replay` is the command that runs the scene with a
+/// design. Errors and stiffness are measured, LUT4s estimated.
 #[must_use]
 pub fn csv(found: &Found, command: &str, replay: impl Fn(&Point) -> String) -> String {
     let mut text = format!("# {command}\n");

@@ -26,7 +26,8 @@ pub struct Plan {
     pub against: Option<i32>,
     /// The most that a design's outputs may be off by; beyond, it is another scene.
     pub within: f64,
-    /// Whether position and velocity of a design have to hold the ranges proved for every motion within the device's limits.
+    /// Whether position and velocity of a design have to hold the ranges proved for every motion within the device's
+    /// limits.
     pub proved: bool,
     /// Threads.
     pub jobs: NonZeroUsize,
@@ -153,11 +154,12 @@ impl<E> Search<'_, E> {
     }
 }
 
-/// Searches the designs of a loop over some knobs on scenes that all take the same hardware, until `control` stops it. Widths
-/// that no knob varies are the first scene's. A design's error is the worst and its stable stiffness the least of all scenes'.
+/// Searches the designs of a loop over some knobs on scenes that all take the same hardware, until `control` stops it.
+/// Widths that no knob varies are the first scene's. A design's error is the worst and its stable stiffness the least
+/// of all scenes'.
 ///
-/// `done` are the rows of a search of the same scenes, knobs and plan that was interrupted; every new row goes through `keep`,
-/// and `told` hears how far the search is.
+/// `done` are the rows of a search of the same scenes, knobs and plan that was interrupted; every new row goes through
+/// `keep`, and `told` hears how far the search is.
 ///
 /// # Errors
 ///
@@ -254,8 +256,8 @@ fn limits(cases: &[Case]) -> Result<Vec<Limits<'_>>, SearchError> {
     cases.iter().map(|case| Limits::new(&case.scene).map_err(|why| refused(case, why))).collect()
 }
 
-/// What errors are measured against: the widest design, or one of so many bits. The modulator's width is the scene's, as it sets
-/// the period of the modulation.
+/// What errors are measured against: the widest design, or one of so many bits. The modulator's width is the scene's,
+/// as it sets the period of the modulation.
 fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design, String> {
     match against {
         Some(bits) => own.wide(bits),

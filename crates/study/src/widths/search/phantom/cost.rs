@@ -2,14 +2,15 @@
 //!
 //! **Block RAM** is exact for the tables: [`table_rams`] of three joints.
 //!
-//! **Logic cells** are those of the parallel loop, which is mostly its multipliers: of two words each pair of bits costs a full
-//! adder, of a word and a constant about every second pair. One weight makes cells of these pairs. It is fitted to the cells that
-//! yosys and nextpnr count for the iCE40 HX8K of three blocks (`phantom_forward`, `cube_room`, `phantom_torque`) and of three
-//! whole loops (words of 14 and 22 fraction bits, and the default ones) in `testbench/record/phantom-cost.txt`, and is off by at
-//! most [`ESTIMATE_ERROR`] there.
+//! **Logic cells** are those of the parallel loop, which is mostly its multipliers: of two words each pair of bits
+//! costs a full adder, of a word and a constant about every second pair. One weight makes cells of these pairs. It is
+//! fitted to the cells that yosys and nextpnr count for the iCE40 HX8K of three blocks (`phantom_forward`, `cube_room`,
+//! `phantom_torque`) and of three whole loops (words of 14 and 22 fraction bits, and the default ones) in
+//! `testbench/record/phantom-cost.txt`, and is off by at most [`ESTIMATE_ERROR`] there.
 //!
-//! The shared loop has one multiplier, as wide as its constants whatever the words; its counted loops vary sines, lengths and
-//! positions together, so that nothing can be said of each. It has no estimate, and only what block RAM pays for is varied.
+//! The shared loop has one multiplier, as wide as its constants whatever the words; its counted loops vary sines,
+//! lengths and positions together, so that nothing can be said of each. It has no estimate, and only what block RAM
+//! pays for is varied.
 
 use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::PhantomConfig;

@@ -8,8 +8,8 @@ use hpu_cosim::scene::{Experiment, PhantomScene};
 use super::super::knob::values;
 use crate::widths::Field;
 
-/// Those, in the order in which designs name them. Integer bits are not among them: they trade nothing, for a word that wraps
-/// is no design, and `hpu widths` says which are idle.
+/// Those, in the order in which designs name them. Integer bits are not among them: they trade nothing, for a word that
+/// wraps is no design, and `hpu widths` says which are idle.
 pub const FIELDS: [Field; 7] =
     [Field::Depth, Field::TrigFrac, Field::Length, Field::Tip, Field::StiffnessFrac, Field::Force, Field::TorqueFrac];
 
@@ -46,8 +46,8 @@ impl Knob {
         (self.to - self.from + 1).unsigned_abs() as usize
     }
 
-    /// The knobs of a scene when none is named: the tables' depth from three bits below the scene's own, and their words; of a
-    /// parallel loop the tip's words too.
+    /// The knobs of a scene when none is named: the tables' depth from three bits below the scene's own, and their
+    /// words; of a parallel loop the tip's words too.
     #[must_use]
     pub fn usual(scene: &PhantomScene) -> Vec<Self> {
         let own = Design::of(scene);

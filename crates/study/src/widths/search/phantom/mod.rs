@@ -1,14 +1,17 @@
-//! What each bit of a PHANToM's datapath buys: the front of stable stiffness, error of the outputs, block RAM and logic cells.
+//! What each bit of a PHANToM's datapath buys: the front of stable stiffness, error of the outputs, block RAM and logic
+//! cells.
 //!
-//! A design is a choice of widths ([`FIELDS`]). Of each is asked: the *stable stiffness* on a ladder of walls ([`rung`]); the
-//! *error* of the scene's outputs, wall as written, against those of the widest design; *block RAM* and *logic cells*
-//! ([`cells`]). The front is what no other design beats in all four; a design whose error is above [`Plan::within`] is none.
+//! A design is a choice of widths ([`FIELDS`]). Of each is asked: the *stable stiffness* on a ladder of walls
+//! ([`rung`]); the *error* of the scene's outputs, wall as written, against those of the widest design; *block RAM* and
+//! *logic cells* ([`cells`]). The front is what no other design beats in all four; a design whose error is above
+//! [`Plan::within`] is none.
 //!
 //! The front is that of the whole grid, always: nothing is assumed to be monotone. Runs are saved by two theorems.
 //!
 //! 1. Designs that differ in the tables' depth alone share the runs whose counts the shallower tables hold (`runs`).
-//! 2. Let a known design cost no more, err no more, and be stable up to rung `k`. One that is not passive at rung `k + 1`, or
-//!    below, is stable up to `k` at most, and so is not on the front, or only as its equal. That rung is tried first.
+//! 2. Let a known design cost no more, err no more, and be stable up to rung `k`. One that is not passive at rung
+//!    `k + 1`, or below, is stable up to `k` at most, and so is not on the front, or only as its equal. That rung is
+//!    tried first.
 //!
 //! The runs do not depend on the number of threads.
 
@@ -89,7 +92,8 @@ pub struct Found {
     pub front: Vec<Point>,
     /// Runs that were done.
     pub runs: usize,
-    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was followed.
+    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was
+    /// followed.
     pub grid_runs: usize,
     /// Runs that failed, with their reasons; their designs are left out.
     pub failed: Vec<String>,
@@ -110,8 +114,8 @@ impl Found {
     }
 }
 
-/// Proved of a design, for every posture that its tables hold: the error of the tip along one direction in metres, and of torques
-/// over their joint's full scale, for the forces as words.
+/// Proved of a design, for every posture that its tables hold: the error of the tip along one direction in metres, and
+/// of torques over their joint's full scale, for the forces as words.
 ///
 /// # Errors
 ///

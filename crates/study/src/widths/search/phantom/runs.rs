@@ -1,12 +1,12 @@
 //! The runs of a search: what they say, and which are spared.
 //!
-//! **Ladder.** Rung `k` is a wall of `2^(k/16)` times the scene's own stiffness. The stable stiffness is that of the highest rung
-//! up to which every rung is passive; nothing is assumed of the rungs above.
+//! **Ladder.** Rung `k` is a wall of `2^(k/16)` times the scene's own stiffness. The stable stiffness is that of the
+//! highest rung up to which every rung is passive; nothing is assumed of the rungs above.
 //!
-//! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth enters a run nowhere else: so if
-//! no count leaves the narrower tables, not one word changes. The scene is aborted at the first count outside. A run tells the
-//! range of the sampled counts; between samples a decoder moves by a count an edge at most, so that the range must fit with a
-//! sample period and two to spare.
+//! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth enters a run nowhere
+//! else: so if no count leaves the narrower tables, not one word changes. The scene is aborted at the first count
+//! outside. A run tells the range of the sampled counts; between samples a decoder moves by a count an edge at most, so
+//! that the range must fit with a sample period and two to spare.
 
 use std::collections::BTreeMap;
 

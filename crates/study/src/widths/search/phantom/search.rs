@@ -39,8 +39,8 @@ struct Kind<'a> {
     failed: Option<String>,
 }
 
-/// Searches the designs of a PHANToM's scene (its text under `set`) over some knobs, until `control` stops it; `told` hears of
-/// how many runs were done.
+/// Searches the designs of a PHANToM's scene (its text under `set`) over some knobs, until `control` stops it; `told`
+/// hears of how many runs were done.
 ///
 /// # Errors
 ///

@@ -5,7 +5,8 @@ use hpu_cosim::scene::PhantomScene;
 use super::knob::{FIELDS, key};
 use super::{Found, proved};
 
-/// The front as CSV. Errors of the outputs and stiffness are measured, cells estimated, errors of tip and torque proved.
+/// The front as CSV. Errors of the outputs and stiffness are measured, cells estimated, errors of tip and torque
+/// proved.
 #[must_use]
 pub fn csv(found: &Found, base: &PhantomScene, command: &str) -> String {
     let names = FIELDS.map(|field| key(field).replace('.', "_")).join(",");
