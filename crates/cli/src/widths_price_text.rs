@@ -140,12 +140,12 @@ fn noticed(found: &Result<Settling, String>) -> String {
     let errors: Vec<_> = errors.iter().map(|(output, error)| format!("{} {}", output.name(), off(*error))).collect();
     let plural = if *to == 1 { "" } else { "s" };
     let limits = limits.each_ref().map(|limit| match limit {
-        Ok(limit) => format!("{:.4}", limit.emulated.limit),
-        Err(_) => "none".into(),
+        Ok(set) => set.turn(),
+        Err(why) => why.clone(),
     });
     format!(
-        "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           limit in words \
-         {} instead of {}; to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
+        "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           {}\n           \
+         instead of {}\n           to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
         if found.noticed() { "notices:" } else { "does not notice:" },
         outcome_name(Some(outcomes[1])),
         outcome_name(Some(outcomes[0])),
@@ -156,8 +156,12 @@ fn noticed(found: &Result<Settling, String>) -> String {
 }
 
 fn settling_json(found: &Settling) -> Value {
-    let limit = |limit: &Result<hpu_study::limits::InWords, String>| {
-        limit.as_ref().ok().map(|limit| json!({ "limit": limit.emulated.limit, "unit": limit.emulated.unit }))
+    let limit = |set: &Result<hpu_study::limits::WordsSet, String>| {
+        set.as_ref().ok().map(|set| {
+            let [failed, settled] =
+                [set.lowest_failed(), set.highest_settled()].map(|seen| seen.map(|seen| seen.stiffness));
+            json!({ "lowest_failed": failed, "highest_settled": settled, "unit": set.unit })
+        })
     };
     let run = |index: usize| {
         json!({

@@ -11,6 +11,7 @@ pub mod trace_table;
 pub mod units;
 pub mod widths;
 
+mod interval;
 mod sampled;
 mod watch;
 

@@ -42,13 +42,13 @@ fn a_verdict_in_free_air_says_that_the_wall_was_not_reached() {
 #[test]
 fn limits_judges_no_window_without_contact_and_says_what_to_change() {
     let found = object(&hpu("limits", &["--json"]));
-    assert!(found["emulated_words"].is_null(), "{found}");
-    let why = found["emulated_words_reason"].as_str().expect("a reason");
+    assert!(found["words"].is_null(), "{found}");
+    let why = found["words_reason"].as_str().expect("a reason");
     for part in ["wall not reached", "0.3501 s to 0.5 s", "hand.path", "wall.position (1.5 rad)", "run.duration"] {
         assert!(why.contains(part), "{part}: {why}");
     }
     // The linear loop is in contact always.
-    assert!(found["emulated"]["limit"].as_f64().is_some_and(|limit| limit > 1.0), "{found}");
+    assert!(found["linear"]["stable"][0]["to"]["at"].as_f64().is_some_and(|limit| limit > 1.0), "{found}");
 }
 
 #[test]

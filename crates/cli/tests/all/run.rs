@@ -209,24 +209,40 @@ fn a_comparison_of_drivers_prints_edges_and_mismatches() {
 #[test]
 fn the_json_of_limits_has_the_keys_of_the_contract() {
     let pushed = "hand={ kind = \"constant_torque\", torque = 0.02 }";
-    let output = run(&["limits", "hybrid-wall", "--set", "wall.damping=0", "--set", pushed, "--json"]);
+    let range = ["--range", "0.5..4 N.m/rad", "--phases", "2"];
+    let shown = ["limits", "hybrid-wall", "--set", "wall.damping=0", "--set", pushed, "--json"];
+    let output = run(&[&shown[..], &range].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let value = json(&output);
     // The published limit of this motor: the inductance of its winding.
-    let limit = value["emulated"]["limit"].as_f64().expect("a limit");
-    assert!((limit - 2.981_951_18).abs() < 1e-8, "{limit}");
-    assert!(value["emulated"]["uncertainty"].as_f64().is_some_and(|half| half < 1e-8));
-    assert_eq!(value["emulated"]["unit"], "N.m/rad");
+    let stable = &value["linear"]["stable"];
+    assert_eq!(
+        (stable.as_array().map(Vec::len), &stable[0]["from"]),
+        (Some(1), &serde_json::json!({ "at": 0.5, "beyond": null }))
+    );
+    for end in ["at", "beyond"] {
+        let limit = stable[0]["to"][end].as_f64().expect("a limit");
+        assert!((limit - 2.981_951_18).abs() < 1e-8, "{limit}");
+    }
+    assert_eq!(
+        (&value["linear"]["unit"], &value["linear"]["open"]),
+        (&serde_json::json!("N.m/rad"), &serde_json::json!([]))
+    );
+    assert_eq!(value["range"], serde_json::json!([0.5, 4.0]));
     for criterion in value["criteria"].as_array().expect("criteria") {
         assert!(criterion["name"].is_string() && criterion["limit"].is_number() && criterion["unit"].is_string());
         assert!(criterion["assumptions_met"].is_boolean());
         let not_met = criterion["not_met"].as_array().expect("those not met").len();
         assert_eq!(not_met == 0, criterion["assumptions_met"] == true, "{criterion}");
     }
-    // Beside it the limit in words, known to a word: 265 mN.m / 4096 for 2 pi / 4096.
-    let words = &value["emulated_words"];
-    assert!((words["uncertainty"].as_f64().expect("a word") - 0.042_176).abs() < 1e-5, "{words}");
-    assert!(words["limit"].is_number() && words["runs"].is_u64() && value["emulated_words_reason"].is_null());
+    // Beside it the set in words; a word is 265 mN.m / 4096 for 2 pi / 4096.
+    let words = &value["words"];
+    assert!((words["word"].as_f64().expect("a word") - 0.042_176).abs() < 1e-5, "{words}");
+    let number = |key: &str| words[key].as_f64().unwrap_or_else(|| panic!("{key}: {words}"));
+    assert!(number("all_up_to") < number("lowest_failed") && number("highest_settled") < 3.0, "{words}");
+    let seen = words["seen"].as_array().expect("stiffnesses").len();
+    assert_eq!((&words["phases"], &words["runs"]), (&serde_json::json!(2), &serde_json::json!(2 * seen)));
+    assert!(value["words_reason"].is_null());
     // Without friction there is no criterion of a fall.
     let silent = value["silent"].as_array().expect("silent criteria");
     assert!(silent.iter().any(|criterion| criterion["name"] == "drop_threshold" && criterion["reason"].is_string()));
@@ -236,7 +252,7 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
 fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet() {
     let output = run(&["limits", "prescribed-sweep"]);
     let text = stdout(&output);
-    assert!(text.contains("emulated, in words    the hand imposes the motion"), "{text}");
+    assert!(text.contains("in words              the hand imposes the motion"), "{text}");
     assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
     let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
     assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");

@@ -14,8 +14,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
-use crate::SampledLoop;
-use crate::limits::bisect;
+use crate::limits::{Damping, StableSet};
 
 /// `N(A)` of a mid-tread quantiser; `A` in its steps.
 #[must_use]
@@ -46,14 +45,15 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "describing_function";
     let damping = scene.wall.damping_nm_s_per_rad;
     let most = 1.0 / FRAC_PI_4;
-    let limit = FRAC_PI_4 * critical(scene, most * damping).map_err(|why| Silent { name, why: why.to_string() })?;
+    let limit = FRAC_PI_4 * critical(scene, most * damping).map_err(|why| Silent { name, why })?;
     let mut figures = vec![];
     let stiffness = scene.wall.stiffness_nm_per_rad;
     if stiffness >= limit {
-        let settles = |gain: f64| SampledLoop::new(scene, gain * stiffness, gain * damping).spectral_radius() < 1.0;
-        let amplitude = bisect(1.0, 1e-12, |gain| Some(settles(gain)))
-            .ok()
-            .and_then(|(low, high)| stable_amplitude(0.5 * (low + high)));
+        // The quantiser's gain is at most that of `most`; below the softest crossing every gain settles.
+        let range = [1e-3 * stiffness, most * stiffness];
+        let set = StableSet::new(scene, Damping::PerStiffness(damping / stiffness), range);
+        let gain = set.ok().and_then(|set| set.softest()).map(|stretch| stretch.to.middle() / stiffness);
+        let amplitude = gain.and_then(stable_amplitude);
         figures.extend(amplitude.map(|counts| Figure { name: "amplitude", value: counts, unit: "count" }));
     }
     Ok(Criterion {

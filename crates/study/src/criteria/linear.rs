@@ -12,8 +12,7 @@ use crate::limits::unit;
 /// The eigenvalues of the map from one sample to the next, within the unit circle; delay and hand included.
 pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "spectral_radius";
-    let limit =
-        critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why: why.to_string() })?;
+    let limit = critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why })?;
     Ok(Criterion {
         name,
         limit,

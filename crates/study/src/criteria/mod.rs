@@ -14,8 +14,7 @@ pub use rigid::{Balance, Region, Rigid};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
-use crate::SampledLoop;
-use crate::limits::{LimitsError, bisect, start};
+use crate::limits::{Damping, StableSet, Stretch, usual_range};
 
 /// A criterion's answer.
 #[derive(Clone, PartialEq, Debug)]
@@ -130,16 +129,13 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
     }
 }
 
-/// The stiffness at which the exact linear loop leaves the unit circle.
-fn critical(scene: &Scene, damping: f64) -> Result<f64, LimitsError> {
-    // The loop's matrix has a row for each sample of delay, and its powers cost the cube of that.
-    const MOST_WAITING: u64 = 64;
-    let waiting = scene.clock.edges(scene.model.delay_s) / scene.period_clocks();
-    if waiting > MOST_WAITING {
-        return Err(LimitsError::Late { samples: waiting, most: MOST_WAITING });
+/// The greatest stiffness up to which the linear loop with this damping settles.
+fn critical(scene: &Scene, damping: f64) -> Result<f64, String> {
+    let set = StableSet::new(scene, Damping::Fixed(damping), usual_range(scene))?;
+    match set.softest() {
+        Some(Stretch { to, .. }) if to.beyond.is_some() => Ok(to.middle()),
+        _ => Err(set.said()),
     }
-    let settles = |stiffness| SampledLoop::new(scene, stiffness, damping).spectral_radius() < 1.0;
-    bisect(start(scene), 1e-12, |stiffness| Some(settles(stiffness))).map(|(low, high)| 0.5 * (low + high))
 }
 
 fn linear_law(scene: &Scene) -> Assumption {

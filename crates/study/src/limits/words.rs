@@ -1,103 +1,371 @@
-//! The limit of a scene as it stands: in words, with its quantisation, friction, hand and contact.
+//! The stiffnesses at which a scene settles as it stands: in words, with its quantisation, friction, hand and contact.
 //!
-//! Found by bisection over the words that the stiffness can be, on the verdict of the scene's whole run: settled, or
-//! not. A run whose judged window has no contact says nothing of the wall, so the search ends there with an error.
-//! Nothing makes that verdict a monotone function of the stiffness. What is told is one place where it turns, next to
-//! where the search begins: the softest stiffness of two neighbours, settled, and the stiffer, not.
+//! A verdict is no threshold: a scene may settle, swing and settle again from one stiffness word to the next, and at
+//! one phase of its contact and not at another. So it is run at a grid of words, at several phases each, and wherever
+//! two neighbours of the grid differ the words between them are looked at too, down to single words.
 
-use hpu_cosim::Control;
-use hpu_cosim::figure;
-use hpu_cosim::judged_window_s;
-use hpu_cosim::scene::{Datapath, Experiment, Hand, OutcomeKind, Scene};
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::time::Duration;
 
-use super::{Emulated, unit};
-use crate::map::{Cell, CellLimits};
+use hpu_cosim::scene::{Datapath, Device, Experiment, Hand, OutcomeKind, Scene};
+use hpu_cosim::{Control, figure, judged_window_s};
 
-/// The limit of a scene in words.
+use super::unit;
+use crate::map::{Cell, CellLimits, more_events};
+use crate::units::run_some;
+
+/// How closely a scene in words is looked at.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct InWords {
-    /// Between the stiffest word that settled and its neighbour; the uncertainty is a whole word.
-    pub emulated: Emulated,
-    /// Runs that it took.
-    pub runs: u32,
+pub struct Looks {
+    /// Phases of the contact at each stiffness.
+    pub phases: u32,
+    /// Words of the grid to begin with, spread evenly over the logarithm of the range.
+    pub coarse: usize,
+    /// Words looked at in all.
+    pub most: usize,
+    /// Whether the grid is climbed from its softest word, and left where none settles above some that do: stiffer walls
+    /// are the dearest to run, and are not looked at then.
+    pub climbs: bool,
+    /// Neighbours that differ are looked between unless they are nearer than this, relative to the stiffer; 0 for down
+    /// to single words.
+    pub nearest: f64,
 }
 
-/// The limit of a scene as it stands, searched from a stiffness in SI units.
-///
-/// # Errors
-///
-/// The reason why there is none: no words, no free motion, no contact in a judged window, the same verdict at every
-/// stiffness that the words hold, or that `control` stopped it.
-pub fn in_words(scene: &Scene, start: f64, control: &Control) -> Result<InWords, String> {
-    match scene.model.datapath {
-        Datapath::Words => {}
-        Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
-        Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
-    }
-    match scene.hand {
-        Hand::Prescribed { .. } => return Err("the hand imposes the motion".into()),
-        Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
-        _ => {}
-    }
-    let realised = scene.words().map_err(|error| error.to_string())?.realised;
-    let format = scene.method.stiffness_format;
-    let word = realised.torque_quantum_nm / realised.count_rad * format.lsb();
+impl Looks {
+    /// A quick look, for many scenes in turn.
+    pub const BRIEF: Self = Self { phases: 8, coarse: 12, most: 64, climbs: true, nearest: 5e-3 };
+}
 
-    let mut runs = 0;
-    let mut settles = |words: i128| -> Result<bool, String> {
-        runs += 1;
-        let mut scene = scene.clone();
-        scene.wall.stiffness_nm_per_rad = words as f64 * word;
+impl Default for Looks {
+    fn default() -> Self {
+        Self { phases: 8, coarse: 64, most: 256, climbs: false, nearest: 0.0 }
+    }
+}
+
+/// Events after which a run counts as not settled: a wall far too stiff chatters through millions of counts.
+pub const MOST_EVENTS: u64 = 3_000_000;
+
+/// A stiffness that was looked at.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Seen {
+    /// Its word.
+    pub word: i128,
+    /// What the word makes of it, in SI units.
+    pub stiffness: f64,
+    /// Phases at which it settled.
+    pub settled: u32,
+}
+
+/// What neighbouring stiffnesses have in common.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Group {
+    /// They settle at every phase.
+    All,
+    /// They settle at some phases.
+    Some,
+    /// They settle at no phase.
+    None,
+}
+
+/// What became of a scene in words, over stiffnesses and phases of its contact.
+#[derive(Clone, PartialEq, Debug)]
+pub struct WordsSet {
+    /// Unit of the stiffnesses.
+    pub unit: &'static str,
+    /// Stiffness of one word, in SI units.
+    pub step: f64,
+    /// Words in the range.
+    pub words: i128,
+    /// Phases at each stiffness.
+    pub phases: u32,
+    /// The stiffnesses looked at, the softest first.
+    pub seen: Vec<Seen>,
+    /// Words between two neighbours that differ, at most; 1 where all of these were looked at.
+    pub finest: i128,
+    /// Runs that had more events than a run may have ([`MOST_EVENTS`]), counted as not settled.
+    pub cut_short: u32,
+}
+
+impl WordsSet {
+    /// Looks at the scene's stiffnesses over a range in SI units.
+    ///
+    /// # Errors
+    ///
+    /// The reason why there is none: no words, no free motion, no contact in a judged window, a run that cannot be made,
+    /// or that `control` stopped it.
+    pub fn new(
+        scene: &Scene,
+        range: [f64; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<Self, String> {
+        match scene.model.datapath {
+            Datapath::Words => {}
+            Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
+            Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
+        }
+        match scene.hand {
+            Hand::Prescribed { .. } => return Err("the hand imposes the motion".into()),
+            Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
+            _ => {}
+        }
+        let realised = scene.words().map_err(|error| error.to_string())?.realised;
+        let format = scene.method.stiffness_format;
+        let step = realised.torque_quantum_nm / realised.count_rad * format.lsb();
+        // A range ends at the words nearest to its ends.
+        let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, format.max());
+        let (least, mut most) = (word(range[0]), word(range[1]));
+        let phases: Vec<Scene> =
+            (0..looks.phases).map(|phase| phased(scene, realised.count_rad, phase, looks.phases)).collect();
+
+        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
+        let mut wanted = spread(least, most, looks.coarse);
+        let mut cut_short = 0;
+        if looks.climbs {
+            for step_up in std::mem::take(&mut wanted) {
+                cut_short += settled(&phases, &[step_up], step, jobs, control, &mut seen)?;
+                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == looks.phases) {
+                    most = step_up;
+                    break;
+                }
+            }
+            wanted = between(&seen, looks);
+        }
+        while !wanted.is_empty() {
+            cut_short += settled(&phases, &wanted, step, jobs, control, &mut seen)?;
+            wanted = between(&seen, looks);
+            if seen.len() + wanted.len() > looks.most {
+                break;
+            }
+        }
+        let seen: Vec<Seen> =
+            seen.into_iter().map(|(word, settled)| Seen { word, stiffness: word as f64 * step, settled }).collect();
+        let apart = |pair: &[Seen]| {
+            let differ = Group::of(pair[0].settled, looks.phases) != Group::of(pair[1].settled, looks.phases);
+            if differ { pair[1].word - pair[0].word } else { 1 }
+        };
+        let finest = seen.windows(2).map(apart).max().unwrap_or(1);
+        Ok(Self { unit: unit(scene), step, words: most - least + 1, phases: looks.phases, seen, finest, cut_short })
+    }
+
+    /// Neighbours that have the same in common, the softest first: what, from, to.
+    #[must_use]
+    pub fn groups(&self) -> Vec<(Group, Seen, Seen)> {
+        let mut groups: Vec<(Group, Seen, Seen)> = Vec::new();
+        for seen in &self.seen {
+            let group = Group::of(seen.settled, self.phases);
+            match groups.last_mut() {
+                Some((last, _, to)) if *last == group => *to = *seen,
+                _ => groups.push((group, *seen, *seen)),
+            }
+        }
+        groups
+    }
+
+    /// The softest stiffness that was seen to fail at some phase, above the softest that settle at every phase: below
+    /// these a wall may be too soft to come to rest in time.
+    #[must_use]
+    pub fn lowest_failed(&self) -> Option<Seen> {
+        let settles = |seen: &&Seen| seen.settled == self.phases;
+        self.seen.iter().skip_while(|seen| !settles(seen)).find(|seen| !settles(seen)).copied()
+    }
+
+    /// The stiffest that was seen to settle at some phase.
+    #[must_use]
+    pub fn highest_settled(&self) -> Option<Seen> {
+        self.seen.iter().rfind(|seen| seen.settled > 0).copied()
+    }
+
+    /// The stiffest below [`lowest_failed`](Self::lowest_failed): from the softest that settles at every phase up to
+    /// here all that were looked at do.
+    #[must_use]
+    pub fn all_up_to(&self) -> Option<Seen> {
+        let settles = |seen: &&Seen| seen.settled == self.phases;
+        self.seen.iter().skip_while(|seen| !settles(seen)).take_while(settles).last().copied()
+    }
+
+    /// Whether nothing settles, at any phase, where the other set still does at every phase: by more than a word.
+    #[must_use]
+    pub fn is_apart_from(&self, other: &Self) -> bool {
+        match (self.highest_settled(), other.lowest_failed()) {
+            (Some(settled), Some(failed)) => settled.word + 1 < failed.word,
+            (None, _) => other.all_up_to().is_some(),
+            (Some(settled), None) => other.seen.last().is_some_and(|last| settled.word + 1 < last.word),
+        }
+    }
+
+    /// How many runs it took.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.seen.len() * self.phases as usize
+    }
+
+    /// Up to where all settle and from where none was seen to, in words.
+    #[must_use]
+    pub fn turn(&self) -> String {
+        let unit = self.unit;
+        let told = |seen: Option<Seen>| seen.map_or("none".into(), |seen| self.digits(seen.stiffness));
+        match self.lowest_failed() {
+            None if self.all_up_to().is_none() => "no stiffness settles at every phase".into(),
+            None => format!("all settle, up to {} {unit}", told(self.all_up_to())),
+            failed => {
+                let (failed, settled) = (told(failed), told(self.highest_settled()));
+                format!("lowest seen to fail {failed}, highest seen to settle {settled} {unit}; {} runs", self.runs())
+            }
+        }
+    }
+
+    /// On which side of the set a criterion's limit lies, and the share of the phases that settle there.
+    #[must_use]
+    pub fn against(&self, limit: f64) -> String {
+        let nearest = self.seen.iter().min_by(|a, b| {
+            let away = |seen: &Seen| (seen.stiffness - limit).abs();
+            away(a).total_cmp(&away(b))
+        });
+        let share = nearest.map_or(0.0, |seen| f64::from(seen.settled) / f64::from(self.phases));
+        let beyond = |seen: Option<Seen>| seen.is_some_and(|seen| limit > seen.stiffness);
+        let side = match (self.lowest_failed(), beyond(self.highest_settled())) {
+            (None, _) if self.all_up_to().is_none() => "none settle at every phase",
+            (None, _) => "all settle",
+            (Some(failed), _) if limit < failed.stiffness => "below all that fail",
+            (_, true) => "above all that settle",
+            _ => return format!("among both: {:.0} % of the phases settle there", 100.0 * share),
+        };
+        side.to_string()
+    }
+
+    /// A stiffness with as many decimals as the grid has where it is finest.
+    #[must_use]
+    pub fn digits(&self, stiffness: f64) -> String {
+        let decimals = (-(self.step * self.finest as f64).log10().floor()).max(0.0) as usize;
+        format!("{stiffness:.decimals$}")
+    }
+}
+
+impl Group {
+    fn of(settled: u32, phases: u32) -> Self {
+        match settled {
+            0 => Self::None,
+            all if all == phases => Self::All,
+            _ => Self::Some,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Some => "some",
+            Self::None => "none",
+        }
+    }
+}
+
+/// The words in the middle between neighbours that differ.
+fn between(seen: &BTreeMap<i128, u32>, looks: Looks) -> Vec<i128> {
+    let neighbours: Vec<(i128, Group)> =
+        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, looks.phases))).collect();
+    let apart = neighbours.windows(2).filter(|pair| {
+        let far = 1.max((looks.nearest * pair[1].0 as f64) as i128);
+        pair[0].1 != pair[1].1 && pair[1].0 - pair[0].0 > far
+    });
+    apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
+}
+
+/// Rows of a run that settled, and of one that was cut short.
+const SETTLED: &str = "settled";
+const CUT_SHORT: &str = "cut short";
+
+/// Words from the least to the greatest, evenly over their logarithm; all where there are no more than that.
+fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
+    if most - least < count as i128 {
+        return (least..=most).collect();
+    }
+    let (low, high) = ((least as f64).ln(), (most as f64).ln());
+    let at = |k: usize| (low + (high - low) * k as f64 / (count - 1) as f64).exp().round() as i128;
+    let mut words: Vec<i128> = (0..count).map(|k| at(k).clamp(least, most)).collect();
+    words.dedup();
+    words
+}
+
+/// Runs these words at every phase, and adds at how many each settles; returns how many runs were cut short.
+fn settled(
+    phases: &[Scene],
+    words: &[i128],
+    step: f64,
+    jobs: NonZeroUsize,
+    control: &Control,
+    seen: &mut BTreeMap<i128, u32>,
+) -> Result<u32, String> {
+    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+    let too_many = more_events(MOST_EVENTS);
+    let units: Vec<usize> = (0..words.len() * phases.len()).collect();
+    let mut failed = None;
+    let run = |unit: usize, control: &Control| {
+        let mut scene = phases[unit % phases.len()].clone();
+        scene.wall.stiffness_nm_per_rad = words[unit / phases.len()] as f64 * step;
         let experiment = Experiment::Axis(scene);
-        let cell = Cell::run(&experiment, CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
-        if cell.contact_share == Some(0.0) {
-            return Err(untouched(&experiment, words as f64 * word));
+        match Cell::run(&experiment, limits, control) {
+            Ok(None) => None,
+            Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
+            Ok(Some(cell)) => Some(Ok(if cell.outcome == OutcomeKind::Settled { SETTLED } else { "" }.to_string())),
+            Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
+            Err(why) => Some(Err(why)),
         }
-        Ok(cell.outcome == OutcomeKind::Settled)
     };
-    let first = ((start / word) as i128).clamp(1, format.max());
-    let (mut low, mut high) = (first, first);
-    if settles(first)? {
-        loop {
-            if high == format.max() {
-                return Err(format!(
-                    "settles up to {} {}, the stiffest that {format} holds",
-                    figure(high as f64 * word),
-                    unit(scene)
-                ));
-            }
-            high = high.saturating_mul(2).min(format.max());
-            if !settles(high)? {
-                break;
-            }
-            low = high;
+    let (mut done, mut cut_short) = (0, 0);
+    let _ = run_some(&units, jobs, control, run, |unit, row| match row {
+        Ok(row) => {
+            *seen.entry(words[unit / phases.len()]).or_default() += u32::from(row == SETTLED);
+            cut_short += u32::from(row == CUT_SHORT);
+            done += 1;
+            Ok(())
         }
-    } else {
-        loop {
-            if low == 1 {
-                return Err(format!(
-                    "does not settle down to {} {}, the softest that {format} holds",
-                    figure(word),
-                    unit(scene)
-                ));
-            }
-            low /= 2;
-            if settles(low)? {
-                break;
-            }
-            high = low;
+        Err(why) => {
+            failed = Some(why);
+            Err(())
         }
+    });
+    match failed {
+        Some(why) => Err(why),
+        None if done < units.len() => Err("stopped".into()),
+        None => Ok(cut_short),
     }
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        *(if settles(middle)? { &mut low } else { &mut high }) = middle;
+}
+
+/// The scene with its contact at one of so many phases: later within the sample period, and elsewhere within a count.
+///
+/// A hand that follows a path does so later by a share of the sample period. A device that moves by itself begins
+/// farther back by what it covers in that time at its initial speed. Either begins and ends elsewhere within a count of
+/// the encoder, by shares in another order, so that no phase has both alike.
+fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
+    let mut scene = scene.clone();
+    let share = f64::from(phase) / f64::from(phases);
+    let late_s = share * scene.sample_period_s();
+    // Three has no divisor in common with the usual eight.
+    let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
+    let back = match &mut scene.hand {
+        Hand::SpringDamper { path, .. } => {
+            for knot in path.iter_mut() {
+                knot.time_s += if knot.time_s > 0.0 { late_s } else { 0.0 };
+                knot.angle_rad += aside;
+            }
+            0.0
+        }
+        _ => late_s,
+    };
+    match &mut scene.device {
+        Device::Motor(motor) => motor.initial_angle_rad += aside - back * motor.initial_speed_rad_per_s,
+        Device::Mass(mass) => mass.initial_position_m += aside - back * mass.initial_speed_m_per_s,
     }
-    let limit = (low as f64 + 0.5) * word;
-    Ok(InWords { emulated: Emulated { limit, uncertainty: word, unit: unit(scene) }, runs })
+    scene
 }
 
 /// Why the verdict of a scene whose hand is not at the wall is none on the wall, and what to change.
-fn untouched(experiment: &Experiment, stiffness: f64) -> String {
+fn untouched(experiment: &Experiment) -> String {
     let Experiment::Axis(scene) = experiment else { unreachable!("limits are those of an axis") };
     let unit = scene.device.units();
     let [from, to] = judged_window_s(experiment).map(figure);
@@ -109,7 +377,7 @@ fn untouched(experiment: &Experiment, stiffness: f64) -> String {
     format!(
         "not judged: wall not reached at {} {} in the judged window, {from} s to {to} s; {hand}, \
          move wall.position ({} {}), or change run.duration",
-        figure(stiffness),
+        figure(scene.wall.stiffness_nm_per_rad),
         unit.stiffness,
         figure(scene.wall.position_rad),
         unit.position

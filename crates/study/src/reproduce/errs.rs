@@ -4,12 +4,13 @@
 //! Nothing here is a paper's: the devices are four that the papers tell of or assume, each with its quantisation, its
 //! friction and its hand. Above one, a criterion calls stable what is not; below one, it forbids what holds.
 
+use std::num::NonZeroUsize;
 use std::sync::{Arc, OnceLock};
 
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::beside::{Comparison, Line, Measure, shipped_scene};
-use crate::limits::{Limits, limits};
+use crate::limits::{Limits, Looks, limits, usual_range};
 
 /// A device: its heading, the shipped scene and what is changed of it.
 type Device = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
@@ -91,8 +92,10 @@ fn measure(
     tell: impl Fn(&Limits) -> String + Sync + 'static,
 ) -> Measure {
     let of = Arc::clone(of);
-    Box::new(move |_| {
-        let found = of.get_or_init(|| scene(name, set).map(|scene| limits(&scene)));
+    Box::new(move |control| {
+        let found = of.get_or_init(|| {
+            scene(name, set).map(|scene| limits(&scene, usual_range(&scene), Looks::BRIEF, NonZeroUsize::MIN, control))
+        });
         Some(found.as_ref().map(|limits| tell(limits).into()).map_err(String::clone))
     })
 }
@@ -106,16 +109,7 @@ fn scene(name: &str, set: &[(&str, &str)]) -> Result<Scene, String> {
 
 fn in_words(limits: &Limits) -> String {
     match &limits.in_words {
-        Ok(words) => {
-            let found = words.emulated;
-            format!(
-                "{:.5} {}, by {} runs, to {:.2} %",
-                found.limit,
-                found.unit,
-                words.runs,
-                100.0 * found.uncertainty / found.limit
-            )
-        }
+        Ok(words) => words.turn(),
         Err(why) => why.clone(),
     }
 }
@@ -124,7 +118,7 @@ fn told(limits: &Limits, name: &str) -> String {
     if let Some(criterion) = limits.criteria.iter().find(|criterion| criterion.name == name) {
         let mark = if criterion.assumptions_met() { ' ' } else { '!' };
         let over = match &limits.in_words {
-            Ok(words) => format!(", over {:.3}", criterion.limit / words.emulated.limit),
+            Ok(words) => format!(", {}", words.against(criterion.limit)),
             Err(_) => String::new(),
         };
         return format!("{mark} {:.5} {}{over}", criterion.limit, criterion.unit);

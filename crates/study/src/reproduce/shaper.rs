@@ -1,5 +1,6 @@
 //! The analog input shaper, and energy bounding behind it: stiffness that holds, and what is felt of it.
 
+use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
@@ -8,7 +9,7 @@ use super::beside::{Comparison, Found, Line, Measure, measure, shipped_scene};
 use super::made::{self, Made, Set, key, length, with};
 use super::shaper_claims::{TOLD, claims};
 use super::shaper_gain as gain;
-use crate::limits::in_words;
+use crate::limits::{Looks, Seen, WordsSet, usual_range};
 
 /// The walls that are tried, in kN/m: 10 to 100 in steps of 5.
 pub const LADDER_KN_PER_M: [u32; 19] = [10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 100];
@@ -95,7 +96,7 @@ pub fn comparison() -> Comparison {
     }
     for shaper in Shaper::ALL {
         let turn = measure(move |control| turn(&shaper.wall(), control));
-        line("", "The same, word by word (bisection)", shaper.name().into(), "", turn);
+        line("", "The same, over words and eight phases of the contact", shaper.name().into(), "", turn);
     }
     for (what_if, set) in WHAT_IFS {
         for shaper in Shaper::ALL {
@@ -182,19 +183,20 @@ fn gains(frequency_hz: f64) -> String {
     format!("closed form {exact:.8}, analog {analog:.6}; bilinear {digital:.6}, words {words:.6}")
 }
 
-/// Where the verdict turns; `None` when stopped.
+/// The lowest wall that was seen to fail and the highest that was seen to settle; `None` when stopped.
 fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
     let found = shipped_scene("impulse-engine", &set).and_then(|experiment| {
         let scene = experiment.axis().ok_or("no axis")?;
-        in_words(&scene, scene.wall.stiffness_nm_per_rad, control)
+        WordsSet::new(&scene, usual_range(&scene), Looks::BRIEF, NonZeroUsize::MIN, control)
     });
     if control.stop.load(Ordering::Relaxed) {
         return None;
     }
     Some(found.map(|found| {
-        let kn_per_m = found.emulated.limit * 1e-3;
-        format!("settles below {kn_per_m:.3} kN/m, not above ({} runs)", found.runs)
+        let told = |seen: Option<Seen>| seen.map_or("none".into(), |seen| format!("{:.3} kN/m", seen.stiffness * 1e-3));
+        let (failed, settled) = (told(found.lowest_failed()), told(found.highest_settled()));
+        format!("lowest seen to fail {failed}, highest seen to settle {settled} ({} runs)", found.runs())
     }))
 }
 

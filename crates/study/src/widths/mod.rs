@@ -21,6 +21,7 @@ use hpu_signal::{Cycle, Format};
 pub use field::Field;
 pub use measured::{Measured, beside, measured, together};
 pub use noise::{Asked, Beside};
+pub(crate) use proof::System;
 pub use random::{Walk, random};
 pub use recommend::{Needed, Recommended, by_range, recommend};
 

@@ -3,11 +3,13 @@
 //! To first order a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it: that is what
 //! the device must have to spare.
 
+use std::num::NonZeroUsize;
+
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
 
 use crate::accuracy::{Outputs, driver, usual};
-use crate::limits::{self, InWords, in_words};
+use crate::limits::{Looks, WordsSet, usual_range};
 
 /// A scene with its command held back by some clocks more, beside the scene as it is. *Measured*, all of it.
 #[derive(Clone, PartialEq, Debug)]
@@ -18,20 +20,19 @@ pub struct Settling {
     pub outcomes: [OutcomeKind; 2],
     /// What the later one gets wrong of the outputs that the verdict makes worth comparing, relative.
     pub errors: Vec<(Output, f64)>,
-    /// The limit in words of both, or why there is none.
-    pub limits: [Result<InWords, String>; 2],
+    /// The set in words of both, or why there is none.
+    pub limits: [Result<WordsSet, String>; 2],
     /// The damping that the wall's spring loses by the delay, in the scene's unit.
     pub lost_damping: f64,
 }
 
 impl Settling {
-    /// Whether the verdict is another one, or the limit in words by more than a word.
+    /// Whether the verdict is another one, or one set in words has ended, at every phase, where the other has not begun
+    /// to.
     #[must_use]
     pub fn noticed(&self) -> bool {
         let moved = match &self.limits {
-            [Ok(prompt), Ok(late)] => {
-                (prompt.emulated.limit - late.emulated.limit).abs() > 1.5 * prompt.emulated.uncertainty
-            }
+            [Ok(prompt), Ok(late)] => prompt.is_apart_from(late) || late.is_apart_from(prompt),
             [prompt, late] => prompt.is_ok() != late.is_ok(),
         };
         moved || self.outcomes[0] != self.outcomes[1]
@@ -51,12 +52,15 @@ pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<
     late.method.settling = clocks;
     let mut outputs = Vec::new();
     let mut limits = Vec::new();
-    let start = limits::emulated(scene, 0.5e-9).map_or(limits::start(scene), |linear| linear.limit);
+    // Around the scene's own stiffness.
+    let (own, [least, most]) = (scene.wall.stiffness_nm_per_rad, usual_range(scene));
+    let range = if own > 0.0 { [least.max(own / 16.0), most.min(own * 16.0)] } else { [least, most] };
     for scene in [scene, &late] {
         let (found, _) = Outputs::of(&Experiment::Axis(scene.clone()), driver(&[]), control)?;
         let Some(found) = found else { return Ok(None) };
         outputs.push(found);
-        limits.push(in_words(scene, start, control));
+        let looks = Looks { phases: 1, nearest: 0.0, coarse: 8, ..Looks::BRIEF };
+        limits.push(WordsSet::new(scene, range, looks, NonZeroUsize::MIN, control));
     }
     let shown = usual(outputs[0].outcome);
     let mut errors = outputs[1].errors(&outputs[0]);

@@ -1,8 +1,10 @@
 //! The published criteria against the known answers of their papers, and the exact ones against the emulator.
 
+use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::Scene;
+use hpu_study::SampledLoop;
 use hpu_study::criteria::{self, Criterion, Region, Rigid, describing_function, stable_amplitude};
-use hpu_study::limits::emulated;
+use hpu_study::limits::{Damping, StableSet, usual_range};
 
 /// Table 1 of the PHANToM's paper: b 0.005 N·s/m, f_c 0.038 N, a count of 29.1 µm, T 1 ms.
 const PHANTOM: Rigid = Rigid {
@@ -233,8 +235,8 @@ fn routh_s_limit_counts_a_hand_that_holds_the_shaft() {
     let hand = "{ kind = \"spring_damper\", stiffness = 0.4, damping = 2e-4, path = [[0, 0]] }";
     let hybrid = [("method.kind", "hybrid".to_string()), ("wall.stiffness", "1".into())];
     let scene = linear("{ kind = \"motor\", motor = \"vasudevan_2007\" }", hand, &hybrid);
-    let found = emulated(&scene, 1e-7).expect("a limit");
-    near(found.limit, told(&scene, "routh").limit, 1e-6);
+    let set = StableSet::new(&scene, Damping::Fixed(0.0), usual_range(&scene)).expect("a linear loop");
+    near(set.softest().expect("a stretch").to.middle(), told(&scene, "routh").limit, 1e-9);
     assert!(told(&scene, "routh").assumptions_met());
 }
 
@@ -280,9 +282,16 @@ fn the_emulated_boundary_is_that_of_the_exact_loop_over_bodies_periods_delays_an
 
 #[track_caller]
 fn agrees(device: &str, hand: &str, overrides: &[(&str, &str)]) {
-    let overrides: Vec<_> = overrides.iter().map(|(key, value)| (*key, value.to_string())).collect();
+    let mut overrides: Vec<_> = overrides.iter().map(|(key, value)| (*key, value.to_string())).collect();
+    // A thousandth to a thousand times this is looked at.
+    overrides.push(("wall.stiffness", if device.contains("motor") { "1".into() } else { "1000".into() }));
     let scene = linear(device, hand, &overrides);
-    let found = emulated(&scene, 1e-4).unwrap_or_else(|none| panic!("{none}: {device} {hand} {overrides:?}"));
     let exact = told(&scene, "spectral_radius").limit;
-    assert!((found.limit - exact).abs() < 1e-3 * exact, "{} {exact}: {device} {hand} {overrides:?}", found.limit);
+    for (side, settles) in [(0.999, true), (1.001, false)] {
+        let law = LinearLoop::new(&scene, side * exact, scene.wall.damping_nm_s_per_rad);
+        let growth = law.growth_per_s(1 << 18);
+        assert_eq!(growth < 0.0, settles, "{growth} at {side} of {exact}: {device} {hand} {overrides:?}");
+        let radius = SampledLoop::new(&scene, side * exact, scene.wall.damping_nm_s_per_rad).spectral_radius();
+        assert_eq!(radius < 1.0, settles, "{radius} at {side} of {exact}: {device} {hand} {overrides:?}");
+    }
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
-use hpu_study::limits::limits;
+use hpu_study::criteria::named;
 use hpu_study::map::{self, Axis, Cell, CellLimits, Curves, Found, Map, MapError, Method, Plan, Point};
 use hpu_study::units::Row;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -338,9 +338,8 @@ fn curves_are_the_limits_that_hpu_limits_tells_in_the_axiss_unit_and_over_either
         for at in 0..3 {
             let (ix, iy) = if curves.over_x { (2, at) } else { (at, 2) };
             let scene = map.experiment(Point { method: 0, ix, iy }).unwrap().axis().unwrap();
-            let limits = limits(&scene);
             for curve in &curves.curves {
-                let criterion = limits.criteria.iter().find(|criterion| criterion.name == curve.name).expect("told");
+                let criterion = named(curve.name, &scene).expect("one of its criteria").expect("told");
                 let (found, told) = (curve.limits[at].expect("a limit") / 1000.0, criterion.limit);
                 assert!((found / told - 1.0).abs() < 1e-9, "{}: {found} {told}", curve.name);
             }

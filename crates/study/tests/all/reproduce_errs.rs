@@ -5,6 +5,7 @@ use hpu_study::reproduce::beside::{beside_csv, beside_text};
 use hpu_study::reproduce::errs;
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tried() {
     let mut comparison = errs::comparison();
     comparison.lines.retain(|line| line.group.starts_with("A PHANToM"));
@@ -18,10 +19,12 @@ fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tri
     // 2 b / T and the bounce's threshold.
     assert_eq!(number(of("abbott_okamura")), 10.0);
     assert_eq!(number(of("drop_threshold")), 9785.13552);
-    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m; in words it is one of the stiffnesses
-    // between.
-    let words = number(of("in words"));
-    assert!((8000.0..10_000.0).contains(&words), "{words}");
+    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m, at one phase of the contact; over eight of
+    // them none settles from between these on.
+    let words = of("in words");
+    let (failed, settled) = words.split_once(", highest seen to settle ").expect("both ends");
+    let failed = number(failed.trim_start_matches("lowest seen to fail ").to_string());
+    assert!(failed < 10_000.0 && (8000.0..10_000.0).contains(&number(settled.to_string())), "{words}");
     let text = beside_text(&comparison, &results);
     assert!(text.contains("drop_threshold") && !text.contains("published"), "{text}");
     let csv = beside_csv(&comparison, &results, "hpu reproduce criteria");

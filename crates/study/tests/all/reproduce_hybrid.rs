@@ -56,15 +56,23 @@ fn linear_limits_are_routh_s_and_those_of_the_data_sheet_and_so_are_their_ratios
 
 #[test]
 fn in_words_the_hybrid_wall_is_some_five_times_stiffer_and_a_slower_clock_takes_some_of_it() {
-    let [conventional, hybrid, ratio, _, early, early_ratio] = numbers(&measured("in words, pushed by 50 mN.m"))[..]
+    let found = measured("in words, pushed by 50 mN.m");
+    // Each from where all settle to where none was seen to.
+    let [slow_all, slow, all, some, least, most, _, early_all, early, early_least, early_most] = numbers(&found)[..]
     else {
-        panic!("six numbers")
+        panic!("eleven numbers: {found}")
     };
     // Words know of counts and of the PWM's period, which can only cost; a word of (0,8,4) is 2.6 mN.m/rad.
-    assert!(conventional < 0.497374 + 2.7e-3 && early < hybrid && hybrid < 2.98195);
-    near(ratio, hybrid / conventional, 0.02);
-    near(early_ratio, early / conventional, 0.02);
-    assert!((4.0..6.0).contains(&ratio));
+    assert!(
+        slow_all <= slow && slow < 0.497374 + 2.7e-3 && early_all < all && all <= some && some < 2.98195,
+        "{found}"
+    );
+    for (ratio, of, over) in
+        [(least, all, slow), (most, some, slow_all), (early_least, early_all, slow), (early_most, early, slow_all)]
+    {
+        near(ratio, of / over, 0.02);
+    }
+    assert!(least > 3.5 && most < 7.0, "{found}");
 }
 
 #[test]
@@ -157,6 +165,7 @@ fn names_are_unique_and_a_stopped_line_has_no_result() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn at_1_khz_a_bridge_that_brakes_holds_a_stiffer_wall_than_one_that_floats() {
     let found = measured("conventional, 1 kHz, pushed by 20 mN.m");
     let (brake, float) = found.split_once(", floating ").expect("both");

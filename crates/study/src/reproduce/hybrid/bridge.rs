@@ -4,7 +4,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment};
 
 use super::super::beside::{Found, Line};
-use super::{Leaning, axis, line, stiffest};
+use super::{Leaning, Stiffest, axis, line};
 use crate::map::{Cell, CellLimits};
 
 const GROUP: &str = "The stiffest wall with a bridge that brakes, against one that floats, in words";
@@ -46,13 +46,13 @@ struct Held {
 impl Held {
     fn find(hand: Leaning, scene: &str, rate: &str, off: &str, control: &Control) -> Result<Self, String> {
         let mut scene = hand.scene(scene, &[("method.sample_rate", rate), ("method.pwm.off", off)])?;
-        let found = match stiffest(&scene, 0.5, control) {
+        let found = match Stiffest::of(&scene, control) {
             Ok(found) => found,
             Err(reason) => return Ok(Self { asked: Err(reason), felt: None }),
         };
-        scene.wall.stiffness_nm_per_rad = found.limit - 0.5 * found.uncertainty;
+        scene.wall.stiffness_nm_per_rad = found.all;
         let cell = Cell::run(&Experiment::Axis(scene), CellLimits::UNGUARDED, control)?.ok_or("stopped")?;
-        Ok(Self { asked: Ok(found.limit), felt: cell.displayed_stiffness })
+        Ok(Self { asked: Ok(found.all), felt: cell.displayed_stiffness })
     }
 
     fn text(&self) -> String {

@@ -4,7 +4,8 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 
 use super::super::beside::{Found, Line};
-use super::{Leaning, line, linear_settles};
+use super::{Leaning, line};
+use crate::limits::linear_settles;
 use crate::map::{Cell, CellLimits};
 
 const GROUP: &str = "The least virtual damping that holds a wall, pushed by 20 mN.m";
@@ -29,7 +30,8 @@ pub(super) fn lines() -> Vec<Line> {
             let published = if rate == "1 kHz" && scene != "hybrid-wall" { "less at higher rates" } else { "" };
             lines.push(line(GROUP, format!("{stiffness} N.m/rad, {what}"), published, move |control| {
                 let scene = damped(scene, stiffness, rate)?;
-                let linear = least(&scene, |scene| Ok(linear_settles(scene)))?;
+                let linear =
+                    least(&scene, |scene| Ok(linear_settles(scene, scene.wall.stiffness_nm_per_rad) == Some(true)))?;
                 let words = least(&scene, |scene| runs_settled(scene, control))?;
                 let text = format!("linear {}, in words {}", text(linear, &scene), text(words, &scene));
                 Ok(Found::new(text, [linear, words].map(|damping| damping.unwrap_or(f64::INFINITY))))

@@ -8,13 +8,15 @@ mod rates;
 mod stiffness;
 mod words;
 
+use std::fmt;
+use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
 use super::beside::{Comparison, Found, Line, shipped_scene};
-use crate::limits::{Emulated, in_words, settles};
+use crate::limits::{Looks, WordsSet, usual_range};
 
 /// The published statements.
 #[must_use]
@@ -98,12 +100,32 @@ impl Leaning {
     }
 }
 
-/// The stiffest wall in words.
-fn stiffest(scene: &Scene, start: f64, control: &Control) -> Result<Emulated, String> {
-    in_words(scene, start, control).map(|found| found.emulated)
+/// The stiffest walls in words, in N·m/rad.
+#[derive(Clone, Copy)]
+struct Stiffest {
+    /// Up to here all that were looked at settle, at every phase of the contact.
+    all: f64,
+    /// None stiffer was seen to settle.
+    some: f64,
 }
 
-/// The verdict of the linear loop.
-fn linear_settles(scene: &Scene) -> bool {
-    settles(scene, scene.wall.stiffness_nm_per_rad) == Some(true)
+impl Stiffest {
+    fn of(scene: &Scene, control: &Control) -> Result<Self, String> {
+        let found = WordsSet::new(scene, usual_range(scene), Looks::BRIEF, NonZeroUsize::MIN, control)?;
+        match (found.all_up_to(), found.highest_settled()) {
+            (Some(all), Some(some)) => Ok(Self { all: all.stiffness, some: some.stiffness }),
+            _ => Err("none settles at every phase".into()),
+        }
+    }
+
+    /// How many times as stiff as another: the least and the greatest ratio that both can mean.
+    fn over(self, other: Self) -> [f64; 2] {
+        [self.all / other.some, self.some / other.all]
+    }
+}
+
+impl fmt::Display for Stiffest {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:.3} to {:.3}", self.all, self.some)
+    }
 }

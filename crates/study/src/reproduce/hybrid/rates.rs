@@ -4,9 +4,8 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
 use super::super::beside::{Found, Line};
-use super::{axis, line, stiffest};
+use super::{Stiffest, axis, line};
 use crate::SampledLoop;
-use crate::limits::bisect;
 
 const MOTOR: &str = "The stiffest wall at 20 kHz, velocity at 20 and at 2 kHz: this motor, 100 MHz, pushed by 20 mN.m";
 const INERTIA: &str = "The stiffest wall at 20 kHz, velocity at 20 and at 2 kHz: an assumed inertia of 2e-3 kg.m2";
@@ -85,11 +84,7 @@ fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
 fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control: &Control) -> Result<Found, String> {
     let (one, ten) = (device(damping, "1")?, device(damping, "10")?);
     let linear = [(&one, 1), (&ten, 10)].map(|(scene, every)| linear(scene, every));
-    // From the linear limit: far below it a wall is too soft to come to rest within the run.
-    let words = [(&one, &linear[0]), (&ten, &linear[1])].map(|(scene, linear)| {
-        let start = linear.as_ref().map_or(1.0, |limit| *limit);
-        stiffest(scene, start, control).map(|found| found.limit)
-    });
+    let words = [&one, &ten].map(|scene| Stiffest::of(scene, control).map(|found| found.some));
     let share = |of: &[Result<f64, String>; 2]| match of {
         [Ok(one), Ok(ten)] => format!(" ({:.2} of it)", ten / one),
         _ => String::new(),
@@ -103,14 +98,20 @@ fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control:
     Ok(Found::new(format!("in words {}; linear {}", told(words), told(linear)), figures.as_flattened().to_vec()))
 }
 
-/// The limit of the linear loop.
+/// A place where the linear loop of two rates ceases to settle, by bisection from 1.
 fn linear(scene: &Scene, every: u32) -> Result<f64, String> {
     let damping = scene.wall.damping_nm_s_per_rad;
-    let stable = |stiffness| {
-        let radius = SampledLoop::dual_rate(scene, stiffness, damping, every).spectral_radius();
-        Some(radius < 1.0)
-    };
-    bisect(1.0, 1e-6, stable).map(|(low, high)| 0.5 * (low + high)).map_err(|_| "none".to_string())
+    let stable = |stiffness: f64| SampledLoop::dual_rate(scene, stiffness, damping, every).spectral_radius() < 1.0;
+    let (mut low, mut high) = (1.0, 1.0);
+    for (end, wanted, factor) in [(&mut low, true, 0.5), (&mut high, false, 2.0)] {
+        let mut sought = std::iter::successors(Some(1.0), |at| Some(at * factor)).take(40);
+        *end = sought.find(|at| stable(*at) == wanted).ok_or("none")?;
+    }
+    while high - low > 1e-6 * (high + low) {
+        let middle = 0.5 * (low + high);
+        *(if stable(middle) { &mut low } else { &mut high }) = middle;
+    }
+    Ok(0.5 * (low + high))
 }
 
 /// The damping at which one count in a sample asks for the full torque, at either rate of the velocity.

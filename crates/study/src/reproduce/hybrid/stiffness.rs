@@ -4,9 +4,9 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
 
 use super::super::beside::{Found, Line};
-use super::{Leaning, axis, line, stiffest};
+use super::{Leaning, Stiffest, axis, line};
 use crate::criteria;
-use crate::limits::emulated;
+use crate::limits::{Damping, StableSet, usual_range};
 
 const GROUP: &str = "The stiffest wall, without virtual damping";
 const RATIO: &str = "4 to 5 times";
@@ -47,7 +47,8 @@ pub(super) fn lines() -> Vec<Line> {
 const BARE: [(&str, &str); 2] = [("wall.damping", "0"), ("hand", "{ kind = \"none\" }")];
 
 fn linear(scene: &Scene) -> Result<f64, String> {
-    emulated(scene, 0.5e-9).map(|found| found.limit).map_err(|error| error.to_string())
+    let set = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), usual_range(scene))?;
+    set.softest().map(|stretch| stretch.to.middle()).ok_or_else(|| set.said())
 }
 
 fn conventional() -> Result<f64, String> {
@@ -55,13 +56,11 @@ fn conventional() -> Result<f64, String> {
 }
 
 fn in_words(hand: Leaning, control: &Control) -> Result<Found, String> {
-    let limit = |name| Ok::<_, String>(stiffest(&hand.scene(name, &[])?, 0.5, control)?.limit);
+    let limit = |name| Stiffest::of(&hand.scene(name, &[])?, control);
     let conventional = limit("conventional-wall-1khz")?;
     let (hybrid, early) = (limit("hybrid-wall")?, limit("hybrid-wall-25mhz")?);
-    let times = [hybrid / conventional, early / conventional];
-    let text = format!(
-        "{conventional:.3} N.m/rad, hybrid {hybrid:.3}, {:.2} times; at 25.175 MHz {early:.3}, {:.2} times",
-        times[0], times[1]
-    );
-    Ok(Found::new(text, times))
+    let times = [hybrid.over(conventional), early.over(conventional)];
+    let said = times.map(|[least, most]| format!("{least:.2} to {most:.2} times"));
+    let text = format!("{conventional} N.m/rad, hybrid {hybrid}, {}; at 25.175 MHz {early}, {}", said[0], said[1]);
+    Ok(Found::new(text, times.into_iter().flatten()))
 }

@@ -1,8 +1,8 @@
 //! What the device cannot exceed, whatever it is commanded: current, speed and angle of its shaft.
 //!
-//! Between the bridge's terminals lies at most the supply and two diodes, whatever the gates do. Friction is a torque of at
-//! most its Coulomb value. A hand that holds the shaft by spring and damper adds to the device's own linear system, and
-//! drives it by the speed of its path, `e = angle - path`:
+//! Between the bridge's terminals lies at most the supply and two diodes, whatever the gates do. Friction is a torque
+//! of at most its Coulomb value. A hand that holds the shaft by spring and damper adds to the device's own linear
+//! system, and drives it by the speed of its path, `e = angle - path`:
 //!
 //! | | |
 //! |---|---|
@@ -10,17 +10,17 @@
 //! | `J dw/dt = K i - (B + b_h) w - k_h e + b_h v_h - f` | friction `f` within its Coulomb value |
 //! | `de/dt = w - v_h` | `v_h` within the speeds of the path |
 //!
-//! The reach of each input is an integral of its impulse response ([`Flow`]). Where the commands are known to be one-sided,
-//! so is the voltage; a bridge that switches gives what it is told only in the mean over a period, which costs at most a
-//! period's change of the response.
+//! The reach of each input is an integral of its impulse response ([`Flow`]). Where the commands are known to be
+//! one-sided, so is the voltage; a bridge that switches gives what it is told only in the mean over a period, which
+//! costs at most a period's change of the response.
 
 use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
 use hpu_datapath::LoopConfig;
 
 use super::Limit;
-use super::interval::Interval;
 use super::response::{Flow, Parts};
 use super::system::{Channel, System};
+use crate::interval::Interval;
 
 /// Limits of the shaft's motion, for any command within a range.
 #[derive(Clone, Debug)]
@@ -149,8 +149,8 @@ impl<'s> Shaft<'s> {
         Ok(Self { scene, drive, torque, path, start, pulse, intended, held, why })
     }
 
-    /// What no command can exceed whose PWM counts stay within these, of `2^width` for all of the supply. Of a loop's widths
-    /// those of its modulator and its position count.
+    /// What no command can exceed whose PWM counts stay within these, of `2^width` for all of the supply. Of a loop's
+    /// widths those of its modulator and its position count.
     pub fn motion(&self, command: (i128, i128), config: &LoopConfig) -> Motion {
         let Self { scene, intended: [angles, speeds], .. } = self;
         let mut why = self.why.clone();
@@ -171,7 +171,8 @@ impl<'s> Shaft<'s> {
             }
             let period_s = 2f64.powi(config.pwm.width.cast_signed()) * scene.clock.period_s();
             let spill = if pulsed { (period_s * bend).next_up() } else { 0.0 };
-            // Of pulses of a share of the period: no more than all of it, and no more than the share of the period's best.
+            // Of pulses of a share of the period: no more than all of it, and no more than the share of the period's
+            // best.
             let reach = |part: f64, share: f64| {
                 let mean = (share.abs() * (part + spill).next_up()).next_up();
                 (most * if share == 0.0 { 0.0 } else { part.min(mean) }).next_up()

@@ -11,8 +11,9 @@ use super::{Bound, How, Proof};
 /// The most inputs that are ever tried of one block.
 pub const MOST_INPUTS: u128 = 1 << 26;
 
-/// The nets of a scene that combinational blocks with at most `most` inputs drive, and at most [`MOST_INPUTS`], with the range
-/// and, of products, the error that trying them all has shown. Inputs go through what `proof` leaves of them, each by itself.
+/// The nets of a scene that combinational blocks with at most `most` inputs drive, and at most [`MOST_INPUTS`], with
+/// the range and, of products, the error that trying them all has shown. Inputs go through what `proof` leaves of them,
+/// each by itself.
 ///
 /// # Errors
 ///

@@ -1,8 +1,9 @@
-//! The straight-line parts of a loop as a script for [Gappa](https://gappa.gitlabpages.inria.fr), for who wants a proof from
-//! outside: products, truncations and sums, from the ranges of penetration and motion to those of spring, drag and torque.
+//! The straight-line parts of a loop as a script for [Gappa](https://gappa.gitlabpages.inria.fr), for who wants a proof
+//! from outside: products, truncations and sums, from the ranges of penetration and motion to those of spring, drag and
+//! torque.
 //!
-//! A number of `f` fraction bits is one with `@FIX(x, -f)`; `fixed<-f, dn>` truncates to `f` of them. Clamps have no word in
-//! that language: what comes out of one is a variable of its own, within what it was clamped to.
+//! A number of `f` fraction bits is one with `@FIX(x, -f)`; `fixed<-f, dn>` truncates to `f` of them. Clamps have no
+//! word in that language: what comes out of one is a variable of its own, within what it was clamped to.
 
 use std::fmt::Write;
 

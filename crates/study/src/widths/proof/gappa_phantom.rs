@@ -5,8 +5,8 @@ use std::fmt::Write;
 use hpu_cosim::scene::PhantomScene;
 use hpu_datapath::phantom::bounds;
 
-/// The script for a PHANToM's scene, which is to prove the ranges and errors of its tip and of its torques. Words have small
-/// letters; what real numbers make of them is capital. Forces are words of their own, clamped to their limit.
+/// The script for a PHANToM's scene, which is to prove the ranges and errors of its tip and of its torques. Words have
+/// small letters; what real numbers make of them is capital. Forces are words of their own, clamped to their limit.
 ///
 /// # Errors
 ///

@@ -7,8 +7,8 @@ use super::haptic::{Settings, haptic};
 use super::narrowed;
 use super::span::Span;
 
-/// What is proved of a loop's words for every motion within the device's limits and every stiffness from the scene's own up to
-/// the stiffest that its format holds.
+/// Proved ranges of a loop's words: for every motion within the device's limits and every stiffness from the scene's
+/// own up to the stiffest that its format holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Held {
     /// Least and greatest displacement, in counts.
@@ -32,11 +32,12 @@ impl<'s> Limits<'s> {
         Shaft::new(scene).map(|shaft| Self { shaft })
     }
 
-    /// What the words of this scene hold, which differs from that of [`new`](Self::new) in widths alone.
+    /// The proved ranges of a scene that differs from the scene of [`new`](Self::new) in widths alone, or the width
+    /// that does not hold them.
     ///
-    /// Position and velocity hold every value that is to be in them: the displacement is never read the other way, and the
-    /// velocity never saturates. Products that saturate are limited to the modulator's full command, which is no matter of
-    /// their factors' widths; products that drop their upper bits never lose any.
+    /// Position and velocity hold every value that is to be in them: the displacement is never read the other way, and
+    /// the velocity never saturates. Products that saturate are limited to the modulator's full command, which is no
+    /// matter of their factors' widths; products that drop their upper bits never lose any.
     ///
     /// # Errors
     ///

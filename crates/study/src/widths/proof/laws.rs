@@ -10,7 +10,8 @@
 //! | input shaper | what it hands on is between 0 and the torque; its filter's overflow is not proved |
 
 //!
-//! Errors beside real numbers are proved of the sampled wall; those of the others go round their memory and are left out.
+//! Errors beside real numbers are proved of the sampled wall; those of the others go round their memory and are left
+//! out.
 
 use hpu_cosim::TheLoop;
 use hpu_datapath::{Generic, Law, LawWidths, MethodLoop};
@@ -157,7 +158,8 @@ impl<'a> Seen<'a> {
         let lsb = frac as i32;
         match self.number("ESTIMATOR") {
             0 => symbols.product(&sample, Span::exact(1 << frac), lsb),
-            // Between two values that fit, rounded down, it stays between them; every floor is carried on, 2^SHIFT LSBs in all.
+            // Between two values that fit, rounded down, it stays between them; every floor is carried on, 2^SHIFT LSBs
+            // in all.
             1 => {
                 let error = Span::new(-(1 << self.number("SHIFT")), 0);
                 symbols.replaced(zero, lsb, sample.exact.map(|_| (error, lsb)), sample.fits)
@@ -193,7 +195,8 @@ impl<'a> Seen<'a> {
         if held >= one || free > one {
             return ((symbols.wrapped(Format::signed(self.widths.torque_width + 2)), None), symbols.any(format));
         }
-        // e <= most: floor((share delta + held e) / 2^gain) <= most. At least -1: a tool in contact is not ahead of the device.
+        // e <= most: floor((share delta + held e) / 2^gain) <= most. At least -1: a tool in contact is not ahead of the
+        // device.
         let most = (share * deepest + one - held - 1) / (one - held);
         let least = if free > 0 || held > 0 { -1 } else { 0 };
         let fits = self.delta.fits && most <= format.max();

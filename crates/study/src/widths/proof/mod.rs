@@ -1,17 +1,17 @@
 //! What no motion can exceed: proofs of ranges and errors, beside what was measured.
 //!
-//! A proof goes two steps. The *device* first: whatever the datapath commands, a bridge gives no more than its supply, so
-//! that current, speed and angle of the shaft stay within limits that no controller can change ([`Limit`]). Then the
+//! A proof goes two steps. The *device* first: whatever the datapath commands, a bridge gives no more than its supply,
+//! so that current, speed and angle of the shaft stay within limits that no controller can change ([`Limit`]). Then the
 //! *words*: for every motion within these limits each block hands on a range and an error, in exact integers.
 //!
-//! So a bound holds for stable and unstable loops alike, and for every gain that the scene's words could be set to within
-//! the commands they lead to. Both steps come close: the worst command drives a shaft to within a hundredth of its limits,
-//! and motion within them brings every signal of the haptic loops and of a PHANToM's to within two bits of its bound. A
-//! scene's own run may stay far below: `hybrid-wall` itself goes 44 counts deep and 8 counts a sample fast, where a command
-//! that pumps the shaft against the hand's spring could reach 819 and 367.
+//! So a bound holds for stable and unstable loops alike, and for every gain that the scene's words could be set to
+//! within the commands they lead to. Both steps come close: the worst command drives a shaft to within a hundredth of
+//! its limits, and motion within them brings every signal of the haptic loops and of a PHANToM's to within two bits of
+//! its bound. A scene's own run may stay far below: `hybrid-wall` itself goes 44 counts deep and 8 counts a sample
+//! fast, where a command that pumps the shaft against the hand's spring could reach 819 and 367.
 //!
-//! What nobody holds has no limit of its travel; its words are bounded by their formats. Of the methods' memories, energies
-//! are sums without a limit.
+//! What nobody holds has no limit of its travel; its words are bounded by their formats. Of the methods' memories,
+//! energies are sums without a limit.
 
 mod device;
 mod exhaust;
@@ -19,7 +19,6 @@ mod gappa;
 mod gappa_phantom;
 mod haptic;
 mod holds;
-mod interval;
 mod laws;
 mod phantom;
 mod response;
@@ -42,6 +41,7 @@ pub use holds::Held;
 pub(super) use holds::Limits;
 pub use phantom::phantom_bounds;
 use span::Span;
+pub(crate) use system::System;
 use travel::Travel;
 
 /// How a figure came about.
@@ -72,8 +72,8 @@ pub struct Bound {
     pub error: Option<f64>,
     /// How the range came about.
     pub how: How,
-    /// Whether the word holds every value that is to be in it: it never wraps, is never clamped, and no run counts an edge at
-    /// which it has overflowed. A position may turn over, as long as the displacement reads through it.
+    /// Whether the word holds every value that is to be in it: it never wraps, is never clamped, and no run counts an
+    /// edge at which it has overflowed. A position may turn over, as long as the displacement reads through it.
     pub never_overflows: bool,
     /// Under which assumptions.
     pub assumptions: Vec<String>,
@@ -105,11 +105,12 @@ pub struct WrapsAt {
     pub of_a_word: f64,
     /// The least penetration that overflows at the scene's own stiffness, in counts; none if none does.
     pub at_scene: Option<i64>,
-    /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow; none for
-    /// other hands. At every penetration that does not overflow, its grip pushes harder than spring and friction hold.
+    /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow; none
+    /// for other hands. At every penetration that does not overflow, its grip pushes harder than spring and friction
+    /// hold.
     pub at_rest: Option<i64>,
-    /// Whether the penetration is reached for certain, so that this word is the first at which the product overflows, and
-    /// not only the first at which no proof says that it cannot.
+    /// Whether the penetration is reached for certain, so that this word is the first at which the product overflows,
+    /// and not only the first at which no proof says that it cannot.
     pub reached: bool,
 }
 
@@ -172,8 +173,8 @@ struct Narrowed {
     rows: Rows,
 }
 
-/// Any command first; what the words can then be is a narrower range of commands, which is true as well. `rows` are the words of
-/// a travel.
+/// Any command first; what the words can then be is a narrower range of commands, which is true as well. `rows` are the
+/// words of a travel.
 fn narrowed(
     shaft: &Shaft,
     words: &LoopWords,

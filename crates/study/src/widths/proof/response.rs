@@ -2,11 +2,11 @@
 //!
 //! `x' = A x + b u`, `y = c x`: with `u` anywhere in `[lo, hi]` (0 among them) at any time, `y` stays within
 //! `[lo P - hi N, hi P - lo N]`, where `P` and `N` are the integrals of the positive and of the negative part of
-//! `h(t) = c e^(At) b`; no narrower range holds for all such `u`. The integrals are sums over steps: the trapezoid of the
-//! part, and `step^3 / 12` times a bound of `h''`. After the last step the flow has shrunk everything by `q`, and what is
-//! left is a geometric series. All in intervals rounded outwards.
+//! `h(t) = c e^(At) b`; no narrower range holds for all such `u`. The integrals are sums over steps: the trapezoid of
+//! the part, and `step^3 / 12` times a bound of `h''`. After the last step the flow has shrunk everything by `q`, and
+//! what is left is a geometric series. All in intervals rounded outwards.
 
-use super::interval::{Interval, Matrix};
+use crate::interval::{Interval, Matrix};
 
 /// The longest step, in units of the system's shortest time.
 const FINE: f64 = 0.1;

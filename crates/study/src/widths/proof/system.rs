@@ -2,8 +2,8 @@
 
 use hpu_cosim::scene::{Device, Scene, Winding};
 
-use super::interval::Interval;
 use super::response::{Flow, Output, Parts};
+use crate::interval::Interval;
 
 /// What an input does to the speed and to the distance from the hand.
 pub(crate) struct Channel {
@@ -14,8 +14,8 @@ pub(crate) struct Channel {
     pub bends: [f64; 2],
 }
 
-/// `A` and the inputs' columns. States: current unless the winding is resistive or there is none, speed, distance from the
-/// hand if it holds on.
+/// `A` and the inputs' columns. States: current unless the winding is resistive or there is none, speed, distance from
+/// the hand if it holds on.
 pub(crate) struct System {
     pub a: Vec<Vec<Interval>>,
     pub drive: Vec<Interval>,

@@ -82,8 +82,8 @@ impl Travel {
     }
 }
 
-/// Whether a hand that imposes the motion takes the shaft to its greatest count, for long enough that every register sees it,
-/// and before the run is over.
+/// Whether a hand that imposes the motion takes the shaft to its greatest count, for long enough that every register
+/// sees it, and before the run is over.
 fn deepest_is_reached(scene: &Scene, count_rad: f64, per_clock: f64) -> bool {
     let Hand::Prescribed { path } = &scene.hand else { return false };
     let most = path.iter().map(|point| point.angle_rad).fold(f64::NEG_INFINITY, f64::max);

@@ -40,8 +40,8 @@ fn full(settings: &Settings) -> i128 {
     1i128 << (settings.config.pwm.width as i32 + settings.config.stiffness.frac())
 }
 
-/// The least word that leaves a pushing hand no rest: where even the deepest penetration without overflow, at its far end,
-/// is pushed on. Drag is none at rest.
+/// The least word that leaves a pushing hand no rest: where even the deepest penetration without overflow, at its far
+/// end, is pushed on. Drag is none at rest.
 fn at_rest(scene: &Scene, words: &LoopWords, settings: &Settings) -> Option<i64> {
     let Hand::SpringDamper { stiffness_nm_per_rad, path, .. } = &scene.hand else { return None };
     let pwm = scene.method.pwm;

@@ -1,4 +1,6 @@
-//! Intervals of `f64`, rounded outwards, and small matrices of them.
+//! Intervals of `f64`, rounded outwards, pairs of them as complex numbers, and small matrices.
+
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -70,6 +72,91 @@ impl Interval {
     pub fn size(self) -> f64 {
         self.hi.max(-self.lo)
     }
+
+    pub fn has_zero(self) -> bool {
+        self.lo <= 0.0 && self.hi >= 0.0
+    }
+
+    pub fn width(self) -> f64 {
+        self.hi - self.lo
+    }
+
+    /// A number inside, near the middle.
+    pub fn middle(self) -> f64 {
+        (0.5 * self.lo + 0.5 * self.hi).clamp(self.lo, self.hi)
+    }
+
+    /// The numbers that both hold, if there are any.
+    pub fn common(self, other: Self) -> Option<Self> {
+        let both = Self { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) };
+        (both.lo <= both.hi).then_some(both)
+    }
+
+    /// Whether it lies inside the other and touches neither end.
+    pub fn is_inside(self, other: Self) -> bool {
+        other.lo < self.lo && self.hi < other.hi
+    }
+
+    /// The sine. The library's errs by less than an ulp; two are allowed for here.
+    pub fn sin(self) -> Self {
+        if self.lo >= -FRAC_PI_2 && self.hi <= FRAC_PI_2 {
+            let [low, high] = [libm::sin(self.lo), libm::sin(self.hi)];
+            return Self { lo: low.next_down().next_down(), hi: high.next_up().next_up() };
+        }
+        self.minus(Self { lo: FRAC_PI_2.next_down(), hi: FRAC_PI_2.next_up() }).cos()
+    }
+
+    /// The cosine. The library's errs by less than an ulp; two are allowed for here.
+    pub fn cos(self) -> Self {
+        let ends = [libm::cos(self.lo), libm::cos(self.hi)];
+        let wide = |x: f64| (x.next_down().next_down().max(-1.0), x.next_up().next_up().min(1.0));
+        let [(a, b), (c, d)] = ends.map(wide);
+        let mut all = Self { lo: a.min(c), hi: b.max(d) };
+        // Multiples of pi within, and those that only rounding keeps out.
+        let spare = 1e-15 * (1.0 + self.size());
+        let (first, last) = (((self.lo - spare) / PI).ceil(), ((self.hi + spare) / PI).floor());
+        if first <= last {
+            let even = last > first || first.rem_euclid(2.0) == 0.0;
+            let odd = last > first || !even;
+            all = Self { lo: if odd { -1.0 } else { all.lo }, hi: if even { 1.0 } else { all.hi } };
+        }
+        all
+    }
+}
+
+/// All complex numbers with these real and imaginary parts.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Complex {
+    pub re: Interval,
+    pub im: Interval,
+}
+
+impl Complex {
+    pub const ZERO: Self = Self { re: Interval::ZERO, im: Interval::ZERO };
+
+    pub fn plus(self, other: Self) -> Self {
+        Self { re: self.re.plus(other.re), im: self.im.plus(other.im) }
+    }
+
+    pub fn times(self, other: Self) -> Self {
+        Self {
+            re: self.re.times(other.re).minus(self.im.times(other.im)),
+            im: self.re.times(other.im).plus(self.im.times(other.re)),
+        }
+    }
+
+    pub fn scaled(self, by: Interval) -> Self {
+        Self { re: self.re.times(by), im: self.im.times(by) }
+    }
+
+    /// Times the imaginary unit.
+    pub fn turned(self) -> Self {
+        Self { re: Interval::ZERO.minus(self.im), im: self.re }
+    }
+
+    pub fn has_zero(self) -> bool {
+        self.re.has_zero() && self.im.has_zero()
+    }
 }
 
 /// Rows and columns; small, square unless it is a row or a column.
@@ -126,23 +213,30 @@ impl Matrix {
         self.0.iter().map(sum).fold(0.0, f64::max)
     }
 
-    /// `e^(self)`: a Taylor series of the matrix scaled down, and its remainder, squared up again.
+    /// `e^(self)`.
     pub fn exponential(&self) -> Self {
+        Self::identity(self.rows()).plus(&self.exponential_change())
+    }
+
+    /// `e^(self) - 1`, precise where that is small: a Taylor series of the matrix scaled down, and its remainder, then
+    /// doubled by `c (2 + c)`, which widens what decays no more than what stays.
+    pub fn exponential_change(&self) -> Self {
         let size = self.rows();
-        let halvings = (self.norm().log2().ceil() as i32 + 3).max(0);
-        let small = self.map(|cell| cell.times(Interval::exact(2f64.powi(-halvings))));
-        let (mut term, mut sum) = (Self::identity(size), Self::identity(size));
-        let order = 14;
-        for index in 1..=order {
+        let halvings = (self.norm().log2().ceil() as i32).max(0);
+        let small = self.map(|cell| cell.scaled(2f64.powi(-halvings)));
+        let (mut term, mut sum) = (small.clone(), small.clone());
+        let order = 20;
+        for index in 2..=order {
             term = term.times(&small).map(|cell| cell.over(f64::from(index)));
             sum = sum.plus(&term);
         }
-        // The norm is at most 1/8: what is left is less than twice the next term, whose norm is below this.
-        let rest = 2.0 * term.norm() / 8.0;
-        let mut result = sum.plus(&Self(vec![vec![Interval { lo: -rest, hi: rest }; size]; size]));
+        // The norm is at most 1: each term that is left is less than a twentieth of the one before.
+        let rest = term.norm() / 19.0;
+        let two = Self::identity(size).map(|cell| cell.scaled(2.0));
+        let mut change = sum.plus(&Self(vec![vec![Interval { lo: -rest, hi: rest }; size]; size]));
         for _ in 0..halvings {
-            result = result.times(&result);
+            change = change.times(&two.plus(&change));
         }
-        result
+        change
     }
 }

@@ -1,0 +1,551 @@
+//! The characteristic function of a scene's linear loop, enclosed over a range of stiffnesses.
+//!
+//! From sample to sample the plant's states change by `x⁺ = x + E x + Γ u + Γ' u'`, `u` being the effort that begins
+//! within the period and `u'` the one before it. The controller answers the position by `-num(z)/den(z)`, `w` whole
+//! samples late. With `δ = z - 1` the loop's poles are the roots of
+//!
+//! `F(z) = den(z) det(δ - E) + num(z) z^-w c adj(δ - E) (Γ + Γ'/z)`,
+//!
+//! which at the sample rate of a controller is well conditioned in powers of `δ`, and not in those of `z`. A sampled
+//! spring enters `num` and `den` affinely. A live spring is part of the plant, so `E` and `Γ` are matrix exponentials
+//! over an interval of stiffnesses, with their derivatives.
+//!
+//! Everything is enclosed: true for the scene's parameters as `f64` numbers, whatever is rounded on the way.
+
+use hpu_cosim::scene::{Device, LawMethod, Loop, Scene};
+use hpu_datapath::Estimator;
+
+use crate::interval::{Complex, Interval, Matrix};
+use crate::widths::System;
+
+/// A number that depends on the stiffness: in the middle of a range, over all of it, and its derivative over all of it.
+#[derive(Clone, Copy, Debug)]
+struct Jet {
+    middle: Interval,
+    over: Interval,
+    slope: Interval,
+}
+
+impl Jet {
+    const ZERO: Self = Self::constant(Interval::ZERO);
+
+    const fn constant(value: Interval) -> Self {
+        Self { middle: value, over: value, slope: Interval::ZERO }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            middle: self.middle.plus(other.middle),
+            over: self.over.plus(other.over),
+            slope: self.slope.plus(other.slope),
+        }
+    }
+
+    fn minus(self, other: Self) -> Self {
+        Self {
+            middle: self.middle.minus(other.middle),
+            over: self.over.minus(other.over),
+            slope: self.slope.minus(other.slope),
+        }
+    }
+
+    /// What two enclosures of the same have in common.
+    fn within(self, other: Self) -> Self {
+        Self {
+            middle: within(self.middle, other.middle),
+            over: within(self.over, other.over),
+            slope: within(self.slope, other.slope),
+        }
+    }
+
+    /// The same, not farther from its middle than its slope takes it.
+    fn tight(self, away: Interval) -> Self {
+        Self { over: within(self.over, self.middle.plus(self.slope.times(away))), ..self }
+    }
+
+    fn times(self, other: Self) -> Self {
+        Self {
+            middle: self.middle.times(other.middle),
+            over: self.over.times(other.over),
+            slope: self.slope.times(other.over).plus(self.over.times(other.slope)),
+        }
+    }
+}
+
+/// A term of a controller's polynomial: `(constant + by_stiffness K) δ^power z^-lag`.
+#[derive(Clone, Copy, Debug)]
+struct Term {
+    lag: u32,
+    power: usize,
+    constant: f64,
+    by_stiffness: f64,
+}
+
+impl Term {
+    const fn new(lag: u32, power: usize, constant: f64, by_stiffness: f64) -> Self {
+        Self { lag, power, constant, by_stiffness }
+    }
+}
+
+/// The wall's damping.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Damping {
+    /// The same at every stiffness, in SI units.
+    Fixed(f64),
+    /// So many seconds times the stiffness.
+    PerStiffness(f64),
+}
+
+/// A linear loop, its stiffness left open.
+#[derive(Debug)]
+pub(super) struct OpenLoop {
+    /// `A` and the effort's column; a row of zeros for the effort. The position is the last state.
+    plant: Vec<Vec<Interval>>,
+    /// Whether a spring in the plant answers the position at once, by the effort's column.
+    live: bool,
+    /// Times from a sample to the start of its effort and from there to the next sample.
+    times_s: [Interval; 2],
+    whole: u32,
+    num: Vec<Term>,
+    den: Vec<Term>,
+}
+
+impl OpenLoop {
+    /// Whole samples of delay for which limits are worked out.
+    pub const MOST_WAITING: u64 = 64;
+
+    /// The linear loop of a scene with this damping.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none.
+    pub fn new(scene: &Scene, damping: Damping) -> Result<Self, String> {
+        let (num, den) = controller(scene, damping)?;
+        let period = scene.period_clocks();
+        let delay = scene.clock.edges(scene.model.delay_s);
+        let (whole, late) = (delay / period, delay % period);
+        if whole > Self::MOST_WAITING {
+            let most = Self::MOST_WAITING;
+            return Err(format!("a delay of {whole} samples, of {most} at most for which this is worked out"));
+        }
+        let hertz = scene.clock.frequency_hz() as f64;
+        let times_s = [late, period - late].map(|clocks| Interval::exact(clocks as f64).over(hertz));
+
+        let system = System::new(scene, scene.hand.grip(), true);
+        let states = system.a.len();
+        // An effort is a torque at stall: u R / K in volts.
+        let (up, down) = match &scene.device {
+            Device::Motor(motor) => {
+                let ohm =
+                    Interval::exact(motor.resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
+                (ohm, motor.torque_constant_nm_per_a)
+            }
+            Device::Mass(_) => (Interval::exact(1.0), 1.0),
+        };
+        let mut plant: Vec<Vec<Interval>> = system.a.clone();
+        for (row, drive) in plant.iter_mut().zip(&system.drive) {
+            row.push(drive.times(up).over(down));
+        }
+        plant.push(vec![Interval::ZERO; states + 1]);
+        let live = scene.method.kind.is_live();
+        Ok(Self { plant, live, times_s, whole: whole as u32, num, den })
+    }
+
+    /// Poles outside the unit circle are as many as this, less the turns of `F` around zero along the circle.
+    pub fn degree(&self) -> usize {
+        self.plant.len() - 1
+    }
+
+    /// `e^(A t) - 1` with the effort's column, from the stiffness `low` to `high`.
+    fn change(&self, time_s: Interval, [low, high]: [f64; 2]) -> Vec<Vec<Jet>> {
+        let (size, position) = (self.plant.len(), self.plant.len() - 2);
+        let mut plant = self.plant.clone();
+        let scales = balance(&mut plant, if self.live { (low * high).sqrt() } else { 0.0 });
+        // What a unit of stiffness takes from the position's column.
+        let spring: Vec<Interval> =
+            plant.iter().map(|row| row[size - 1].scaled(scales[position] / scales[size - 1])).collect();
+        let at = |stiffness: Interval| {
+            let mut a = plant.clone();
+            if self.live {
+                for (row, by) in a.iter_mut().zip(&spring) {
+                    row[position] = row[position].minus(by.times(stiffness));
+                }
+            }
+            a
+        };
+        let flow = |a: Vec<Vec<Interval>>| Matrix(a).map(|cell| cell.times(time_s)).exponential_change().0;
+        let middle = Interval::exact(0.5 * (low + high));
+        let back = |row: usize, column: usize| scales[row] / scales[column];
+        if !self.live {
+            let change = flow(at(middle));
+            let jet = |row: usize, column: usize| Jet::constant(change[row][column].scaled(back(row, column)));
+            return (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect();
+        }
+        // With A's derivative beside A on the diagonal, twice, the first row of blocks of the exponential is that of A,
+        // its derivative, and half of its second one. The derivative is scaled to be of A's size.
+        let unit = 2f64.powi(high.log2().floor() as i32);
+        let beside = |a: Vec<Vec<Interval>>, blocks: usize| {
+            let mut all = vec![vec![Interval::ZERO; blocks * size]; blocks * size];
+            for at in 0..blocks {
+                for row in 0..size {
+                    all[at * size + row][at * size..(at + 1) * size].copy_from_slice(&a[row]);
+                    if at + 1 < blocks {
+                        all[at * size + row][(at + 1) * size + position] =
+                            Interval::ZERO.minus(spring[row].scaled(unit));
+                    }
+                }
+            }
+            flow(all)
+        };
+        let range = Interval { lo: low, hi: high };
+        let away = range.minus(middle).scaled(1.0 / unit);
+        let (middle, over) = (beside(at(middle), 2), beside(at(range), 3));
+        let jet = |row: usize, column: usize| {
+            let value = middle[row][column];
+            let bend = over[row][2 * size + column].scaled(2.0).times(away);
+            let slope = within(over[row][size + column], middle[row][size + column].plus(bend));
+            let (jet, back) = (Jet { middle: value, over: over[row][column], slope }.tight(away), back(row, column));
+            Jet { middle: jet.middle.scaled(back), over: jet.over.scaled(back), slope: jet.slope.scaled(back / unit) }
+        };
+        (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
+    }
+
+    /// The characteristic function over a range of stiffnesses.
+    pub fn over(&self, range: [f64; 2]) -> Characteristic {
+        let states = self.plant.len() - 1;
+        let [late, rest] = self.times_s.map(|time_s| (time_s != Interval::ZERO).then(|| self.change(time_s, range)));
+        let rest = rest.expect("a period ends after its effort begins");
+        let column = |change: &[Vec<Jet>]| -> Vec<Jet> { (0..states).map(|row| change[row][states]).collect() };
+        let now = column(&rest);
+        let (change, before) = match &late {
+            None => (rest, None),
+            Some(late) => {
+                // (1 + R)(1 + L) = 1 + L + R + R L, with the column of L that of the effort before.
+                let product = |row: usize, of: usize| {
+                    (0..states).fold(Jet::ZERO, |sum, k| sum.plus(rest[row][k].times(late[k][of])))
+                };
+                let joined = |row: usize, of: usize| late[row][of].plus(product(row, of));
+                let change = (0..states)
+                    .map(|row| (0..states).map(|of| joined(row, of).plus(rest[row][of])).collect())
+                    .collect();
+                (change, Some((0..states).map(|row| joined(row, states)).collect::<Vec<_>>()))
+            }
+        };
+        let stiffness = Jet {
+            middle: Interval::exact(0.5 * (range[0] + range[1])),
+            over: Interval { lo: range[0], hi: range[1] },
+            slope: Interval::exact(1.0),
+        };
+        let away = stiffness.over.minus(stiffness.middle);
+        let mut open = minors(&change, states, None);
+        // det e^(A t) = e^(t tr A), which no stiffness changes, and det(1 + E) is the sum of all of E's minors. Where E is
+        // large its determinant is a small difference, and known better from this.
+        let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
+        let trace = (0..states).fold(Interval::ZERO, |sum, state| sum.plus(self.plant[state][state]));
+        let flowed = Matrix(vec![vec![trace.times(late_s.plus(rest_s))]]).exponential_change().0[0][0];
+        let signed = |jet: Jet, negative: bool| if negative { Jet::ZERO.minus(jet) } else { jet };
+        let others = (1..states)
+            .fold(Jet::constant(flowed), |sum, power| sum.minus(signed(open[power], (states - power) % 2 == 1)));
+        open[0] = open[0].within(signed(others, states % 2 == 1));
+        for jet in &mut open {
+            *jet = jet.tight(away);
+        }
+        let answer = |column: &[Jet]| -> Vec<Jet> {
+            minors(&change, states, Some(column)).into_iter().map(|jet| jet.tight(away)).collect()
+        };
+        let mut terms: Vec<(u32, Vec<Jet>)> = Vec::new();
+        let mut add = |term: &Term, late: u32, polynomial: &[Jet]| {
+            let by = |value: f64| Jet::constant(Interval::exact(value));
+            let factor = by(term.constant).plus(by(term.by_stiffness).times(stiffness));
+            let lag = term.lag + late;
+            let at = terms.iter().position(|(known, _)| *known == lag).unwrap_or_else(|| {
+                terms.push((lag, Vec::new()));
+                terms.len() - 1
+            });
+            let sum = &mut terms[at].1;
+            sum.resize(sum.len().max(polynomial.len() + term.power), Jet::ZERO);
+            for (to, jet) in sum[term.power..].iter_mut().zip(polynomial) {
+                *to = to.plus(factor.times(*jet));
+            }
+        };
+        for term in &self.den {
+            add(term, 0, &open);
+        }
+        let (now, before) = (answer(&now), before.map(|before| answer(&before)));
+        for term in &self.num {
+            add(term, self.whole, &now);
+            if let Some(before) = &before {
+                add(term, self.whole + 1, before);
+            }
+        }
+        Characteristic { range, terms }
+    }
+}
+
+/// The numbers that two enclosures of the same have in common.
+fn within(a: Interval, b: Interval) -> Interval {
+    a.common(b).expect("two enclosures of the same number")
+}
+
+/// The controller of a scene's method, from position to effort: numerator and denominator.
+fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), String> {
+    let period_s = scene.sample_period_s();
+    let one = || vec![Term::new(0, 0, 1.0, 0.0)];
+    let sampled = f64::from(u8::from(!scene.method.kind.is_live()));
+    let (fixed, per_stiffness) = match damping {
+        Damping::Fixed(damping) => (damping, 0.0),
+        Damping::PerStiffness(seconds) => (0.0, seconds),
+    };
+    // A share of the damping in each sample's difference.
+    let damped = |fixed: f64, share: f64, lag: u32, power: usize| {
+        Term::new(lag, power, share * fixed / period_s, share * per_stiffness / period_s)
+    };
+    let plain = |fixed: f64| vec![Term::new(0, 0, 0.0, sampled), damped(fixed, 1.0, 1, 1)];
+    let nonlinear = |what: &str| Err(format!("no linear loop: {what} is nonlinear"));
+    let law = match scene.method.kind {
+        Loop::Hybrid | Loop::Conventional => return Ok((plain(fixed), one())),
+        Loop::Law(law) => law,
+    };
+    if scene.method.shaper_hz.is_some() {
+        return nonlinear("the input shaper");
+    }
+    match law {
+        LawMethod::SampledWall(wall) => {
+            let fixed = fixed - wall.relief_nm_s_per_rad;
+            if fixed == 0.0 && per_stiffness == 0.0 {
+                return Ok((plain(fixed), one()));
+            }
+            if wall.ratio != 1 {
+                return Err(format!(
+                    "no linear loop of one rate: the velocity is renewed every {} samples",
+                    wall.ratio
+                ));
+            }
+            match wall.estimator {
+                Estimator::Difference => Ok((plain(fixed), one())),
+                // The share that each sample renews is 2^-shift.
+                Estimator::Filtered => {
+                    let share = 0.5f64.powi(wall.shift as i32);
+                    let den = vec![Term::new(0, 0, share, 0.0), Term::new(1, 1, 1.0 - share, 0.0)];
+                    let mut num: Vec<Term> = den
+                        .iter()
+                        .map(|term| Term { constant: 0.0, by_stiffness: sampled * term.constant, ..*term })
+                        .collect();
+                    num.push(damped(fixed, share, 1, 1));
+                    Ok((num, den))
+                }
+                Estimator::Window => {
+                    let share = 1.0 / f64::from(wall.window);
+                    let spring = Term::new(0, 0, 0.0, sampled);
+                    let ends = [damped(fixed, share, 0, 0), damped(fixed, -share, wall.window, 0)];
+                    Ok(([spring].into_iter().chain(ends).collect(), one()))
+                }
+                Estimator::Foaw => nonlinear("an adaptive window"),
+                Estimator::EdgeTimer => nonlinear("a velocity from the time between two counts"),
+            }
+        }
+        // e (K + K_c + B_c (1 - 1/z)/T) = K x, and the force is e (K_c + B_c (1 - 1/z)/T).
+        LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid } => {
+            let damper = coupling_nm_s_per_rad / period_s;
+            if rigid {
+                return Err("the coupling's wall is rigid, whatever its stiffness".into());
+            }
+            Ok((
+                vec![Term::new(0, 0, 0.0, coupling_nm_per_rad), Term::new(1, 1, 0.0, damper)],
+                vec![Term::new(0, 0, coupling_nm_per_rad, 1.0), Term::new(1, 1, damper, 0.0)],
+            ))
+        }
+        LawMethod::PassivityController { .. } => nonlinear("a passivity controller"),
+        LawMethod::EnergyBounding { .. } => nonlinear("energy bounding"),
+        LawMethod::PassiveSpring { .. } => nonlinear("an energy-level spring"),
+    }
+}
+
+/// Scales states by powers of two until rows and columns of the matrix with this live stiffness are alike in size;
+/// returns the scales. The last row is zero.
+fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
+    let size = a.len();
+    let mut scales = vec![1.0; size];
+    let position = size - 2;
+    let springs: Vec<f64> = a.iter().map(|row| stiffness * row[size - 1].size()).collect();
+    let sized = |a: &[Vec<Interval>], scales: &[f64], row: usize, of: usize| {
+        let spring = if of == position { springs[row] * scales[position] / scales[row] } else { 0.0 };
+        a[row][of].size() + spring
+    };
+    for _ in 0..8 {
+        for state in 0..size {
+            let others = (0..size).filter(|other| *other != state);
+            let (row, column) = others.fold((0.0, 0.0), |(row, column), other| {
+                (row + sized(a, &scales, state, other), column + sized(a, &scales, other, state))
+            });
+            // A scale f makes the row 1/f as large and the column f times.
+            let ratio: f64 = if row == 0.0 || column == 0.0 { continue } else { row / column };
+            let scale = 2f64.powi((0.5 * ratio.log2()).round() as i32);
+            scales[state] *= scale;
+            for cell in &mut a[state] {
+                *cell = cell.scaled(1.0 / scale);
+            }
+            for row in a.iter_mut() {
+                row[state] = row[state].scaled(scale);
+            }
+        }
+    }
+    scales
+}
+
+/// Coefficients of powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of `c adj(δ - E) column`, `c`
+/// being the last state. By Cramer's rule the second is the determinant with its last column replaced.
+fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet> {
+    let last = states - 1;
+    let entry = |row: usize, of: usize| match column {
+        Some(column) if of == last => column[row],
+        _ => change[row][of],
+    };
+    let own = if column.is_some() { last } else { states };
+    let mut coefficients = vec![Jet::ZERO; own + 1];
+    for set in 0u32..1 << own {
+        let mut kept: Vec<usize> = (0..own).filter(|state| set >> state & 1 == 1).collect();
+        let negative = kept.len() % 2 == 1;
+        let power = own - kept.len();
+        if column.is_some() {
+            kept.push(last);
+        }
+        let minor = determinant(&kept, &entry);
+        let sum = coefficients[power];
+        coefficients[power] = if negative { sum.minus(minor) } else { sum.plus(minor) };
+    }
+    coefficients
+}
+
+/// The determinant of the rows and columns that are kept, along the first of them.
+fn determinant(kept: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
+    fn along(rows: &[usize], columns: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
+        let Some((&row, rows)) = rows.split_first() else { return Jet::constant(Interval::exact(1.0)) };
+        let mut sum = Jet::ZERO;
+        for (index, &column) in columns.iter().enumerate() {
+            let others: Vec<usize> = columns.iter().copied().filter(|other| *other != column).collect();
+            let product = entry(row, column).times(along(rows, &others, entry));
+            sum = if index % 2 == 0 { sum.plus(product) } else { sum.minus(product) };
+        }
+        sum
+    }
+    along(kept, kept, entry)
+}
+
+/// `F`, for all stiffnesses of a range.
+pub(super) struct Characteristic {
+    pub range: [f64; 2],
+    /// Lags, and coefficients of powers of `δ`.
+    terms: Vec<(u32, Vec<Jet>)>,
+}
+
+/// A function over an arc of the circle, and its derivative by the angle.
+#[derive(Clone, Copy)]
+pub(super) struct OnArc {
+    pub value: Complex,
+    pub by_angle: Complex,
+}
+
+/// Which of a coefficient's numbers a value is made of.
+#[derive(Clone, Copy)]
+pub(super) enum Of {
+    /// `F` in the middle of the range of stiffnesses.
+    Middle,
+    /// `F` over all of the range.
+    Range,
+    /// The derivative of `F` by the stiffness, over all of the range.
+    Slope,
+}
+
+impl Of {
+    fn pick(self, jet: &Jet) -> Interval {
+        match self {
+            Self::Middle => jet.middle,
+            Self::Range => jet.over,
+            Self::Slope => jet.slope,
+        }
+    }
+}
+
+/// `δ` on the circle, from half of the angle, so that it is precise near 1.
+fn delta(half: Interval) -> Complex {
+    let (sine, cosine) = (half.sin(), half.cos());
+    let product = sine.times(cosine).scaled(2.0);
+    Complex { re: Interval::ZERO.minus(sine.times(sine).scaled(2.0)), im: product }
+}
+
+fn turn(lag: u32, angle: Interval) -> Complex {
+    let turned = angle.times(Interval::exact(f64::from(lag)));
+    Complex { re: turned.cos(), im: Interval::ZERO.minus(turned.sin()) }
+}
+
+impl Characteristic {
+    /// Of the coefficients of one lag: the polynomial, and its derivative by `δ`.
+    fn polynomial(coefficients: &[Jet], delta: Complex, of: Of) -> [Complex; 2] {
+        let (mut value, mut slope) = (Complex::ZERO, Complex::ZERO);
+        for jet in coefficients.iter().rev() {
+            slope = slope.times(delta).plus(value);
+            value = value.times(delta).plus(Complex { re: of.pick(jet), im: Interval::ZERO });
+        }
+        [value, slope]
+    }
+
+    /// `F` or its slope over an arc.
+    pub fn on(&self, angle: Interval, of: Of) -> OnArc {
+        let delta = delta(angle.scaled(0.5));
+        let z = Complex { re: delta.re.plus(Interval::exact(1.0)), im: delta.im };
+        let (mut all, mut by_angle) = (Complex::ZERO, Complex::ZERO);
+        for (lag, coefficients) in &self.terms {
+            let [value, slope] = Self::polynomial(coefficients, delta, of);
+            let turned = turn(*lag, angle);
+            all = all.plus(value.times(turned));
+            let late = value.scaled(Interval::exact(-f64::from(*lag)));
+            by_angle = by_angle.plus(slope.times(z).plus(late).times(turned).turned());
+        }
+        OnArc { value: all, by_angle }
+    }
+
+    /// Whether some pole is outside the unit circle at every stiffness of the range, as far as the coefficients tell: by
+    /// Vieta none exceeds its binomial where all poles are inside.
+    pub fn is_surely_unstable(&self) -> bool {
+        let lags = self.terms.iter().map(|(lag, _)| *lag as usize).max().unwrap_or(0);
+        let top = self.terms.iter().map(|(lag, terms)| (terms.len() + lags).saturating_sub(1 + *lag as usize)).max();
+        let mut powers = vec![Interval::ZERO; top.unwrap_or(0) + 1];
+        for (lag, coefficients) in &self.terms {
+            // Of (z - 1)^k by Horner, the highest power last.
+            let mut polynomial: Vec<Interval> = Vec::new();
+            for jet in coefficients.iter().rev() {
+                polynomial.insert(0, Interval::ZERO);
+                for power in 1..polynomial.len() {
+                    polynomial[power - 1] = polynomial[power - 1].minus(polynomial[power]);
+                }
+                match polynomial.first_mut() {
+                    Some(first) => *first = first.plus(jet.over),
+                    None => unreachable!("just made longer"),
+                }
+            }
+            for (power, coefficient) in polynomial.into_iter().enumerate() {
+                let at = power + lags - *lag as usize;
+                powers[at] = powers[at].plus(coefficient);
+            }
+        }
+        let mut most = powers.last().map_or(0.0, |lead| lead.size());
+        let degree = powers.len() - 1;
+        powers.iter().rev().enumerate().any(|(index, coefficient)| {
+            let exceeds = coefficient.lo.max(-coefficient.hi) > most;
+            // A billionth for the rounding of the binomials.
+            most *= (1.0 + 1e-9) * (degree - index) as f64 / (index + 1) as f64;
+            exceeds
+        })
+    }
+
+    /// `F` or its slope at 1 or at -1, where it is real.
+    pub fn at(&self, minus_one: bool, of: Of) -> Interval {
+        let delta = Interval::exact(if minus_one { -2.0 } else { 0.0 });
+        self.terms.iter().fold(Interval::ZERO, |sum, (lag, coefficients)| {
+            let add = |value: Interval, jet: &Jet| value.times(delta).plus(of.pick(jet));
+            let value = coefficients.iter().rev().fold(Interval::ZERO, add);
+            if minus_one && lag % 2 == 1 { sum.minus(value) } else { sum.plus(value) }
+        })
+    }
+}

@@ -1,0 +1,131 @@
+//! The stable set of a scene's linear loop: every stiffness of a range at which its motion dies out.
+
+use hpu_cosim::figure;
+use hpu_cosim::scene::Scene;
+
+use super::characteristic::{Damping, OpenLoop};
+use super::crossings::{crossings, settles};
+
+/// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
+///
+/// Bilateral contact, no Coulomb friction; of the hand its spring and damper.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StableSet {
+    /// The range that was looked at, in SI units.
+    pub range: [f64; 2],
+    /// Unit of the stiffness.
+    pub unit: &'static str,
+    /// Where it settles, the softest first.
+    pub stable: Vec<Stretch>,
+    /// Where it cannot be told, beside the ends of the stretches: a loop that neither grows nor decays by more than is
+    /// known.
+    pub open: Vec<[f64; 2]>,
+}
+
+/// A closed interval of stiffnesses, each of which settles.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Stretch {
+    /// Its softest.
+    pub from: End,
+    /// Its stiffest.
+    pub to: End,
+}
+
+/// An end of a stretch.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct End {
+    /// It settles here.
+    pub at: f64,
+    /// A pole is on the unit circle between [`at`](Self::at) and here; `None` at an end of the range.
+    pub beyond: Option<f64>,
+}
+
+impl End {
+    /// The middle between both.
+    #[must_use]
+    pub fn middle(self) -> f64 {
+        self.beyond.map_or(self.at, |beyond| 0.5 * (self.at + beyond))
+    }
+
+    /// Half of the distance between both; 0 at an end of the range.
+    #[must_use]
+    pub fn uncertainty(self) -> f64 {
+        self.beyond.map_or(0.0, |beyond| 0.5 * (self.at - beyond).abs())
+    }
+}
+
+impl StableSet {
+    /// The stable set of a scene's linear loop with this damping.
+    ///
+    /// # Errors
+    ///
+    /// Why the scene has no linear loop.
+    pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, String> {
+        let open_loop = OpenLoop::new(scene, damping)?;
+        let found = crossings(&open_loop, range);
+        let (mut stable, mut open) = (Vec::new(), Vec::new());
+        // Narrower than this a cut is an end; wider it is a stretch that cannot be told.
+        let is_end = |[low, high]: [f64; 2]| high - low <= 1e-6 * high;
+        open.extend(found.at.iter().copied().filter(|cut| !is_end(*cut)));
+        let mut cuts = [&found.at[..], &found.unstable].concat();
+        cuts.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut from = End { at: range[0], beyond: None };
+        for cut in cuts.iter().map(Some).chain([None]) {
+            let to = match cut {
+                Some([low, high]) => End { at: low.next_down(), beyond: Some(*high) },
+                None => End { at: range[1], beyond: None },
+            };
+            if from.at <= to.at {
+                let verdicts = [0.5, 0.3, 0.7].map(|share| from.at + share * (to.at - from.at)).into_iter();
+                match verdicts.filter_map(|stiffness| settles(&open_loop, stiffness)).next() {
+                    Some(true) => stable.push(Stretch { from, to }),
+                    Some(false) => {}
+                    None => open.push([from.at, to.at]),
+                }
+            }
+            if let Some([low, high]) = cut {
+                if *high >= from.at {
+                    from = End { at: high.next_up(), beyond: Some(*low) };
+                }
+            }
+        }
+        open.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        Ok(Self { range, unit: super::unit(scene), stable, open })
+    }
+
+    /// The stretch that begins with the softest wall of the range, if that settles.
+    #[must_use]
+    pub fn softest(&self) -> Option<Stretch> {
+        self.stable.first().copied().filter(|stretch| stretch.from.beyond.is_none())
+    }
+
+    /// The set in words, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let [low, high] = self.range.map(figure);
+        let unit = self.unit;
+        let between = |[low, high]: [f64; 2]| format!("{} to {}", figure(low), figure(high));
+        let mut said = match &self.stable[..] {
+            [] if self.open.is_empty() => format!("no stiffness from {low} to {high} {unit} settles"),
+            [] => "none is known to settle".to_string(),
+            [Stretch { from: End { beyond: None, .. }, to: End { beyond: None, .. } }] => {
+                format!("every stiffness from {low} to {high} {unit} settles")
+            }
+            stretches => {
+                let all: Vec<_> = stretches.iter().map(|Stretch { from, to }| between([from.at, to.at])).collect();
+                format!("{} {unit}", all.join(" and "))
+            }
+        };
+        if !self.open.is_empty() {
+            let all: Vec<_> = self.open.iter().map(|open| between(*open)).collect();
+            said += &format!("; neither grows nor decays by more than is known: {} {unit}", all.join(" and "));
+        }
+        said
+    }
+}
+
+/// Whether the linear loop settles at a stiffness; `None` where there is none, or where it cannot be told.
+pub(crate) fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
+    let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
+    settles(&open_loop, stiffness)
+}
