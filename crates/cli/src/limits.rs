@@ -3,7 +3,9 @@
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
-use hpu_study::limits::{End, Group, Limits, Looks, Seen, StableSet, Stretch, WordsSet, limits, usual_range};
+use hpu_study::limits::{
+    End, Group, Limits, Looks, MOST_EVENTS, Seen, StableSet, Stretch, WordsSet, limits, usual_range,
+};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -152,6 +154,8 @@ fn in_words(set: &WordsSet) -> Value {
         "words": set.words as i64,
         "phases": set.phases,
         "runs": set.runs(),
+        "runs_cut_short": set.cut_short,
+        "runs_settled_but_wrapped": set.wrapped,
         "groups": groups.collect::<Vec<_>>(),
         "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
         "highest_settled": set.highest_settled().map(|seen| seen.stiffness),
@@ -196,6 +200,14 @@ fn text(scene: &str, found: &Limits) -> String {
                 1 => "each word where neighbours differ".to_string(),
                 words => format!("{words} words apart where neighbours differ"),
             };
+            if set.wrapped > 0 {
+                let said = "of these runs settle although the product has wrapped: the hand may be through the wall";
+                line("warning", &format!("{} {said}", set.wrapped));
+            }
+            if set.cut_short > 0 {
+                let said = format!("runs had more than {MOST_EVENTS} events and count as not settled");
+                line("", &format!("{} {said}", set.cut_short));
+            }
             let (seen, words, phases) = (set.seen.len(), set.words, set.phases);
             line("", &format!("seen at {seen} of {words} words, {apart}, at {phases} phases of the contact"));
         }

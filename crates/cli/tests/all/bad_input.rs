@@ -302,3 +302,17 @@ fn wrong_usage_is_told_on_stderr() {
     assert_refused(&run(&linear), 2, &["linear", "hpu limits"]);
     assert_refused(&run(&["vectors"]), 2, &["sets", "-o"]);
 }
+
+#[test]
+fn a_range_of_stiffnesses_that_holds_nothing_is_refused_with_what_is_accepted() {
+    for (range, code, words) in [
+        ("2..1", 2, &["2 to 1 holds nothing", "A below B"][..]),
+        ("1..1", 2, &["1 to 1 holds nothing"]),
+        ("1", 2, &["write A..B"]),
+        ("0..1", 2, &["a stiffness of 0 has no wall"]),
+        ("1..1e3 N.m/rad", 4, &["wall.stiffness", "does not fit (0,12,0)", "172.7109 N.m/rad"]),
+        ("1 kg..2", 4, &["wall.stiffness"]),
+    ] {
+        assert_refused(&run(&["limits", "hybrid-wall", "--range", range]), code, words);
+    }
+}

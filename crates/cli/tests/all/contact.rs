@@ -112,6 +112,17 @@ fn a_summary_lists_every_parameter_with_its_unit_and_who_said_it() {
     assert!(text.contains(
         "warning    stiffness misses what is asked for by -15.648 %; method.stiffness_format = \"(0,12,3)\""
     ));
-    let limits = stdout(&run(&["limits", "hybrid-wall", "--set", "wall.stiffness=0.1"]));
+    let limits =
+        stdout(&run(&["limits", "hybrid-wall", "--set", "wall.stiffness=0.1", "--range", "0.1..0.2", "--phases", "1"]));
     assert!(limits.contains("wall.stiffness misses what is asked for by -15.648 %"), "{limits}");
+}
+
+#[test]
+fn limits_warn_of_a_wall_that_the_hand_falls_through() {
+    let output = run(&["limits", "wrap-product", "--range", "3..5", "--phases", "1"]);
+    let text = stdout(&output);
+    assert!(text.contains("settle although the product has wrapped"), "{text}");
+    // A product that saturates never wraps.
+    let text = stdout(&run(&["limits", "wrap-saturated", "--range", "3..5", "--phases", "1"]));
+    assert!(!text.contains("wrapped"), "{text}");
 }

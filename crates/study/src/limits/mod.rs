@@ -20,7 +20,7 @@ use crate::criteria::{self, Criterion, Silent};
 pub use characteristic::Damping;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};
-pub use words::{Group, Looks, Seen, WordsSet};
+pub use words::{Group, Looks, MOST_EVENTS, Seen, WordsSet};
 
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]

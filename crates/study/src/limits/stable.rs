@@ -83,10 +83,10 @@ impl StableSet {
                     None => open.push([from.at, to.at]),
                 }
             }
-            if let Some([low, high]) = cut {
-                if *high >= from.at {
-                    from = End { at: high.next_up(), beyond: Some(*low) };
-                }
+            if let Some([low, high]) = cut
+                && *high >= from.at
+            {
+                from = End { at: high.next_up(), beyond: Some(*low) };
             }
         }
         open.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -85,6 +85,9 @@ pub struct WordsSet {
     pub finest: i128,
     /// Runs that had more events than a run may have ([`MOST_EVENTS`]), counted as not settled.
     pub cut_short: u32,
+    /// Runs that settled although a product without its upper bits has wrapped on the way: their hand may have come to
+    /// rest beyond the wall.
+    pub wrapped: u32,
 }
 
 impl WordsSet {
@@ -122,10 +125,10 @@ impl WordsSet {
 
         let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
         let mut wanted = spread(least, most, looks.coarse);
-        let mut cut_short = 0;
+        let mut apart = Apart::default();
         if looks.climbs {
             for step_up in std::mem::take(&mut wanted) {
-                cut_short += settled(&phases, &[step_up], step, jobs, control, &mut seen)?;
+                settled(&phases, &[step_up], step, jobs, control, (&mut seen, &mut apart))?;
                 if seen[&step_up] == 0 && seen.values().any(|settled| *settled == looks.phases) {
                     most = step_up;
                     break;
@@ -134,7 +137,7 @@ impl WordsSet {
             wanted = between(&seen, looks);
         }
         while !wanted.is_empty() {
-            cut_short += settled(&phases, &wanted, step, jobs, control, &mut seen)?;
+            settled(&phases, &wanted, step, jobs, control, (&mut seen, &mut apart))?;
             wanted = between(&seen, looks);
             if seen.len() + wanted.len() > looks.most {
                 break;
@@ -142,12 +145,22 @@ impl WordsSet {
         }
         let seen: Vec<Seen> =
             seen.into_iter().map(|(word, settled)| Seen { word, stiffness: word as f64 * step, settled }).collect();
-        let apart = |pair: &[Seen]| {
+        let between = |pair: &[Seen]| {
             let differ = Group::of(pair[0].settled, looks.phases) != Group::of(pair[1].settled, looks.phases);
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
-        let finest = seen.windows(2).map(apart).max().unwrap_or(1);
-        Ok(Self { unit: unit(scene), step, words: most - least + 1, phases: looks.phases, seen, finest, cut_short })
+        let finest = seen.windows(2).map(between).max().unwrap_or(1);
+        let Apart { cut_short, wrapped } = apart;
+        Ok(Self {
+            unit: unit(scene),
+            step,
+            words: most - least + 1,
+            phases: looks.phases,
+            seen,
+            finest,
+            cut_short,
+            wrapped,
+        })
     }
 
     /// Neighbours that have the same in common, the softest first: what, from, to.
@@ -275,8 +288,9 @@ fn between(seen: &BTreeMap<i128, u32>, looks: Looks) -> Vec<i128> {
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, and of one that was cut short.
+/// Rows of a run that settled, of one that did so although its product has wrapped, and of one that was cut short.
 const SETTLED: &str = "settled";
+const WRAPPED: &str = "wrapped";
 const CUT_SHORT: &str = "cut short";
 
 /// Words from the least to the greatest, evenly over their logarithm; all where there are no more than that.
@@ -291,17 +305,25 @@ fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
     words
 }
 
-/// Runs these words at every phase, and adds at how many each settles; returns how many runs were cut short.
+/// Runs that are told apart.
+#[derive(Default)]
+struct Apart {
+    cut_short: u32,
+    wrapped: u32,
+}
+
+/// Runs these words at every phase, and adds at how many each settles.
 fn settled(
     phases: &[Scene],
     words: &[i128],
     step: f64,
     jobs: NonZeroUsize,
     control: &Control,
-    seen: &mut BTreeMap<i128, u32>,
-) -> Result<u32, String> {
+    (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
+) -> Result<(), String> {
     let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
     let too_many = more_events(MOST_EVENTS);
+    let drops = !phases[0].method.saturate;
     let units: Vec<usize> = (0..words.len() * phases.len()).collect();
     let mut failed = None;
     let run = |unit: usize, control: &Control| {
@@ -311,16 +333,19 @@ fn settled(
         match Cell::run(&experiment, limits, control) {
             Ok(None) => None,
             Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
-            Ok(Some(cell)) => Some(Ok(if cell.outcome == OutcomeKind::Settled { SETTLED } else { "" }.to_string())),
+            Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
+            Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
+            Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
             Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
             Err(why) => Some(Err(why)),
         }
     };
-    let (mut done, mut cut_short) = (0, 0);
+    let mut done = 0;
     let _ = run_some(&units, jobs, control, run, |unit, row| match row {
         Ok(row) => {
-            *seen.entry(words[unit / phases.len()]).or_default() += u32::from(row == SETTLED);
-            cut_short += u32::from(row == CUT_SHORT);
+            *seen.entry(words[unit / phases.len()]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
+            apart.cut_short += u32::from(row == CUT_SHORT);
+            apart.wrapped += u32::from(row == WRAPPED);
             done += 1;
             Ok(())
         }
@@ -332,7 +357,7 @@ fn settled(
     match failed {
         Some(why) => Err(why),
         None if done < units.len() => Err("stopped".into()),
-        None => Ok(cut_short),
+        None => Ok(()),
     }
 }
 
