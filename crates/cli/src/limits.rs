@@ -47,9 +47,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Some(range) => asked(args, range)?,
         None => usual_range(&scene),
     };
-    let control = interrupt::heed();
     let looks = Looks { phases: args.phases, ..Looks::default() };
-    let found = limits(&scene, range, looks, args.jobs.get(), control);
+    // Until the runs begin a signal ends the command at once.
+    let found = limits(&scene, range, || WordsSet::new(&scene, range, looks, args.jobs.get(), interrupt::heed()));
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }

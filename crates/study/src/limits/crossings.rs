@@ -33,6 +33,8 @@ pub(super) struct Crossings {
 const END: f64 = PI.next_up();
 /// Boxes after which the rest of the range is left open.
 const MOST_BOXES: u32 = 100_000;
+/// Boxes that cost as much as to enclose the function over a range of stiffnesses.
+const BOXES_A_RANGE: u32 = 10;
 /// Widths below which nothing is gained by halving, relative.
 const LEAST: f64 = 1e-13;
 
@@ -58,6 +60,7 @@ pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
             at.push(stiffness);
             continue;
         }
+        boxes += BOXES_A_RANGE;
         let function = open.over(stiffness);
         if function.is_surely_unstable() {
             unstable.push(stiffness);

@@ -10,9 +10,6 @@ mod crossings;
 mod stable;
 mod words;
 
-use std::num::NonZeroUsize;
-
-use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Miss, Scene};
 
 use crate::criteria::{self, Criterion, Silent};
@@ -39,9 +36,10 @@ pub struct Limits {
     pub stiffness_miss: Option<Miss>,
 }
 
-/// The limits of a scene's wall over a range of stiffnesses, the damping being the scene's.
+/// The limits of a scene's wall over a range of stiffnesses, the damping being the scene's. `in_words` is asked last, for
+/// the set in words over the same range: it takes the time.
 #[must_use]
-pub fn limits(scene: &Scene, range: [f64; 2], looks: Looks, jobs: NonZeroUsize, control: &Control) -> Limits {
+pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
     let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);
     let (mut criteria, mut silent) = (vec![], vec![]);
     for criterion in criteria::all(scene) {
@@ -50,7 +48,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], looks: Looks, jobs: NonZeroUsize, 
             Err(why) => silent.push(why),
         }
     }
-    let in_words = WordsSet::new(scene, range, looks, jobs, control);
+    let in_words = in_words();
     // The linear loop has no words to miss it.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);

@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::beside::{Comparison, Line, Measure, shipped_scene};
-use crate::limits::{Limits, Looks, limits, usual_range};
+use crate::limits::{Limits, Looks, WordsSet, limits, usual_range};
 
 /// A device: its heading, the shipped scene and what is changed of it.
 type Device = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
@@ -94,7 +94,10 @@ fn measure(
     let of = Arc::clone(of);
     Box::new(move |control| {
         let found = of.get_or_init(|| {
-            scene(name, set).map(|scene| limits(&scene, usual_range(&scene), Looks::BRIEF, NonZeroUsize::MIN, control))
+            scene(name, set).map(|scene| {
+                let range = usual_range(&scene);
+                limits(&scene, range, || WordsSet::new(&scene, range, Looks::BRIEF, NonZeroUsize::MIN, control))
+            })
         });
         Some(found.as_ref().map(|limits| tell(limits).into()).map_err(String::clone))
     })

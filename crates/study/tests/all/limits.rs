@@ -66,7 +66,12 @@ fn found(text: &str, overrides: &[(&str, String)]) -> Limits {
 
 /// The limits of a scene over its usual range.
 fn of(scene: &Scene) -> Limits {
-    limits(scene, usual_range(scene), Looks::BRIEF, NonZeroUsize::MIN, &Control::default())
+    briefly(scene, usual_range(scene))
+}
+
+fn briefly(scene: &Scene, range: [f64; 2]) -> Limits {
+    let in_words = || WordsSet::new(scene, range, Looks::BRIEF, NonZeroUsize::MIN, &Control::default());
+    limits(scene, range, in_words)
 }
 
 /// The end of the stretch that begins with the softest wall.
@@ -308,7 +313,7 @@ const WORD: f64 = 0.042176;
 fn neither_set_depends_on_the_scene_s_own_stiffness() {
     let found = |stiffness: &str| {
         let scene = known("conventional-wall-1khz", &[("wall.stiffness", stiffness.into())]);
-        let found = limits(&scene, [0.2, 2.0], Looks::BRIEF, NonZeroUsize::MIN, &Control::default());
+        let found = briefly(&scene, [0.2, 2.0]);
         (found.linear, found.in_words)
     };
     assert_eq!(found("0.3"), found("4"));
