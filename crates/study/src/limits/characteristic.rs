@@ -238,8 +238,8 @@ impl OpenLoop {
         };
         let away = stiffness.over.minus(stiffness.middle);
         let mut open = minors(&change, states, None);
-        // det e^(A t) = e^(t tr A), which no stiffness changes, and det(1 + E) is the sum of all of E's minors. Where E is
-        // large its determinant is a small difference, and known better from this.
+        // det e^(A t) = e^(t tr A), which no stiffness changes, and det(1 + E) is the sum of all of E's minors. Where E
+        // is large its determinant is a small difference, and known better from this.
         let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
         let trace = (0..states).fold(Interval::ZERO, |sum, state| sum.plus(self.plant[state][state]));
         let flowed = Matrix(vec![vec![trace.times(late_s.plus(rest_s))]]).exponential_change().0[0][0];
@@ -505,8 +505,8 @@ impl Characteristic {
         OnArc { value: all, by_angle }
     }
 
-    /// Whether some pole is outside the unit circle at every stiffness of the range, as far as the coefficients tell: by
-    /// Vieta none exceeds its binomial where all poles are inside.
+    /// Whether some pole is outside the unit circle at every stiffness of the range, as far as the coefficients tell:
+    /// by Vieta none exceeds its binomial where all poles are inside.
     pub fn is_surely_unstable(&self) -> bool {
         let lags = self.terms.iter().map(|(lag, _)| *lag as usize).max().unwrap_or(0);
         let top = self.terms.iter().map(|(lag, terms)| (terms.len() + lags).saturating_sub(1 + *lag as usize)).max();

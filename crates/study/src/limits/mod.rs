@@ -36,8 +36,8 @@ pub struct Limits {
     pub stiffness_miss: Option<Miss>,
 }
 
-/// The limits of a scene's wall over a range of stiffnesses, the damping being the scene's. `in_words` is asked last, for
-/// the set in words over the same range: it takes the time.
+/// The limits of a scene's wall over a range of stiffnesses, the damping being the scene's. `in_words` is asked last,
+/// for the set in words over the same range: it takes the time.
 #[must_use]
 pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
     let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);

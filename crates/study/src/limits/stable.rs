@@ -112,7 +112,13 @@ impl StableSet {
                 format!("every stiffness from {low} to {high} {unit} settles")
             }
             stretches => {
-                let all: Vec<_> = stretches.iter().map(|Stretch { from, to }| between([from.at, to.at])).collect();
+                // A proved end is rounded into its stretch, an end of the range as the range is told.
+                let told = |end: &End, up: bool| {
+                    let at = if end.beyond.is_some() { inwards(end.at, up) } else { end.at };
+                    figure(at)
+                };
+                let stretch = |Stretch { from, to }: &Stretch| format!("{} to {}", told(from, true), told(to, false));
+                let all: Vec<_> = stretches.iter().map(stretch).collect();
                 format!("{} {unit}", all.join(" and "))
             }
         };
@@ -124,8 +130,25 @@ impl StableSet {
     }
 }
 
+/// Seven digits of a positive number, rounded up or down.
+fn inwards(value: f64, up: bool) -> f64 {
+    let unit = 10f64.powi(6 - value.log10().floor() as i32);
+    (if up { (value * unit).ceil() } else { (value * unit).floor() }) / unit
+}
+
 /// Whether the linear loop settles at a stiffness; `None` where there is none, or where it cannot be told.
 pub(crate) fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
     settles(&open_loop, stiffness)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::inwards;
+
+    #[test]
+    fn seven_digits_never_leave_the_stretch() {
+        assert_eq!((inwards(3.776_960_537_4, false), inwards(3.776_960_537_4, true)), (3.776_960, 3.776_961));
+        assert_eq!((inwards(0.075_340_162, true), inwards(25_850.231_9, false)), (0.075_340_17, 25_850.23));
+    }
 }

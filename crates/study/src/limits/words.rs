@@ -95,8 +95,8 @@ impl WordsSet {
     ///
     /// # Errors
     ///
-    /// The reason why there is none: no words, no free motion, no contact in a judged window, a run that cannot be made,
-    /// or that `control` stopped it.
+    /// The reason why there is none: no words, no free motion, no contact in a judged window, a run that cannot be
+    /// made, or that `control` stopped it.
     pub fn new(
         scene: &Scene,
         range: [f64; 2],

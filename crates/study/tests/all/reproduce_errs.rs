@@ -19,8 +19,8 @@ fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tri
     // 2 b / T and the bounce's threshold.
     assert_eq!(number(of("abbott_okamura")), 10.0);
     assert_eq!(number(of("drop_threshold")), 9785.13552);
-    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m, at one phase of the contact; over eight of
-    // them none settles from between these on.
+    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m, at one phase of the contact; over eight
+    // of them none settles from between these on.
     let words = of("in words");
     let (failed, settled) = words.split_once(", highest seen to settle ").expect("both ends");
     let failed = number(failed.trim_start_matches("lowest seen to fail ").to_string());

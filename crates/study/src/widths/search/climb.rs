@@ -5,11 +5,10 @@
 //! from the highest down to the format's last: each stays if the wall still settles with it. What stays is the stable
 //! stiffness: it settles, and one word more does not, or the format does not hold it.
 //!
-//! Nothing makes the verdict a monotone function of the stiffness, so this is one place where it turns, as in
-//! [`limits::in_words`](crate::limits::in_words). It is such a place for all formats together: a format of more
-//! fraction bits tries what one of fewer tries, and then more digits, so that it is never less stiff, and stiffer by
-//! less than the last digit of the other. After each try the place is known to lie in an interval; the search makes use
-//! of that.
+//! Nothing makes the verdict a monotone function of the stiffness, so this is one place where it turns; `hpu limits`
+//! tells the others. It is such a place for all formats together: a format of more fraction bits tries what one of
+//! fewer tries, and then more digits, so that it is never less stiff, and stiffer by less than the last digit of the
+//! other. After each try the place is known to lie in an interval; the search makes use of that.
 
 /// A climb on the words of one format.
 #[derive(Clone, PartialEq, Eq, Debug)]
