@@ -78,7 +78,8 @@ pub fn comparison() -> Comparison {
         lines,
         claims: Vec::new(),
         notes: &[
-            "Over: the criterion's limit over the stiffness at which the scene in words ceases to settle. Above 1 it calls stable what is not.",
+            "A criterion whose limit is above the lowest stiffness that was seen to fail calls stable what is not. In words: a grid of \
+             stiffnesses down to 0.5 % where neighbours differ, eight phases of the contact each.",
             "A criterion's assumptions are told by `hpu limits` for each scene; `!` marks those of which one or more is not met.",
         ],
     }
