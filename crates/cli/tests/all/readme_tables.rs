@@ -97,8 +97,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu reproduce phantom-lag",
         Form::Begun("one or two minutes on two cores; testbench/record/phantom-lag.txt is what it prints"),
     ),
-    ("hpu reproduce hybrid-loop", Form::Begun("half a minute on two cores; hpu-study tests what it finds")),
-    ("hpu reproduce input-shaper", Form::Begun("half a minute on two cores; hpu-study tests what it finds")),
+    ("hpu reproduce hybrid-loop", Form::Begun("minutes on two cores; hpu-study tests what it finds")),
+    ("hpu reproduce input-shaper", Form::Begun("minutes on two cores; hpu-study tests what it finds")),
     ("hpu reproduce power-scaling", Form::Begun("a quarter of a minute; hpu-study tests what it finds")),
     (
         "hpu reproduce phantom-table-2 -o out",
