@@ -33,14 +33,22 @@ pub fn text(searched: &Searched) -> String {
         line("", format!("{count}: {}", cut(why, 98)));
     }
     let saved = 1.0 - found.runs as f64 / found.grid_runs.max(1) as f64;
-    line("runs", format!("{} of at least {} of the grid: {} saved", found.runs, found.grid_runs, percent(saved)));
+    let said = match found.runs < found.grid_runs {
+        true => format!("{} of at least {} of the grid: {} saved", found.runs, found.grid_runs, percent(saved)),
+        false => format!(
+            "{}; the grid has at least {}, beside the reference's and those around it",
+            found.runs, found.grid_runs
+        ),
+    };
+    line("runs", said);
     for why in found.failed.iter().take(2) {
         line("failed", cut(why, 98));
     }
     line("reference", widths(&reference.design));
     for (index, on) in found.on.iter().enumerate() {
         let verdict = outcome_name(Some(on.outcome)).replace('_', " ");
-        line(if index == 0 { "run on" } else { "" }, format!("{}: {verdict}", cut(&on.scene, 96)));
+        let warning = if on.touches { "" } else { "; wall not reached: the stable stiffness says nothing of it" };
+        line(if index == 0 { "run on" } else { "" }, format!("{}: {verdict}{warning}", cut(&on.scene, 96)));
     }
     for (index, said) in holds_for(searched).into_iter().enumerate() {
         line(if index == 0 { "holds for" } else { "" }, said);

@@ -1,8 +1,7 @@
 //! Contact with the wall, as the summary tells it beside the verdict.
 
-use hpu_cosim::scene::{Loop, Scene};
 use hpu_cosim::{Ready, Session, Verdict};
-use hpu_study::map::displayed_stiffness;
+use hpu_study::map::{displayed_stiffness, product_wraps};
 
 use super::ANGLE;
 use crate::run::Ran;
@@ -59,13 +58,6 @@ pub fn displayed<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, f64, f64, Option<
 
 /// How often the spring's product has wrapped where a motion came to rest in the wall, if it has.
 pub fn wraps(ran: &Ran) -> Option<u64> {
-    let (session, depth, ..) = displayed(ran)?;
-    let Scene { method, .. } = session.scene();
-    if method.saturate || matches!(method.kind, Loop::Law(_)) {
-        return None;
-    }
-    let realised = &session.words().realised;
-    let full = realised.torque_quantum_nm * f64::from(method.pwm.bits).exp2();
-    let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
-    (wraps > 0).then_some(wraps)
+    let Ready::Axis(session) = ran.session else { return None };
+    product_wraps(session.scene(), &session.words().realised, &ran.trace, &ran.summary)
 }

@@ -25,6 +25,8 @@ mod words;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Summary, Trace, Verdict};
 
+use crate::map::product_wraps;
+
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
 pub use drop::drop_pictures;
@@ -136,8 +138,20 @@ pub fn run_pictures(run: &Run) -> Vec<Picture> {
     pictures
 }
 
-/// What became of the motion, in a few words.
+/// The outcome of the motion in a few words, with a warning where it says nothing of the wall.
 fn outcome(run: &Run) -> String {
+    let wraps = product_wraps(run.scene, &run.words.realised, run.trace, run.summary);
+    let warning = match (run.summary.contact_share, wraps) {
+        (Some(0.0), _) => "; wall not reached".into(),
+        (_, Some(1)) => "; through the wall, product wrapped once".into(),
+        (_, Some(wraps)) => format!("; through the wall, product wrapped {wraps} times"),
+        _ => String::new(),
+    };
+    verdict(run) + &warning
+}
+
+/// The verdict in a few words.
+fn verdict(run: &Run) -> String {
     let (summary, unit) = (run.summary, run.scene.device.units().position);
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),

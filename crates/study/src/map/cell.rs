@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig, Trace, Verdict};
+use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
+use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict};
 
 use crate::watch::limited;
 
@@ -201,6 +201,21 @@ fn stiffness_error(experiment: &Experiment) -> Option<f64> {
         Experiment::Axis(_) => None,
         Experiment::Phantom(scene) => scene.words().ok().and_then(|words| words.stiffness_miss).map(|miss| miss.error),
     }
+}
+
+/// How often the spring's product has wrapped where a motion came to rest in the wall, if it has: of a loop whose
+/// product drops its upper bits.
+#[must_use]
+pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<u64> {
+    let settled = matches!(summary.verdict, Some(Verdict::Settled { .. }));
+    if !settled || scene.method.saturate || matches!(scene.method.kind, Loop::Law(_)) {
+        return None;
+    }
+    displayed_stiffness(scene, trace, summary.averages)?;
+    let depth = trace.angles_rad().last()? - scene.wall.position_rad;
+    let full = realised.torque_quantum_nm * f64::from(scene.method.pwm.bits).exp2();
+    let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
+    (wraps > 0).then_some(wraps)
 }
 
 /// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the

@@ -189,3 +189,23 @@ fn the_same_runs_make_the_same_pictures() {
         assert!(texts(&picture.svg).iter().any(|text| text.text.contains(said)), "{said}");
     }
 }
+
+#[test]
+fn titles_say_where_a_verdict_says_nothing_of_the_wall() {
+    for (scene, wanted) in [
+        ("thrown-hybrid", Some("; wall not reached")),
+        ("free-motion", Some("; wall not reached")),
+        // The summary of this scene counts two.
+        ("wrap-product", Some("; through the wall, product wrapped 2 times")),
+        ("wrap-saturated", None),
+        ("hybrid-wall", None),
+    ] {
+        for picture in pictures(scene).iter().filter(|picture| ["position", "torque"].contains(&picture.name)) {
+            let title = &texts(&picture.svg)[0];
+            match wanted {
+                Some(wanted) => assert!(title.text.ends_with(wanted), "{scene}: {}", title.text),
+                None => assert!(!title.text.contains("wall not") && !title.text.contains("wrapped"), "{}", title.text),
+            }
+        }
+    }
+}

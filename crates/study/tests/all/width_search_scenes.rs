@@ -151,3 +151,13 @@ fn scenes_that_no_search_takes_together_are_refused_with_the_reason() {
         assert!(refused.contains(said), "{names:?}: {refused}");
     }
 }
+
+#[test]
+fn a_search_knows_of_each_scene_whether_its_hand_reaches_the_wall() {
+    // The wall is at 1.5 rad.
+    for (path, touches) in [("[[0, 0], [0.1, 1.0]]", false), ("[[0, 0], [0.1, 1.8]]", true)] {
+        let hand = set(&[("hand.path", path), ("run.duration", "300 ms")]);
+        let found = found(&[scene("hybrid-wall", &hand)], &knobs(&["position_bits=11..12"]), ANY_ERROR);
+        assert_eq!(found.expect("a search").on[0].touches, touches, "{path}");
+    }
+}

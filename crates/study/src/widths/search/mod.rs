@@ -78,6 +78,9 @@ pub struct On {
     pub scene: String,
     /// The reference's verdict on it.
     pub outcome: OutcomeKind,
+    /// Whether the reference touches the wall in the judged window; without that its verdict, and so the stable
+    /// stiffness, says nothing of the wall.
+    pub touches: bool,
     /// The outputs whose worst error counts.
     pub outputs: Vec<Output>,
 }

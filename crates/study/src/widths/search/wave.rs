@@ -184,10 +184,13 @@ pub fn search<E>(
     let wide = reference(Design::of(&cases[0].scene), knobs, plan.against).map_err(SearchError::Reference)?;
     let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
     let mut first = Kind::new(&cases, wide).map_err(no_reference)?;
-    let mut runners = Vec::new();
+    let (mut runners, mut touches) = (Vec::new(), Vec::new());
     for (case, full_scale) in cases.iter().zip(first.full_scales()) {
         let scene = Experiment::Axis(wide.scene(&case.scene).map_err(no_reference)?);
-        let Some((reference, _)) = run(&scene, control).map_err(no_reference)? else { return Err(Ended::Stopped) };
+        let Some((reference, summary)) = run(&scene, control).map_err(no_reference)? else {
+            return Err(Ended::Stopped);
+        };
+        touches.push(summary.contact_share != Some(0.0));
         let outputs = case.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
         runners.push(Runner { scene: &case.scene, reference, outputs, full_scale });
     }
@@ -228,14 +231,15 @@ pub fn search<E>(
         known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
     points.sort_by_key(|point| (point.merit.lut4, point.design.bits()));
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
-    let on = |(case, runner): (&Case, &Runner)| On {
+    let on = |((case, runner), touches): ((&Case, &Runner), bool)| On {
         scene: case.name.clone(),
         outcome: runner.reference.outcome,
+        touches,
         outputs: runner.outputs.clone(),
     };
     Ok(Found {
         reference: first,
-        on: cases.iter().zip(&search.runners).map(on).collect(),
+        on: cases.iter().zip(&search.runners).zip(touches).map(on).collect(),
         proved,
         unit: cases[0].scene.device.units().stiffness,
         designs,
