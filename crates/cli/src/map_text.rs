@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
 use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, is_late, nearest, outcome, outcome_name};
 use serde_json::{Value, json};
@@ -186,7 +187,8 @@ fn letters(mapped: &Mapped, method: usize) -> String {
     let name = |axis: &Axis| {
         let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
         let scale = if axis.is_log() { "log" } else { "lin" };
-        format!("{} {first} to {}, {scale}", axis.key(), axis.with_unit(last))
+        let unit = map.unit(axis);
+        format!("{} {first} to {}{}{unit}, {scale}", axis.key(), number(last), if unit.is_empty() { "" } else { " " })
     };
     let rows = (0..map.y.cells()).rev().map(|iy| {
         let first = mapped.layer(method).start + iy * map.x.cells();

@@ -207,6 +207,7 @@ pub fn object(searched: &Searched, files: &[PathBuf]) -> Value {
             json!({
                 "scene": on.scene,
                 "outcome": outcome_name(Some(on.outcome)),
+                "wall_reached": on.touches,
                 "proved": held.map(|held| json!({ "delta": ends(held.delta), "velocity": ends(held.velocity) })),
             })
         }).collect::<Vec<_>>(),

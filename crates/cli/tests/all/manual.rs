@@ -62,6 +62,7 @@ fn options_of_many_verbs_are_the_same_in_all_of_them() {
     let jobs = all("--jobs");
     let with_jobs = [
         "check",
+        "limits",
         "map",
         "chart",
         "widths",

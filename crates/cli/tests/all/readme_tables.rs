@@ -50,7 +50,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
-    ("hpu limits conventional-wall-1khz", Form::AsIs),
+    (
+        "hpu limits conventional-wall-1khz",
+        short(
+            "hpu limits conventional-wall-1khz --range 0.4..0.8 --phases 2",
+            "the usual range and eight phases take ten seconds of two cores",
+        ),
+    ),
     (
         "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' --y 'wall.damping=0..0.4 mN.m.s/rad' -o map",
         short(

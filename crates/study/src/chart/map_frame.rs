@@ -37,8 +37,9 @@ pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
 }
 
 /// An axis' key with its unit.
-fn name(axis: &Axis) -> String {
-    if axis.unit().is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), dotted(axis.unit())) }
+fn name(map: &Map, axis: &Axis) -> String {
+    let unit = map.unit(axis);
+    if unit.is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), dotted(unit)) }
 }
 
 /// Panels up to which they are large.
@@ -133,11 +134,12 @@ impl Frame {
             canvas.text((left - 16, y), label, SMALL, QUIET, Anchor::Right);
         }
         let size = if many { 22 } else { SMALL };
-        canvas.text(((left + right) / 2, bottom + 62), name(&map.x), size, INK, Anchor::Centre);
+        canvas.text(((left + right) / 2, bottom + 62), name(map, &map.x), size, INK, Anchor::Centre);
         // Beside a low panel the key's last part, or the unit, has to do.
         let last = Axis::key(&map.y).rsplit('.').next().unwrap_or_default();
-        let unit = dotted(map.y.unit());
-        let names = [name(&map.y), format!("{last} in {unit}"), if unit.is_empty() { last.to_string() } else { unit }];
+        let unit = dotted(map.unit(&map.y));
+        let names =
+            [name(map, &map.y), format!("{last} in {unit}"), if unit.is_empty() { last.to_string() } else { unit }];
         let fits = |name: &&String| text_width(name, size) <= bottom - top + 60;
         let name = names.iter().find(fits).unwrap_or(&names[2]);
         canvas.text((left - if many { 110 } else { 136 }, (top + bottom) / 2), name.as_str(), size, INK, Anchor::Up);

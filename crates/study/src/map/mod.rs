@@ -254,6 +254,21 @@ impl Map {
     pub fn experiment(&self, point: Point) -> Result<Experiment, SceneError> {
         self.scene.parse(&self.overrides(point))
     }
+
+    /// The unit of an axis: the one that it was given, else that of plain numbers of its key; empty where the key has
+    /// none, or no cell makes a scene.
+    #[must_use]
+    pub fn unit<'m>(&'m self, axis: &'m Axis) -> &'m str {
+        if !axis.unit().is_empty() {
+            return axis.unit();
+        }
+        let experiment = self.experiment(self.point(self.layer() / 2)).ok();
+        let unit = |experiment: Experiment| {
+            let parameter = experiment.parameters().iter().find(|parameter| parameter.key == axis.key())?;
+            Some(parameter.unit)
+        };
+        experiment.and_then(unit).unwrap_or_default()
+    }
 }
 
 /// Whether nothing is known of a cell because it, or that whose class it would have, took longer than the guard allows.

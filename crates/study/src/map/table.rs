@@ -63,8 +63,8 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         Err(_) => ("as the device's positions", "as the device's stiffnesses"),
     };
     let axis = |axis: &super::Axis| {
-        let unit = if axis.unit().is_empty() { "as a scene takes plain numbers" } else { axis.unit() };
-        format!("{} in {unit}", axis.key())
+        let unit = map.unit(axis);
+        if unit.is_empty() { axis.key().to_string() } else { format!("{} in {unit}", axis.key()) }
     };
     let pairs = [
         ("x", axis(&map.x)),

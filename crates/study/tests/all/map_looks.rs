@@ -235,3 +235,20 @@ fn a_point_far_from_all_others_stands_at_the_edge_with_its_value() {
     // Four decades of speed that nobody else has are not drawn.
     assert!(!texts.iter().any(|text| ["1e6", "1e7", "1e8"].contains(&text.text.as_str())), "{texts:#?}");
 }
+
+#[test]
+fn an_axis_of_plain_numbers_has_the_unit_that_a_scene_takes_them_in() {
+    for (x, y) in [
+        ("wall.stiffness=1.2..1.9:9", "wall.position=1.2..2.2:8"),
+        ("wall.stiffness=1.2..1.9 N.m/rad:9", "wall.position=1.2..2.2 rad:8"),
+    ] {
+        let (map, found) = made_up(one(), x, y);
+        assert_eq!((map.unit(&map.x), map.unit(&map.y)), ("N.m/rad", "rad"));
+        for picture in drawn(&map, &found) {
+            let texts = texts(&picture.svg);
+            for name in ["wall.stiffness in N\u{b7}m/rad", "wall.position in rad"] {
+                assert!(texts.iter().any(|text| text.text == name), "{name} in {}", picture.name);
+            }
+        }
+    }
+}
