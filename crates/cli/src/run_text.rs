@@ -250,7 +250,8 @@ fn nets(ran: &Ran) -> String {
             false => "unknown".to_string(),
         };
         // Its range is that of the unsigned word, which wraps where the device passes the place where it began.
-        let modulo = if net.signal.is_counter() { format!(", modulo 2^{}", format.width()) } else { String::new() };
+        let modulo =
+            if net.signal.is_counter() { format!(", modulo 2^{}, as unsigned", format.width()) } else { String::new() };
         let share = |lost| if net.losses_seen { percent(lost, edges) } else { "unknown".to_string() };
         [
             "net".to_string(),

@@ -34,7 +34,9 @@ pub(super) fn bits(run: &Run) -> Picture {
         let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };
         above.shade(&mut canvas, overflowed, RUST.color);
         limits(&panel, &mut canvas, used);
-        let name = format!("{} {}", used.signal.name, used.signal.format);
+        // A counter is read as signed elsewhere; here its word fills its format, and wraps at its ends.
+        let counted = if used.signal.is_counter() { ", unsigned" } else { "" };
+        let name = format!("{} {}{counted}", used.signal.name, used.signal.format);
         let mut legend = vec![(name.as_str(), Look::Line(BLUE))];
         if used.usage.overflowed > 0 {
             legend.push(("overflowed", Look::Area(SAND)));

@@ -209,3 +209,10 @@ fn titles_say_where_a_verdict_says_nothing_of_the_wall() {
         }
     }
 }
+
+#[test]
+fn the_range_of_a_counter_says_that_it_is_of_the_unsigned_word() {
+    let pictures = pictures("hybrid-wall");
+    let texts = texts(&named(&pictures, "bits").svg);
+    assert_eq!(texts.iter().filter(|text| text.text == "position (0,12,0), unsigned").count(), 1);
+}
