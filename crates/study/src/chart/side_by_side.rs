@@ -34,14 +34,15 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
 
     let width = (WIDTH - 100) / runs.len() as i32;
     for (index, run) in runs.iter().enumerate() {
-        let (left, right) = (170 + index as i32 * width, 20 + (index as i32 + 1) * width);
+        let (left, right) = (170 + index as i32 * width, (index as i32 + 1) * width - 20);
         // What tells the runs apart: the product's overflow where it differs, else the scene.
         let name = match runs.iter().all(|other| other.scene.method.saturate == run.scene.method.saturate) {
             true => run.scene.name.as_str(),
             false if run.scene.method.saturate => "product saturates",
             false => "product drops its upper bits",
         };
-        canvas.text((left, 190), format!("{name}: {}", outcome(run)), 32, INK, Anchor::Left);
+        canvas.text((left, 160), name, 32, INK, Anchor::Left);
+        canvas.text((left, 202), outcome(run), 28, INK, Anchor::Left);
         let x = 0.0..run.summary.motion_s;
 
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
