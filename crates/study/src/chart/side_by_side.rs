@@ -64,11 +64,15 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         let legend = [(run.push(), Look::Line(ORANGE))];
         bottom.frame(&mut canvas, &legend, Some("penetration in encoder counts"), &label);
         let full = Format::unsigned(run.words.config.pwm.width).max() as f64;
-        canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], INK, 3);
-        canvas.text((right, bottom.top - 27), "black line: full scale", 26, INK, Anchor::Right);
+        // A panel draws what is beyond it at its edge: a full scale that no run comes near is not there.
+        if spring_range.contains(&full) {
+            canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], INK, 3);
+            canvas.text((right, bottom.top - 27), "black line: full scale", 26, INK, Anchor::Right);
+        }
         let depths = run.words_of(PENETRATION).map(|(_, word)| word as f64);
         if run.push() == SPRING {
             let law = (0..=depth_range.end as i64).map(|depth| (depth as f64, run.spring_at(depth) as f64));
+            let law = law.take_while(|(_, counts)| spring_range.contains(counts));
             bottom.steps(&mut canvas, law, ORANGE, 3);
         } else {
             // A method's force depends on what came before: the path that the run took.

@@ -216,3 +216,13 @@ fn the_range_of_a_counter_says_that_it_is_of_the_unsigned_word() {
     let texts = texts(&named(&pictures, "bits").svg);
     assert_eq!(texts.iter().filter(|text| text.text == "position (0,12,0), unsigned").count(), 1);
 }
+
+#[test]
+fn a_full_scale_that_no_run_comes_near_is_not_drawn() {
+    // Their springs reach some 700 of 4095 PWM counts; those of the others are cut off at full scale.
+    for (names, drawn) in [(["thrown-hybrid", "thrown-conventional"], 0), (["wrap-product", "wrap-saturated"], 2)] {
+        let svg = with_runs(&names, |runs| side_by_side("Two", runs, COMMAND).svg);
+        let said = texts(&svg).iter().filter(|text| text.text == "black line: full scale").count();
+        assert_eq!(said, drawn, "{names:?}");
+    }
+}
