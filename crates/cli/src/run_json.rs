@@ -1,6 +1,6 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
-use hpu_cosim::{NetUse, Ready, Rig, SIGNS, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
 use hpu_rtl::Mismatch;
 use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ pub fn summary(ran: &Ran) -> Value {
         "driver": ran.driver,
         "solver": ran.solver,
         "fitted": ran.fitted.as_ref().map(fit::model),
-        "outcome": summary.verdict.map(outcome),
+        "outcome": summary.verdict.map(|verdict| outcome(verdict, ran.window_s)),
         "contact_share": summary.contact_share,
         "judged_window_s": ran.window_s,
         "displayed_stiffness": displayed(ran).map(|(_, _, displayed, _)| displayed),
@@ -123,9 +123,13 @@ fn realised(session: &Ready) -> Value {
     }
 }
 
-fn outcome(verdict: Verdict) -> Value {
+fn outcome(verdict: Verdict, [from_s, to_s]: [f64; 2]) -> Value {
     match verdict {
-        Verdict::Settled { rms_rad } => json!({ "kind": "settled", "rms_rad": rms_rad }),
+        Verdict::Settled { rms_rad } => json!({
+            "kind": "settled",
+            "rms_rad": rms_rad,
+            "growth_unseen_below_per_s": unseen_growth_per_s(to_s - from_s),
+        }),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => json!({
             "kind": "limit_cycle",
             "rms_rad": rms_rad,

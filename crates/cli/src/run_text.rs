@@ -6,7 +6,7 @@ mod phantom;
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
-use hpu_cosim::{NetUse, Ready, Rig, Session, Trace, Verdict};
+use hpu_cosim::{NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
 use hpu_signal::{Cycle, Notation};
 
 use crate::columns::Column::{Left, Right};
@@ -15,7 +15,7 @@ use crate::fit;
 use crate::parameters;
 use crate::run::Ran;
 use crate::terminal;
-use crate::units::{error_percent, percent, si};
+use crate::units::{error_percent, percent, rounded_up, si};
 
 pub use contact::{displayed, wraps};
 
@@ -36,7 +36,7 @@ pub fn summary(ran: &Ran) -> String {
         fit::lines(found).into_iter().for_each(|(name, said)| row(name, said));
     }
     let outcome = match ran.summary.verdict {
-        Some(verdict) => outcome(verdict, position(ran)) + &contact::beside(ran),
+        Some(verdict) => outcome(verdict, position(ran), ran.window_s) + &contact::beside(ran),
         None if ran.summary.complete => "a recording: no device, no motion to judge".to_string(),
         None => "stopped before its end".to_string(),
     };
@@ -112,9 +112,15 @@ pub fn outcome_name(kind: OutcomeKind) -> &'static str {
     }
 }
 
-fn outcome(verdict: Verdict, unit: &str) -> String {
+fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> String {
     match verdict {
-        Verdict::Settled { rms_rad } => format!("settled: rms {} about the mean at the end", si(rms_rad, unit)),
+        Verdict::Settled { rms_rad } => format!(
+            "settled: rms {} about the mean, {} to {}; growth below {}/s would not be seen",
+            si(rms_rad, unit),
+            si(from_s, "s"),
+            si(to_s, "s"),
+            rounded_up(unseen_growth_per_s(to_s - from_s))
+        ),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz: 0.0 } => format!(
             "moving to the end, over {} without a period (a limit cycle by the rule), rms {}",
             si(2.0 * amplitude_rad, unit),

@@ -31,6 +31,13 @@ fn significant(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
+/// Two digits of a number above zero, rounded up: of what holds for more than that.
+pub fn rounded_up(value: f64) -> String {
+    let tenth = 10f64.powi(value.log10().floor() as i32 - 1);
+    let text = format!("{:.1e}", (value / tenth).ceil() * tenth);
+    text.parse().map_or(text, number)
+}
+
 /// A share in percent; never 0 for something, never 100 for less than all.
 pub fn percent(part: u64, whole: u64) -> String {
     let share = 100.0 * part as f64 / whole.max(1) as f64;

@@ -56,7 +56,7 @@ pub use schedule::{Schedule, WordRamp};
 pub use session::{Session, SessionError};
 pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
-pub use verdict::{PASSIVE_RMS_M, Verdict, judge, judge_drop};
+pub use verdict::{PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};
 pub use world::{Pins, World};
 
 pub use hpu_plant::Pace;

@@ -3,7 +3,9 @@
 //! The rule, on the angle as recorded over the last 30 % of the run (the published drop test judges the last 3 s of 10
 //! s):
 //!
-//! 1. **settled** when its rms about its own mean is below one encoder count;
+//! 1. **settled** when its rms about its own mean is below one encoder count, and its swing does not grow: when the
+//!    half-ranges of the window's quarters ascend, and the last is more than 1.5 times the first, it has diverged,
+//!    however small it still is. Growth below [`unseen_growth_per_s`] is not seen in the window, and not told from rest;
 //! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or
 //!    when it is not finite;
 //! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean,
@@ -25,12 +27,12 @@
 
 use crate::summary::Abort;
 use crate::trace::{ANGLE, Trace};
-use crate::window::{Streamed, passage, window};
+use crate::window::{Streamed, passage, quarter, window};
 
 /// What became of a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Verdict {
-    /// At rest within one encoder count.
+    /// At rest within one encoder count, without growth that could be seen.
     Settled {
         /// rms about the mean.
         rms_rad: f64,
@@ -68,10 +70,16 @@ pub enum Verdict {
     },
 }
 
-/// Half of the range of numbers, all of which are finite.
-fn half_range(angles: &[f64]) -> f64 {
-    let range = |(l, h): (f64, f64), &x: &f64| (if x < l { x } else { l }, if x > h { x } else { h });
-    let (low, high) = angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+/// The least and the greatest of numbers, all of which are finite.
+fn range(angles: &[f64]) -> [f64; 2] {
+    let widen = |[l, h]: [f64; 2], &x: &f64| [if x < l { x } else { l }, if x > h { x } else { h }];
+    angles.iter().fold([f64::INFINITY, f64::NEG_INFINITY], widen)
+}
+
+/// Half of what several ranges span.
+fn half_range(ranges: &[[f64; 2]]) -> f64 {
+    let low = ranges.iter().fold(f64::INFINITY, |low, range| low.min(range[0]));
+    let high = ranges.iter().fold(f64::NEG_INFINITY, |high, range| high.max(range[1]));
     0.5 * (high - low)
 }
 
@@ -132,14 +140,13 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Half of the range in the earlier half, in the later half, and in all of it.
-    fn half_ranges(&self) -> [f64; 3] {
+    /// The least and the greatest of each quarter.
+    fn quarters(&self) -> [[f64; 2]; 4] {
         match self {
             Self::Held(rows) => {
-                let (early, late) = rows.split_at(rows.len() / 2);
-                [early, late, rows].map(half_range)
+                [0, 1, 2, 3].map(|of| range(&rows[quarter(rows.len(), of)..quarter(rows.len(), of + 1)]))
             }
-            Self::Streamed(streamed, ..) => streamed.half_ranges(),
+            Self::Streamed(streamed, ..) => streamed.quarters(),
         }
     }
 
@@ -174,6 +181,18 @@ impl<'a> Window<'a> {
     }
 }
 
+/// Factor of growth from which a swing is seen to grow.
+const GROWN: f64 = 1.5;
+/// Half-ranges below this share of a count are made of rounding.
+const ROUNDED: f64 = 1e-9;
+
+/// The rate below which a swing's exponential growth is not seen within a judged window of so many seconds. The quarters
+/// that are compared end three quarters of it apart.
+#[must_use]
+pub fn unseen_growth_per_s(window_s: f64) -> f64 {
+    libm::log(GROWN) / (0.75 * window_s)
+}
+
 /// Judges a recorded motion; `count_rad` is the angle of one encoder count.
 #[must_use]
 pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
@@ -183,11 +202,15 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
     }
     let (rms_rad, mean) = window.rms_about_mean();
+    let quarters = window.quarters();
+    let [before, after, amplitude_rad] = [&quarters[..2], &quarters[2..], &quarters].map(half_range);
     if rms_rad < count_rad {
-        return Verdict::Settled { rms_rad };
+        let swings = quarters.map(|quarter| half_range(&[quarter]));
+        let ascends = swings.windows(2).all(|pair| pair[0] < pair[1]);
+        let grows = ascends && swings[3] > GROWN * swings[0] && swings[3] > ROUNDED * count_rad;
+        return if grows { Verdict::Diverged { at_s, amplitude_rad: after } } else { Verdict::Settled { rms_rad } };
     }
-    let [before, after, amplitude_rad] = window.half_ranges();
-    if after > 1.5 * before {
+    if after > GROWN * before {
         return Verdict::Diverged { at_s, amplitude_rad: after };
     }
     let (passages, rows) = window.passages(mean, amplitude_rad);

@@ -8,6 +8,11 @@ pub(crate) fn window(rows: u64) -> Range<u64> {
     rows - three_tenths.max(2).min(rows)..rows
 }
 
+/// Where a quarter of so many rows begins; the fifth where the rows end.
+pub(crate) fn quarter(rows: usize, of: usize) -> usize {
+    (rows as u128 * of as u128 / 4) as usize
+}
+
 /// Mean, spread and range of numbers, by Welford's recurrence: no large sums whose difference would be small.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Spread {
@@ -47,10 +52,6 @@ impl Spread {
             high: self.high.max(other.high),
         }
     }
-
-    fn half_range(&self) -> f64 {
-        0.5 * (self.high - self.low)
-    }
 }
 
 /// One output of the plant over the window.
@@ -59,8 +60,9 @@ pub(crate) struct Streamed {
     /// Index of the output.
     pub(crate) index: usize,
     window: Range<u64>,
-    middle: u64,
-    halves: [Spread; 2],
+    /// Where the quarters after the first begin.
+    begins: [u64; 3],
+    quarters: [Spread; 4],
     turns: Turns,
 }
 
@@ -68,15 +70,16 @@ impl Streamed {
     /// Of an output of a run that will have so many rows.
     pub(crate) fn new(index: usize, rows: u64) -> Self {
         let window = window(rows);
-        let middle = window.start + (window.end - window.start) / 2;
-        Self { index, window, middle, halves: [Spread::NONE; 2], turns: Turns::new(MOST_TURNS) }
+        let long = (window.end - window.start) as usize;
+        let begins = [1, 2, 3].map(|of| window.start + quarter(long, of) as u64);
+        Self { index, window, begins, quarters: [Spread::NONE; 4], turns: Turns::new(MOST_TURNS) }
     }
 
     /// Takes the next row.
     #[inline]
     pub(crate) fn add(&mut self, row: u64, x: f64) {
         if row >= self.window.start {
-            self.halves[usize::from(row >= self.middle)].add(x);
+            self.quarters[self.begins.iter().filter(|begin| row >= **begin).count()].add(x);
             self.turns.add(row, x);
         }
     }
@@ -89,19 +92,18 @@ impl Streamed {
     /// Whether all numbers were finite.
     pub(crate) fn is_finite(&self) -> bool {
         // A mean is not finite once it has met a number that is not.
-        self.halves.iter().all(|half| half.mean.is_finite())
+        self.quarters.iter().all(|quarter| quarter.mean.is_finite())
     }
 
     /// rms about the mean, and the mean.
     pub(crate) fn rms_about_mean(&self) -> (f64, f64) {
-        let all = self.halves[0].with(&self.halves[1]);
+        let all = self.quarters.iter().fold(Spread::NONE, |all, quarter| all.with(quarter));
         ((all.squares / all.rows as f64).sqrt(), all.mean)
     }
 
-    /// Half of the range in the earlier half of the window, in the later half, and in all of it.
-    pub(crate) fn half_ranges(&self) -> [f64; 3] {
-        let [early, late] = &self.halves;
-        [early.half_range(), late.half_range(), early.with(late).half_range()]
+    /// The least and the greatest of each quarter.
+    pub(crate) fn quarters(&self) -> [[f64; 2]; 4] {
+        self.quarters.map(|quarter| [quarter.low, quarter.high])
     }
 
     /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and between which
@@ -290,12 +292,12 @@ mod tests {
         let rms = (window.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 3000.0).sqrt();
         let (found_rms, found_mean) = streamed.rms_about_mean();
         assert!((found_mean - mean).abs() < 1e-14 && (found_rms - rms).abs() < 1e-12 * rms, "{found_rms} {rms}");
-        let half_range = |rows: &[f64]| {
+        let range = |rows: &[f64]| {
             let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
-            0.5 * (high - low)
+            [low, high]
         };
-        let expected = [&window[..1500], &window[1500..], window].map(half_range);
-        assert_eq!(streamed.half_ranges(), expected);
+        let expected = [0, 750, 1500, 2250].map(|from| range(&window[from..from + 750]));
+        assert_eq!(streamed.quarters(), expected);
         assert!(streamed.is_finite());
         for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut streamed = Streamed::new(2, 100);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hpu_cosim::{Trace, Verdict, judge};
+use hpu_cosim::{Trace, Verdict, judge, unseen_growth_per_s};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// One encoder count.
@@ -68,6 +68,28 @@ fn growth_by_half_from_one_half_of_the_window_to_the_other_is_divergence() {
     // The last peak is within a period, 10 ms, of the end.
     near(amplitude_rad, 1e-2, 0.01);
     assert!(matches!(swing(0.95 * threshold), Verdict::LimitCycle { .. }));
+}
+
+#[test]
+fn a_swing_within_a_count_that_grows_has_not_settled() {
+    // Quarters of the 3 s end 2.25 s apart: peaks grow by e^(2.25 r). At the end a hundredth of a count.
+    let swing = |rate: f64| verdict(|t| 1.0 + 1e-5 * (rate * (t - 10.0)).exp() * (TAU * 100.0 * t).sin());
+    let seen = unseen_growth_per_s(3.0);
+    near(seen, 1.5f64.ln() / 2.25, 1e-12);
+    let Verdict::Diverged { at_s, amplitude_rad } = swing(1.05 * seen) else { panic!("it grows") };
+    near(at_s, 7.0, 1e-4);
+    near(amplitude_rad, 1e-5, 0.01);
+    assert!(matches!(swing(0.95 * seen), Verdict::Settled { .. }));
+    assert!(matches!(swing(-2.0), Verdict::Settled { .. }));
+}
+
+#[test]
+fn a_step_or_a_drift_within_a_count_is_no_growth() {
+    // Stuck, then let go by half a count at 9.9 s; and a steady drift.
+    assert!(matches!(verdict(|t| if t > 9.9 { 0.5 * COUNT_RAD } else { 0.0 }), Verdict::Settled { .. }));
+    assert!(matches!(verdict(|t| 0.1 * COUNT_RAD * t), Verdict::Settled { .. }));
+    // Rounding of an angle of 40 rad is of 7e-15 rad.
+    assert!(matches!(verdict(|t| 40.0 + 1e-14 * (t * t * 97.0).sin() * t), Verdict::Settled { .. }));
 }
 
 #[test]
