@@ -1,19 +1,19 @@
 //! `hpu limits`: how stiff a scene's wall may be.
 
+use std::path::PathBuf;
+
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Experiment, Scene};
-use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
-use hpu_study::limits::{
-    End, Group, Limits, Looks, MOST_EVENTS, Seen, StableSet, Stretch, WordsSet, limits, usual_range,
-};
-use serde_json::{Value, json};
+use hpu_study::chart;
+use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
+use hpu_study::map::SceneText;
 
 use crate::exit::{Exit, Failure};
-use crate::interrupt;
+use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::parameters::{missed, missed_object};
-use crate::scene::{self, Loaded};
+use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
+use crate::{interrupt, limits_text, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
@@ -21,6 +21,10 @@ use crate::terminal::{print, print_json};
 /// words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between neighbours
 /// that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not meet, and
 /// what the scene has instead.
+///
+/// With --over the world around the words is not known but for a box, as in --over 'device.inductance=0.5..0.7 mH'. The
+/// linear loop settles then in every world of the box, proved; the scene in words is run at the box's corners and at
+/// eight points within it. The words stay those of the scene: what a motor makes of them changes with the motor.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -30,11 +34,23 @@ pub struct Args {
     /// Stiffnesses to look at, as in '0.1..3 N.m/rad' [default: from one word to the greatest of the format]
     #[arg(long, value_name = "A..B")]
     range: Option<String>,
+    /// What is not known of device, hand or supply; several times for a box of several sides
+    #[arg(long, value_name = "KEY=A..B")]
+    over: Vec<Unknown>,
+    /// Hands from none to the firmest of those published, and each of them; on a motor, at this radius of its wheel
+    #[arg(long, value_name = "RADIUS", num_args = 0..=1, value_parser = length)]
+    hands: Option<Option<f64>>,
     /// Phases of the contact at each stiffness
     #[arg(long, value_name = "N", default_value_t = Looks::default().phases, value_parser = clap::value_parser!(u32).range(1..=64))]
     phases: u32,
+    /// Stiffness words to look at, at most; each of a range that has no more [default: 256, with --over 96]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    words: Option<u32>,
     #[command(flatten)]
     jobs: Jobs,
+    /// Write a picture of the sets into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
@@ -42,30 +58,96 @@ pub struct Args {
 
 /// `hpu limits`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let scene = axis(args, &[])?;
+    let source = scene::source(&args.scene)?;
+    let mut load = |file: &str| source.load(file);
+    let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
+    let (text, nominal) = (read.0, axis(read.1)?);
     let range = match &args.range {
-        Some(range) => asked(args, range)?,
-        None => usual_range(&scene),
+        Some(range) => asked(&text, args, range)?,
+        None => usual_range(&nominal),
     };
-    let looks = Looks { phases: args.phases, ..Looks::default() };
+    let (mut over, mut named) = (args.over.clone(), Vec::new());
+    if let Some(lever_m) = args.hands {
+        let (sides, hands) = hands_of(&nominal, lever_m).map_err(|why| Failure::usage(format!("--hands: {why}")))?;
+        over.extend(sides);
+        named = hands;
+    }
+    let world = World { text: &text, set: &args.set.set, nominal: &nominal, unknown: &over, named: &named };
+    let worlds = if over.is_empty() { vec![nominal.clone()] } else { points(&world)? };
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+
+    let most = args.words.unwrap_or(if over.is_empty() { 256 } else { 96 });
+    let looks = Looks::words(most as usize, args.phases);
+    let in_box = (!over.is_empty()).then(|| BoxSet::new(&world, &worlds, range));
     // Until the runs begin a signal ends the command at once.
-    let found = limits(&scene, range, || WordsSet::new(&scene, range, looks, args.jobs.get(), interrupt::heed()));
+    let found = limits(&nominal, range, || WordsSet::new(&worlds, range, looks, args.jobs.get(), interrupt::heed()));
+    let found = Limits { in_box, ..found };
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
+    let mut files: Vec<PathBuf> = Vec::new();
+    if let Some(mut folder) = folder {
+        let picture = chart::limits(&nominal.name, &found, &over, &command(args));
+        pictures::put(&picture, &mut folder)?;
+        files = folder.places().map(Into::into).collect();
+        folder.commit()?;
+    }
     if args.json {
-        print_json(&object(&scene.name, &found))?
+        print_json(&limits_text::object(&nominal.name, &found, &over, &files))?
     } else {
-        print(&text(&scene.name, &found))?
+        print(&limits_text::text(&nominal.name, &found, &over, &files))?
     }
     // That there is no limit is a result.
     Ok(Exit::Fine)
 }
 
-/// The scene under the command's overrides and some more.
-fn axis(args: &Args, more: &[(String, String)]) -> Result<Scene, Failure> {
-    let set: Vec<_> = args.set.set.iter().chain(more).cloned().collect();
-    match Loaded::new(&args.scene, &set, None)?.scene {
+/// The worlds of a box that are run.
+fn points(world: &World) -> Result<Vec<Scene>, Failure> {
+    let usage = |said: String| Failure::usage(format!("--over: {said}"));
+    let unknown = world.unknown;
+    if unknown.len() > MOST_UNKNOWN {
+        return Err(usage(format!("{} keys, {MOST_UNKNOWN} at most: each more doubles the corners", unknown.len())));
+    }
+    for (index, key) in unknown.iter().map(Unknown::key).enumerate() {
+        if unknown[..index].iter().any(|other| other.key() == key) {
+            return Err(usage(format!("{key} is given twice")));
+        }
+        if let Some((key, _)) = world.set.iter().find(|(set, _)| set == key) {
+            return Err(usage(format!("{key} is set too; leave one of both")));
+        }
+        if key.starts_with("wall.") {
+            return Err(usage(format!("{key} is the wall's; a box is of device, hand and supply")));
+        }
+    }
+    world.points().map_err(usage)
+}
+
+/// A length in metres.
+fn length(text: &str) -> Result<f64, String> {
+    let units = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)];
+    let read = |(unit, by): (&str, f64)| Some(text.trim().strip_suffix(unit)?.trim().parse::<f64>().ok()? * by);
+    let length = units.into_iter().find_map(read).filter(|length| *length > 0.0 && *length <= 10.0);
+    length.ok_or_else(|| "write a radius up to 10 m, as in 50mm".into())
+}
+
+/// The command, without what changes no figure.
+fn command(args: &Args) -> String {
+    let over: String = args.over.iter().map(|over| format!(" --over {}", quoted(&over.to_string()))).collect();
+    let range = args.range.as_ref().map_or(String::new(), |range| format!(" --range {}", quoted(range)));
+    let hands = match args.hands {
+        None => String::new(),
+        Some(None) => " --hands".into(),
+        Some(Some(lever_m)) => format!(" --hands {}mm", figure(1e3 * lever_m)),
+    };
+    let words = args.words.map_or(String::new(), |words| format!(" --words {words}"));
+    let phases =
+        if args.phases == Looks::default().phases { String::new() } else { format!(" --phases {}", args.phases) };
+    format!("hpu limits {}{}{range}{over}{hands}{words}{phases}", args.scene, set_options(&args.set.set))
+}
+
+/// The scene, if it is one of an axis.
+fn axis(experiment: Experiment) -> Result<Scene, Failure> {
+    match experiment {
         Experiment::Axis(scene) => Ok(scene),
         Experiment::Phantom(_) => {
             let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
@@ -75,7 +157,7 @@ fn axis(args: &Args, more: &[(String, String)]) -> Result<Scene, Failure> {
 }
 
 /// The ends of a range, as the scene reads a stiffness.
-fn asked(args: &Args, range: &str) -> Result<[f64; 2], Failure> {
+fn asked(text: &SceneText, args: &Args, range: &str) -> Result<[f64; 2], Failure> {
     const SYNTAX: &str = "write A..B with A below B, as in '0.1..3 N.m/rad'";
     let usage = |said: String| Failure::usage(format!("--range {range}: {said}"));
     let (from, to) = range.split_once("..").ok_or_else(|| usage(SYNTAX.into()))?;
@@ -86,8 +168,11 @@ fn asked(args: &Args, range: &str) -> Result<[f64; 2], Failure> {
     let from = from.trim();
     let from =
         if from.parse::<f64>().is_ok() && !unit.is_empty() { format!("{from} {unit}") } else { from.to_string() };
-    let end =
-        |text: &str| Ok::<_, Failure>(axis(args, &[("wall.stiffness".into(), text.into())])?.wall.stiffness_nm_per_rad);
+    let end = |end: &str| {
+        let set = [&args.set.set[..], &[("wall.stiffness".into(), end.into())]].concat();
+        let scene = axis(text.parse(&set).map_err(Failure::file)?)?;
+        Ok::<_, Failure>(scene.wall.stiffness_nm_per_rad)
+    };
     let [low, high] = [end(&from)?, end(to)?];
     if low <= 0.0 {
         return Err(usage("a stiffness of 0 has no wall; begin above it".into()));
@@ -96,171 +181,4 @@ fn asked(args: &Args, range: &str) -> Result<[f64; 2], Failure> {
         return Err(usage(format!("from {} to {} holds nothing; {SYNTAX}", figure(low), figure(high))));
     }
     Ok([low, high])
-}
-
-fn object(scene: &str, found: &Limits) -> Value {
-    let criteria = found.criteria.iter().map(|criterion| {
-        let Criterion { name, limit, unit, .. } = criterion;
-        let not_met = || criterion.assumptions.iter().filter(|assumption| !assumption.met);
-        let figures = criterion
-            .figures
-            .iter()
-            .map(|Figure { name, value, unit }| json!({ "name": name, "value": value, "unit": unit }));
-        json!({
-            "name": name,
-            "limit": limit,
-            "unit": unit,
-            "assumptions_met": criterion.assumptions_met(),
-            "assumptions": criterion.assumptions.iter().map(|assumption| assumption.text).collect::<Vec<_>>(),
-            "not_met": not_met().map(|assumption| assumption.text).collect::<Vec<_>>(),
-            "not_met_here": not_met().map(|assumption| &assumption.here).collect::<Vec<_>>(),
-            "figures": figures.collect::<Vec<_>>(),
-            "region": criterion.region.map(Region::name),
-        })
-    });
-    let silent = found.silent.iter().map(|Silent { name, why }| json!({ "name": name, "reason": why }));
-    json!({
-        "scene": scene,
-        "criteria": criteria.collect::<Vec<_>>(),
-        "silent": silent.collect::<Vec<_>>(),
-        "range": found.range,
-        "linear": found.linear.as_ref().ok().map(linear),
-        "linear_reason": found.linear.as_ref().err(),
-        "words": found.in_words.as_ref().ok().map(in_words),
-        "words_reason": found.in_words.as_ref().err(),
-        "stiffness_missed": found.stiffness_miss.as_ref().map(missed_object),
-    })
-}
-
-fn linear(set: &StableSet) -> Value {
-    let end = |End { at, beyond }: End| json!({ "at": at, "beyond": beyond });
-    let stretch = |Stretch { from, to }: &Stretch| json!({ "from": end(*from), "to": end(*to) });
-    json!({
-        "unit": set.unit,
-        "stable": set.stable.iter().map(stretch).collect::<Vec<_>>(),
-        "open": set.open,
-    })
-}
-
-fn in_words(set: &WordsSet) -> Value {
-    let seen = |seen: &Seen| json!({ "word": seen.word as i64, "stiffness": seen.stiffness, "settled": seen.settled });
-    let groups = set
-        .groups()
-        .into_iter()
-        .map(|(group, from, to)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness }));
-    json!({
-        "unit": set.unit,
-        "word": set.step,
-        "words": set.words as i64,
-        "phases": set.phases,
-        "runs": set.runs(),
-        "runs_cut_short": set.cut_short,
-        "runs_settled_but_wrapped": set.wrapped,
-        "groups": groups.collect::<Vec<_>>(),
-        "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
-        "highest_settled": set.highest_settled().map(|seen| seen.stiffness),
-        "all_up_to": set.all_up_to().map(|seen| seen.stiffness),
-        "words_between_neighbours_that_differ": set.finest as i64,
-        "seen": set.seen.iter().map(seen).collect::<Vec<_>>(),
-    })
-}
-
-fn text(scene: &str, found: &Limits) -> String {
-    let unit = found.linear.as_ref().map_or("", |set| set.unit);
-    let [low, high] = found.range.map(figure);
-    let mut text = format!("{scene}: at which stiffnesses the wall settles, from {low} to {high} {unit}\n\n");
-    let mut line = |name: &str, said: &str| text += &format!("{name:<22}{said}\n");
-    match &found.linear {
-        Ok(set) => {
-            line("linear loop", &set.said());
-            for Stretch { from, to } in &set.stable {
-                for end in [from, to].into_iter().filter(|end| end.beyond.is_some()) {
-                    let (middle, half) = (nine(end.middle()), end.uncertainty());
-                    line("", &format!("a pole on the unit circle at {middle} {}, within {half:.0e}", set.unit));
-                }
-            }
-        }
-        Err(why) => line("linear loop", why),
-    }
-    match &found.in_words {
-        Ok(set) => {
-            for (index, (group, from, to)) in set.groups().into_iter().enumerate() {
-                let name = if index == 0 { "in words" } else { "" };
-                let which = match group {
-                    Group::All => "all phases settle",
-                    Group::Some => "some phases settle",
-                    Group::None => "no phase settles",
-                };
-                let [low, high] = [from, to].map(|seen| set.digits(seen.stiffness));
-                let between = if low == high { format!("at {low}") } else { format!("{low} to {high}") };
-                line(name, &format!("{which:<19}{between} {}", set.unit));
-            }
-            line("", &set.turn());
-            let apart = match set.finest {
-                1 => "each word where neighbours differ".to_string(),
-                words => format!("{words} words apart where neighbours differ"),
-            };
-            if set.wrapped > 0 {
-                let said = "of these runs settle although the product has wrapped: the hand may be through the wall";
-                line("warning", &format!("{} {said}", set.wrapped));
-            }
-            if set.cut_short > 0 {
-                let said = format!("runs had more than {MOST_EVENTS} events and count as not settled");
-                line("", &format!("{} {said}", set.cut_short));
-            }
-            let (seen, words, phases) = (set.seen.len(), set.words, set.phases);
-            line("", &format!("seen at {seen} of {words} words, {apart}, at {phases} phases of the contact"));
-        }
-        Err(why) => line("in words", why),
-    }
-    if let Some(miss) = &found.stiffness_miss {
-        line("warning", &format!("wall.{}", missed(miss, Some("method.stiffness_format"))));
-    }
-    let assumptions = legend(&found.criteria);
-    text += &format!(
-        "\n{:<22}{:>14} {:<8} {:<6} assumptions, ! those that the scene does not meet\n",
-        "criterion", "limit", "unit", "met"
-    );
-    for criterion in &found.criteria {
-        let Criterion { name, limit, unit, .. } = criterion;
-        let met = format!("{} of {}", criterion.met(), criterion.assumptions.len());
-        let own = criterion.assumptions.iter().map(|assumption| {
-            let letter =
-                assumptions.iter().zip('a'..).find(|(known, _)| known == &assumption).map_or(' ', |found| found.1);
-            if assumption.met { format!("{letter}") } else { format!("!{letter}") }
-        });
-        text += &format!("{name:<22}{:>14} {unit:<8} {met:<6} {}\n", nine(*limit), own.collect::<Vec<_>>().join(" "));
-        let figures =
-            criterion.figures.iter().map(|Figure { name, value, unit }| format!("{name} {} {unit}", figure(*value)));
-        let region = criterion.region.map(|region| region.name().to_string());
-        let here: Vec<_> = region.into_iter().chain(figures.map(|figure| figure.trim_end().to_string())).collect();
-        if !here.is_empty() {
-            text += &format!("{:<22}here: {}\n", "", here.join(", "));
-        }
-    }
-    for Silent { name, why } in &found.silent {
-        text += &format!("{name:<22}{:>14} {why}\n", "-");
-    }
-    text += "\n";
-    for (Assumption { text: words, met, here }, letter) in assumptions.iter().zip('a'..) {
-        let (mark, here) = if *met { (' ', String::new()) } else { ('!', format!("; here: {here}")) };
-        text += &format!("{mark}{letter}  {words}{here}\n");
-    }
-    text
-}
-
-/// Nine decimals of a limit; of one that they would not show, its first digits.
-fn nine(limit: f64) -> String {
-    if limit == 0.0 || (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
-}
-
-/// Every assumption once.
-fn legend(criteria: &[Criterion]) -> Vec<Assumption> {
-    let mut all: Vec<Assumption> = Vec::new();
-    for assumption in criteria.iter().flat_map(|criterion| &criterion.assumptions) {
-        if !all.contains(assumption) {
-            all.push(assumption.clone());
-        }
-    }
-    all
 }

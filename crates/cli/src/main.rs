@@ -17,6 +17,7 @@ mod interrupt;
 mod jobs;
 mod journal;
 mod limits;
+mod limits_text;
 mod manual;
 mod map;
 mod map_text;

@@ -5,12 +5,13 @@ use hpu_signal::Format;
 
 use super::source::SceneError;
 use super::{Datapath, Device, LawMethod, Loop, Scene};
+use crate::law::BoundingForm;
 use crate::law_loop::COMMAND_BITS;
 use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
 
 /// The words of a loop, and what they stand for.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct LoopWords {
     /// Widths and options of the wiring.
     pub config: LoopConfig,
@@ -175,6 +176,51 @@ impl Scene {
                 sample_rate_hz: 1.0 / period_s,
             },
         })
+    }
+
+    /// The scene with the words of another, of which it is a copy in a changed world: what either gives in newton
+    /// metres is scaled by what a full command makes there, as hardware does whose words nobody has adapted.
+    ///
+    /// # Errors
+    ///
+    /// In words, when the words are not the same for all that: the change is one of the hardware, and not of its world.
+    pub fn with_words_of(mut self, nominal: &Self) -> Result<Self, String> {
+        let by = self.full_command_over(nominal);
+        let scale = |values: &mut [&mut f64]| values.iter_mut().for_each(|value| **value *= by);
+        scale(&mut [&mut self.wall.stiffness_nm_per_rad, &mut self.wall.damping_nm_s_per_rad]);
+        if let Some(stiffness) = self.wall.ramp.as_mut().and_then(|ramp| ramp.stiffness_nm_per_rad.as_mut()) {
+            scale(&mut [stiffness]);
+        }
+        match &mut self.method.kind {
+            Loop::Law(LawMethod::SampledWall(wall)) => scale(&mut [&mut wall.relief_nm_s_per_rad]),
+            Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
+                scale(&mut [coupling_nm_per_rad, coupling_nm_s_per_rad]);
+            }
+            Loop::Law(LawMethod::PassivityController { credit_j: Some(credit_j), .. }) => scale(&mut [credit_j]),
+            Loop::Law(LawMethod::EnergyBounding { form: BoundingForm::C1C2(c1, c2), .. }) => scale(&mut [c1, c2]),
+            Loop::Law(LawMethod::EnergyBounding { form: BoundingForm::ForceBound(c), .. }) => scale(&mut [c]),
+            _ => {}
+        }
+        if self.model.datapath == Datapath::Linear {
+            return Ok(self);
+        }
+        let [own, other] = [&self, nominal].map(|scene| scene.words().map_err(|error| error.to_string()));
+        let (own, other) = (own?, other?);
+        let realised = other.realised;
+        if (LoopWords { realised, ..own }) != other {
+            return Err("the words change with it: it is of the hardware, not of the world around it".into());
+        }
+        Ok(self)
+    }
+
+    /// What a full command makes, over what it makes in another world.
+    #[must_use]
+    pub fn full_command_over(&self, nominal: &Self) -> f64 {
+        match (self.stall_nm(), nominal.stall_nm()) {
+            (Ok(own), Ok(other)) => own / other,
+            // A linear mass whose amplifier nobody described.
+            _ => 1.0,
+        }
     }
 
     /// Torque, or force, of a full command.

@@ -203,7 +203,7 @@ impl Frame {
 }
 
 /// Round values within an axis, and their labels: two at least, wherever two fit.
-fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
+pub(super) fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
     let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
     let most = most.max(2);
     if axis.is_log() {

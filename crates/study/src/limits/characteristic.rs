@@ -12,32 +12,40 @@
 //!
 //! Everything is enclosed: true for the scene's parameters as `f64` numbers, whatever is rounded on the way.
 
+use std::array;
+
 use hpu_cosim::scene::{Device, LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
 
 use crate::interval::{Complex, Interval, Matrix};
 use crate::widths::System;
 
-/// A number that depends on the stiffness: in the middle of a range, over all of it, and its derivative over all of it.
+/// Sides of a box of parameters over which the function is enclosed, at most.
+pub(super) const MOST_SIDES: usize = 3;
+/// What a number depends on: the stiffness, then the sides of a box.
+const ALONG: usize = 1 + MOST_SIDES;
+
+/// A number that depends on the stiffness, and on parameters: in the middle of their ranges, over all of these, and its
+/// derivatives over all of them.
 #[derive(Clone, Copy, Debug)]
 struct Jet {
     middle: Interval,
     over: Interval,
-    slope: Interval,
+    slopes: [Interval; ALONG],
 }
 
 impl Jet {
     const ZERO: Self = Self::constant(Interval::ZERO);
 
     const fn constant(value: Interval) -> Self {
-        Self { middle: value, over: value, slope: Interval::ZERO }
+        Self { middle: value, over: value, slopes: [Interval::ZERO; ALONG] }
     }
 
     fn plus(self, other: Self) -> Self {
         Self {
             middle: self.middle.plus(other.middle),
             over: self.over.plus(other.over),
-            slope: self.slope.plus(other.slope),
+            slopes: array::from_fn(|of| self.slopes[of].plus(other.slopes[of])),
         }
     }
 
@@ -45,7 +53,7 @@ impl Jet {
         Self {
             middle: self.middle.minus(other.middle),
             over: self.over.minus(other.over),
-            slope: self.slope.minus(other.slope),
+            slopes: array::from_fn(|of| self.slopes[of].minus(other.slopes[of])),
         }
     }
 
@@ -54,20 +62,30 @@ impl Jet {
         Self {
             middle: within(self.middle, other.middle),
             over: within(self.over, other.over),
-            slope: within(self.slope, other.slope),
+            slopes: array::from_fn(|of| within(self.slopes[of], other.slopes[of])),
         }
     }
 
-    /// The same, not farther from its middle than its slope takes it.
-    fn tight(self, away: Interval) -> Self {
-        Self { over: within(self.over, self.middle.plus(self.slope.times(away))), ..self }
+    /// The same, not farther from its middle than its slopes take it.
+    fn tight(self, away: &[Interval; ALONG]) -> Self {
+        let meant = self.slopes.iter().zip(away).fold(self.middle, |sum, (slope, away)| sum.plus(slope.times(*away)));
+        Self { over: within(self.over, meant), ..self }
     }
 
     fn times(self, other: Self) -> Self {
         Self {
             middle: self.middle.times(other.middle),
             over: self.over.times(other.over),
-            slope: self.slope.times(other.over).plus(self.over.times(other.slope)),
+            slopes: array::from_fn(|of| self.slopes[of].times(other.over).plus(self.over.times(other.slopes[of]))),
+        }
+    }
+
+    /// Times a power of two.
+    fn scaled(self, by: f64) -> Self {
+        Self {
+            middle: self.middle.scaled(by),
+            over: self.over.scaled(by),
+            slopes: self.slopes.map(|slope| slope.scaled(by)),
         }
     }
 }
@@ -99,8 +117,8 @@ pub enum Damping {
 /// A linear loop, its stiffness left open.
 #[derive(Debug)]
 pub(super) struct OpenLoop {
-    /// `A` and the effort's column; a row of zeros for the effort. The position is the last state.
-    plant: Vec<Vec<Interval>>,
+    /// The plant, or the plants of a box.
+    plant: Plants,
     /// Whether a spring in the plant answers the position at once, by the effort's column.
     live: bool,
     /// Times from a sample to the start of its effort and from there to the next sample.
@@ -131,43 +149,40 @@ impl OpenLoop {
         let hertz = scene.clock.frequency_hz() as f64;
         let times_s = [late, period - late].map(|clocks| Interval::exact(clocks as f64).over(hertz));
 
-        let system = System::new(scene, scene.hand.grip(), true);
-        let states = system.a.len();
-        // An effort is a torque at stall: u R / K in volts.
-        let (up, down) = match &scene.device {
-            Device::Motor(motor) => {
-                let ohm =
-                    Interval::exact(motor.resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
-                (ohm, motor.torque_constant_nm_per_a)
-            }
-            Device::Mass(_) => (Interval::exact(1.0), 1.0),
-        };
-        let mut plant: Vec<Vec<Interval>> = system.a.clone();
-        for (row, drive) in plant.iter_mut().zip(&system.drive) {
-            row.push(drive.times(up).over(down));
-        }
-        plant.push(vec![Interval::ZERO; states + 1]);
+        let plant = Plants::one(plant(scene, scene));
         let live = scene.method.kind.is_live();
         Ok(Self { plant, live, times_s, whole: whole as u32, num, den })
     }
 
+    /// The same loop around other plants.
+    pub fn around(&self, plant: Plants) -> Self {
+        Self { plant, num: self.num.clone(), den: self.den.clone(), ..*self }
+    }
+
     /// Poles outside the unit circle are as many as this, less the turns of `F` around zero along the circle.
     pub fn degree(&self) -> usize {
-        self.plant.len() - 1
+        self.plant.over.len() - 1
     }
 
     /// `e^(A t) - 1` with the effort's column, from the stiffness `low` to `high`.
     fn change(&self, time_s: Interval, [low, high]: [f64; 2]) -> Vec<Vec<Jet>> {
-        let (size, position) = (self.plant.len(), self.plant.len() - 2);
-        let mut plant = self.plant.clone();
+        let Plants { over, middle: own, sides } = &self.plant;
+        let (size, position) = (over.len(), over.len() - 2);
+        let mut plant = over.clone();
         let scales = balance(&mut plant, if self.live { (low * high).sqrt() } else { 0.0 });
+        let back = |row: usize, column: usize| scales[row] / scales[column];
+        let balanced = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
+            let cell = |row: usize, column: usize| matrix[row][column].scaled(1.0 / back(row, column));
+            (0..size).map(|row| (0..size).map(|column| cell(row, column)).collect()).collect()
+        };
         // What a unit of stiffness takes from the position's column.
-        let spring: Vec<Interval> =
-            plant.iter().map(|row| row[size - 1].scaled(scales[position] / scales[size - 1])).collect();
-        let at = |stiffness: Interval| {
-            let mut a = plant.clone();
+        let springs = |matrix: &[Vec<Interval>]| -> Vec<Interval> {
+            matrix.iter().map(|row| row[size - 1].scaled(scales[position] / scales[size - 1])).collect()
+        };
+        let at = |matrix: &[Vec<Interval>], stiffness: Interval| {
+            let mut a = matrix.to_vec();
             if self.live {
-                for (row, by) in a.iter_mut().zip(&spring) {
+                for (row, by) in a.iter_mut().zip(springs(matrix)) {
                     row[position] = row[position].minus(by.times(stiffness));
                 }
             }
@@ -175,44 +190,82 @@ impl OpenLoop {
         };
         let flow = |a: Vec<Vec<Interval>>| Matrix(a).map(|cell| cell.times(time_s)).exponential_change().0;
         let middle = Interval::exact(0.5 * (low + high));
-        let back = |row: usize, column: usize| scales[row] / scales[column];
-        if !self.live {
-            let change = flow(at(middle));
-            let jet = |row: usize, column: usize| Jet::constant(change[row][column].scaled(back(row, column)));
-            return (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect();
-        }
-        // With A's derivative beside A on the diagonal, twice, the first row of blocks of the exponential is that of A,
-        // its derivative, and half of its second one. The derivative is scaled to be of A's size.
-        let unit = 2f64.powi(high.log2().floor() as i32);
-        let beside = |a: Vec<Vec<Interval>>, blocks: usize| {
+        let range = Interval { lo: low, hi: high };
+        // With A's derivative beside A on the diagonal the second block of the exponential's first row is its derivative,
+        // and with both once more the third is half of its second one. A derivative is scaled to be of A's size.
+        let beside = |a: Vec<Vec<Interval>>, slope: &[Vec<Interval>], unit: f64, blocks: usize| {
             let mut all = vec![vec![Interval::ZERO; blocks * size]; blocks * size];
             for at in 0..blocks {
                 for row in 0..size {
                     all[at * size + row][at * size..(at + 1) * size].copy_from_slice(&a[row]);
                     if at + 1 < blocks {
-                        all[at * size + row][(at + 1) * size + position] =
-                            Interval::ZERO.minus(spring[row].scaled(unit));
+                        let next = (at + 1) * size;
+                        let scaled = slope[row].iter().map(|cell| cell.scaled(unit));
+                        all[at * size + row][next..next + size]
+                            .iter_mut()
+                            .zip(scaled)
+                            .for_each(|(to, cell)| *to = cell);
                     }
                 }
             }
             flow(all)
         };
-        let range = Interval { lo: low, hi: high };
-        let away = range.minus(middle).scaled(1.0 / unit);
-        let (middle, over) = (beside(at(middle), 2), beside(at(range), 3));
-        let jet = |row: usize, column: usize| {
-            let value = middle[row][column];
-            let bend = over[row][2 * size + column].scaled(2.0).times(away);
-            let slope = within(over[row][size + column], middle[row][size + column].plus(bend));
-            let (jet, back) = (Jet { middle: value, over: over[row][column], slope }.tight(away), back(row, column));
-            Jet { middle: jet.middle.scaled(back), over: jet.over.scaled(back), slope: jet.slope.scaled(back / unit) }
+        let own = own.as_deref().map_or_else(|| plant.clone(), balanced);
+        let mut known = vec![vec![Jet::ZERO; size]; size];
+        let mut put = |flow: &[Vec<Interval>], to: &dyn Fn(&mut Jet) -> &mut Interval, block: usize, unit: f64| {
+            for (row, jets) in known.iter_mut().enumerate() {
+                for (column, jet) in jets.iter_mut().enumerate() {
+                    *to(jet) = flow[row][block * size + column].scaled(1.0 / unit);
+                }
+            }
         };
+        let mut away = [Interval::ZERO; ALONG];
+        if self.live {
+            away[0] = range.minus(middle);
+            let unit = 2f64.powi(high.log2().floor() as i32);
+            let by = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
+                let mut slope = vec![vec![Interval::ZERO; size]; size];
+                for (row, by) in slope.iter_mut().zip(springs(matrix)) {
+                    row[position] = Interval::ZERO.minus(by);
+                }
+                slope
+            };
+            let mut over = beside(at(&plant, range), &by(&plant), unit, 3);
+            // A plant alone has its slope in the middle too, and is no farther from that than it bends.
+            if sides.is_empty() {
+                let here = beside(at(&own, middle), &by(&own), unit, 2);
+                for (row, here) in over.iter_mut().zip(&here) {
+                    for column in 0..size {
+                        let bend = row[2 * size + column].scaled(2.0).times(away[0].scaled(1.0 / unit));
+                        row[size + column] = within(row[size + column], here[size + column].plus(bend));
+                    }
+                }
+                put(&here, &|jet| &mut jet.middle, 0, 1.0);
+            }
+            put(&over, &|jet| &mut jet.over, 0, 1.0);
+            put(&over, &|jet| &mut jet.slopes[0], 1, unit);
+        }
+        if !self.live || !sides.is_empty() {
+            let here = flow(at(&own, middle));
+            put(&here, &|jet| &mut jet.middle, 0, 1.0);
+            put(&here, &|jet| &mut jet.over, 0, 1.0);
+        }
+        for (of, Side { slope, half }) in (1..).zip(sides) {
+            away[of] = *half;
+            let slope = at(&balanced(slope), range);
+            // Of the plant's size over the side's.
+            let unit = 2f64.powi(half.hi.log2().floor() as i32);
+            let over = beside(at(&plant, range), &slope, unit, 2);
+            put(&over, &|jet| &mut jet.over, 0, 1.0);
+            put(&over, &|jet| &mut jet.slopes[of], 1, unit);
+        }
+        let jet = |row: usize, column: usize| known[row][column].tight(&away).scaled(back(row, column));
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
     }
 
     /// The characteristic function over a range of stiffnesses.
     pub fn over(&self, range: [f64; 2]) -> Characteristic {
-        let states = self.plant.len() - 1;
+        let states = self.plant.over.len() - 1;
         let [late, rest] = self.times_s.map(|time_s| (time_s != Interval::ZERO).then(|| self.change(time_s, range)));
         let rest = rest.expect("a period ends after its effort begins");
         let column = |change: &[Vec<Jet>]| -> Vec<Jet> { (0..states).map(|row| change[row][states]).collect() };
@@ -234,24 +287,35 @@ impl OpenLoop {
         let stiffness = Jet {
             middle: Interval::exact(0.5 * (range[0] + range[1])),
             over: Interval { lo: range[0], hi: range[1] },
-            slope: Interval::exact(1.0),
+            slopes: array::from_fn(|of| if of == 0 { Interval::exact(1.0) } else { Interval::ZERO }),
         };
-        let away = stiffness.over.minus(stiffness.middle);
+        let mut away = [Interval::ZERO; ALONG];
+        away[0] = stiffness.over.minus(stiffness.middle);
+        away[1..].iter_mut().zip(&self.plant.sides).for_each(|(away, side)| *away = side.half);
         let mut open = minors(&change, states, None);
         // det e^(A t) = e^(t tr A), which no stiffness changes, and det(1 + E) is the sum of all of E's minors. Where E
         // is large its determinant is a small difference, and known better from this.
         let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
-        let trace = (0..states).fold(Interval::ZERO, |sum, state| sum.plus(self.plant[state][state]));
-        let flowed = Matrix(vec![vec![trace.times(late_s.plus(rest_s))]]).exponential_change().0[0][0];
+        let trace =
+            |plant: &[Vec<Interval>]| (0..states).fold(Interval::ZERO, |sum, state| sum.plus(plant[state][state]));
+        let flowed =
+            |trace: Interval| Matrix(vec![vec![trace.times(late_s.plus(rest_s))]]).exponential_change().0[0][0];
+        let Plants { over, middle: own, sides } = &self.plant;
+        let of_all = flowed(trace(over));
+        let whole_s = late_s.plus(rest_s);
+        let mut by_trace =
+            Jet { middle: own.as_ref().map_or(of_all, |own| flowed(trace(own))), over: of_all, ..Jet::ZERO };
+        for (slope, side) in by_trace.slopes[1..].iter_mut().zip(sides) {
+            *slope = trace(&side.slope).times(whole_s).times(of_all.plus(Interval::exact(1.0)));
+        }
         let signed = |jet: Jet, negative: bool| if negative { Jet::ZERO.minus(jet) } else { jet };
-        let others = (1..states)
-            .fold(Jet::constant(flowed), |sum, power| sum.minus(signed(open[power], (states - power) % 2 == 1)));
+        let others = (1..states).fold(by_trace, |sum, power| sum.minus(signed(open[power], (states - power) % 2 == 1)));
         open[0] = open[0].within(signed(others, states % 2 == 1));
         for jet in &mut open {
-            *jet = jet.tight(away);
+            *jet = jet.tight(&away);
         }
         let answer = |column: &[Jet]| -> Vec<Jet> {
-            minors(&change, states, Some(column)).into_iter().map(|jet| jet.tight(away)).collect()
+            minors(&change, states, Some(column)).into_iter().map(|jet| jet.tight(&away)).collect()
         };
         let mut terms: Vec<(u32, Vec<Jet>)> = Vec::new();
         let mut add = |term: &Term, late: u32, polynomial: &[Jet]| {
@@ -278,7 +342,58 @@ impl OpenLoop {
                 add(term, self.whole + 1, before);
             }
         }
-        Characteristic { range, terms }
+        Characteristic { range, terms, away }
+    }
+}
+
+/// `A` and the effort's column, with the words of `nominal`; a row of zeros for the effort. The position is the last
+/// state.
+pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
+    let system = System::new(scene, scene.hand.grip(), true);
+    // An effort is a torque at stall, u R / K in volts, of which another world makes more or less.
+    let (up, down) = match &scene.device {
+        Device::Motor(motor) => {
+            let ohm = Interval::exact(motor.resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
+            (ohm, motor.torque_constant_nm_per_a)
+        }
+        Device::Mass(_) => (Interval::exact(1.0), 1.0),
+    };
+    let by = scene.full_command_over(nominal);
+    let spare = if by == 1.0 { 0.0 } else { 1e-15 * by };
+    let by = Interval { lo: by - spare, hi: by + spare };
+    let mut plant = system.a;
+    for (row, drive) in plant.iter_mut().zip(&system.drive) {
+        let effort = drive.times(up).over(down);
+        row.push(if spare == 0.0 { effort } else { effort.times(by) });
+    }
+    plant.push(vec![Interval::ZERO; plant.len() + 1]);
+    plant
+}
+
+/// A plant, or all plants of a box of parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Plants {
+    /// All of them.
+    pub over: Vec<Vec<Interval>>,
+    /// That in the middle of the box.
+    pub middle: Option<Vec<Vec<Interval>>>,
+    /// The sides of the box.
+    pub sides: Vec<Side>,
+}
+
+/// A side of a box of parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Side {
+    /// The plants' derivatives along it, all over the box.
+    pub slope: Vec<Vec<Interval>>,
+    /// From its middle to its ends.
+    pub half: Interval,
+}
+
+impl Plants {
+    /// One plant.
+    pub const fn one(plant: Vec<Vec<Interval>>) -> Self {
+        Self { over: plant, middle: None, sides: Vec::new() }
     }
 }
 
@@ -437,6 +552,8 @@ pub(super) struct Characteristic {
     pub range: [f64; 2],
     /// Lags, and coefficients of powers of `δ`.
     terms: Vec<(u32, Vec<Jet>)>,
+    /// From the middle of the stiffnesses, and of each side of a box, to the ends.
+    pub away: [Interval; ALONG],
 }
 
 /// A function over an arc of the circle, and its derivative by the angle.
@@ -449,12 +566,12 @@ pub(super) struct OnArc {
 /// Which of a coefficient's numbers a value is made of.
 #[derive(Clone, Copy)]
 pub(super) enum Of {
-    /// `F` in the middle of the range of stiffnesses.
+    /// `F` in the middle of the range of stiffnesses, and of a box of parameters.
     Middle,
-    /// `F` over all of the range.
+    /// `F` over all of the range and the box.
     Range,
-    /// The derivative of `F` by the stiffness, over all of the range.
-    Slope,
+    /// The derivative of `F` by the stiffness, or by a side of the box from the first on, over all of the range and the box.
+    Slope(usize),
 }
 
 impl Of {
@@ -462,7 +579,7 @@ impl Of {
         match self {
             Self::Middle => jet.middle,
             Self::Range => jet.over,
-            Self::Slope => jet.slope,
+            Self::Slope(of) => jet.slopes[of],
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::interval::{Complex, Interval};
 
 /// A place on the upper half of the unit circle.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Place {
+pub(super) enum Place {
     Arc(Interval),
     One,
     MinusOne,
@@ -29,12 +29,19 @@ pub(super) struct Crossings {
     pub unstable: Vec<[f64; 2]>,
 }
 
+impl Place {
+    /// The upper half of the circle.
+    pub fn all() -> Vec<Self> {
+        vec![Self::One, Self::MinusOne, Self::Arc(Interval { lo: 0.0, hi: END })]
+    }
+}
+
 /// The middle of a half turn, not rounded into it.
 const END: f64 = PI.next_up();
 /// Boxes after which the rest of the range is left open.
 const MOST_BOXES: u32 = 100_000;
 /// Boxes that cost as much as to enclose the function over a range of stiffnesses.
-const BOXES_A_RANGE: u32 = 10;
+pub(super) const BOXES_A_RANGE: u32 = 10;
 /// Widths below which nothing is gained by halving, relative.
 const LEAST: f64 = 1e-13;
 
@@ -53,8 +60,7 @@ enum Found {
 pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
     let (mut at, mut unstable): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (Vec::new(), Vec::new());
     let mut boxes = 0;
-    let whole = vec![Place::One, Place::MinusOne, Place::Arc(Interval { lo: 0.0, hi: END })];
-    let mut left = vec![(range, whole)];
+    let mut left = vec![(range, Place::all())];
     while let Some((stiffness, mut places)) = left.pop() {
         if boxes > MOST_BOXES {
             at.push(stiffness);
@@ -109,7 +115,7 @@ pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
 }
 
 /// Ranges in order, those that overlap as one.
-fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+pub(super) fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ranges.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut apart: Vec<[f64; 2]> = Vec::new();
     for [low, high] in ranges {
@@ -163,6 +169,7 @@ fn quotient(by: Interval, over: Interval) -> Interval {
     if over.lo > 0.0 { by.divided(over) } else { Interval::ZERO.minus(by).divided(Interval::ZERO.minus(over)) }
 }
 
+/// What a box of stiffnesses and a place on the circle hold.
 fn look(function: &Characteristic, place: Place) -> Found {
     let [low, high] = function.range;
     let stiffness = Interval { lo: low, hi: high };
@@ -172,7 +179,7 @@ fn look(function: &Characteristic, place: Place) -> Found {
         Place::Arc(arc) => arc,
         Place::One | Place::MinusOne => {
             let [value, over, slope] =
-                [Of::Middle, Of::Range, Of::Slope].map(|of| function.at(place == Place::MinusOne, of));
+                [Of::Middle, Of::Range, Of::Slope(0)].map(|of| function.at(place == Place::MinusOne, of));
             if !over.has_zero() || !value.plus(slope.times(away)).has_zero() {
                 return Found::Nothing;
             }
@@ -190,9 +197,9 @@ fn look(function: &Characteristic, place: Place) -> Found {
     let centre = Interval::exact(arc.middle());
     let aside = arc.minus(centre);
     let over = function.on(arc, Of::Range);
-    let slope = function.on(arc, Of::Slope);
+    let slope = function.on(arc, Of::Slope(0));
     let mean = function.on(arc, Of::Middle);
-    let [here, slope_here] = [Of::Middle, Of::Slope].map(|of| function.on(centre, of).value);
+    let [here, slope_here] = [Of::Middle, Of::Slope(0)].map(|of| function.on(centre, of).value);
     let meant = here.plus(slope.value.scaled(away)).plus(over.by_angle.scaled(aside));
     let ends = arc.lo == 0.0 || arc.hi >= PI;
     if !over.value.has_zero() || !meant.has_zero() || ends && !over.by_angle.im.has_zero() {

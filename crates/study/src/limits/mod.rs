@@ -7,7 +7,10 @@
 
 mod characteristic;
 mod crossings;
+mod hands;
+mod robust;
 mod stable;
+mod unknown;
 mod words;
 
 use hpu_cosim::scene::{Datapath, Miss, Scene};
@@ -15,8 +18,11 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 use crate::criteria::{self, Criterion, Silent};
 
 pub use characteristic::Damping;
+pub use hands::{PublishedHand, hands_of, published_hands};
+pub use robust::BoxSet;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};
+pub use unknown::{MOST_UNKNOWN, Unknown, World};
 pub use words::{Group, Looks, MOST_EVENTS, Seen, WordsSet};
 
 /// The limits of a scene's stiffness.
@@ -30,6 +36,8 @@ pub struct Limits {
     pub silent: Vec<Silent>,
     /// The stable set of the linear loop, or why there is none.
     pub linear: Result<StableSet, String>,
+    /// The linear loop's stable set over a box of what is not known, or why there is none; `None` without such a box.
+    pub in_box: Option<Result<BoxSet, String>>,
     /// The set of the scene in words, or why there is none.
     pub in_words: Result<WordsSet, String>,
     /// The scene's own stiffness, where its words miss it by far.
@@ -52,7 +60,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
     // The linear loop has no words to miss it.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
-    Limits { range, criteria, silent, linear, in_words, stiffness_miss }
+    Limits { range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
 }
 
 /// The stiffnesses that limits are of unless others are asked for: from one word to the greatest of the scene's format;

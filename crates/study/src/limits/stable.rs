@@ -61,8 +61,12 @@ impl StableSet {
     ///
     /// Why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, String> {
-        let open_loop = OpenLoop::new(scene, damping)?;
-        let found = crossings(&open_loop, range);
+        Ok(Self::of(&OpenLoop::new(scene, damping)?, scene, range))
+    }
+
+    /// The same of a loop whose stiffness has the scene's unit.
+    pub(super) fn of(open_loop: &OpenLoop, scene: &Scene, range: [f64; 2]) -> Self {
+        let found = crossings(open_loop, range);
         let (mut stable, mut open) = (Vec::new(), Vec::new());
         // Narrower than this a cut is an end; wider it is a stretch that cannot be told.
         let is_end = |[low, high]: [f64; 2]| high - low <= 1e-6 * high;
@@ -77,7 +81,7 @@ impl StableSet {
             };
             if from.at <= to.at {
                 let verdicts = [0.5, 0.3, 0.7].map(|share| from.at + share * (to.at - from.at)).into_iter();
-                match verdicts.filter_map(|stiffness| settles(&open_loop, stiffness)).next() {
+                match verdicts.filter_map(|stiffness| settles(open_loop, stiffness)).next() {
                     Some(true) => stable.push(Stretch { from, to }),
                     Some(false) => {}
                     None => open.push([from.at, to.at]),
@@ -90,7 +94,7 @@ impl StableSet {
             }
         }
         open.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Ok(Self { range, unit: super::unit(scene), stable, open })
+        Self { range, unit: super::unit(scene), stable, open }
     }
 
     /// The stretch that begins with the softest wall of the range, if that settles.
@@ -131,7 +135,7 @@ impl StableSet {
 }
 
 /// Seven digits of a positive number, rounded up or down.
-fn inwards(value: f64, up: bool) -> f64 {
+pub(super) fn inwards(value: f64, up: bool) -> f64 {
     let unit = 10f64.powi(6 - value.log10().floor() as i32);
     (if up { (value * unit).ceil() } else { (value * unit).floor() }) / unit
 }

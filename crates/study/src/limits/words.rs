@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Datapath, Device, Experiment, Hand, OutcomeKind, Scene};
+use hpu_cosim::scene::{Datapath, Device, Experiment, Hand, OutcomeKind, Realised, Scene};
 use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
@@ -22,7 +22,7 @@ pub struct Looks {
     pub phases: u32,
     /// Words of the grid to begin with, spread evenly over the logarithm of the range.
     pub coarse: usize,
-    /// Words looked at in all.
+    /// Words looked at in all; each of a range that has no more of them.
     pub most: usize,
     /// Whether the grid is climbed from its softest word, and left where none settles above some that do: stiffer walls
     /// are the dearest to run, and are not looked at then.
@@ -35,11 +35,17 @@ pub struct Looks {
 impl Looks {
     /// A quick look, for many scenes in turn.
     pub const BRIEF: Self = Self { phases: 8, coarse: 12, most: 64, climbs: true, nearest: 5e-3 };
+
+    /// So many words at so many phases: a grid of a quarter of them, and where neighbours differ the others.
+    #[must_use]
+    pub const fn words(most: usize, phases: u32) -> Self {
+        Self { phases, coarse: if most < 8 { 2 } else { most / 4 }, most, climbs: false, nearest: 0.0 }
+    }
 }
 
 impl Default for Looks {
     fn default() -> Self {
-        Self { phases: 8, coarse: 64, most: 256, climbs: false, nearest: 0.0 }
+        Self::words(256, 8)
     }
 }
 
@@ -53,7 +59,7 @@ pub struct Seen {
     pub word: i128,
     /// What the word makes of it, in SI units.
     pub stiffness: f64,
-    /// Phases at which it settled.
+    /// At how many phases it settled, over all worlds.
     pub settled: u32,
 }
 
@@ -77,8 +83,12 @@ pub struct WordsSet {
     pub step: f64,
     /// Words in the range.
     pub words: i128,
-    /// Phases at each stiffness.
+    /// Phases at each stiffness, over all worlds.
     pub phases: u32,
+    /// Worlds that each stiffness was looked at in; 1 for the scene's own alone.
+    pub worlds: u32,
+    /// Worlds that were left out: their hand is not at the wall when it is judged.
+    pub untouched: u32,
     /// The stiffnesses looked at, the softest first.
     pub seen: Vec<Seen>,
     /// Words between two neighbours that differ, at most; 1 where all of these were looked at.
@@ -91,19 +101,21 @@ pub struct WordsSet {
 }
 
 impl WordsSet {
-    /// Looks at the scene's stiffnesses over a range in SI units.
+    /// Looks at a scene's stiffnesses over a range in SI units, in each of some worlds with the same words: the first is
+    /// the one that names the stiffnesses.
     ///
     /// # Errors
     ///
     /// The reason why there is none: no words, no free motion, no contact in a judged window, a run that cannot be
     /// made, or that `control` stopped it.
     pub fn new(
-        scene: &Scene,
+        worlds: &[Scene],
         range: [f64; 2],
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
     ) -> Result<Self, String> {
+        let scene = worlds.first().ok_or("no world")?;
         match scene.model.datapath {
             Datapath::Words => {}
             Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
@@ -116,29 +128,35 @@ impl WordsSet {
         }
         let realised = scene.words().map_err(|error| error.to_string())?.realised;
         let format = scene.method.stiffness_format;
-        let step = realised.torque_quantum_nm / realised.count_rad * format.lsb();
+        let step = word_step(scene, &realised);
         // A range ends at the words nearest to its ends.
         let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, format.max());
         let (least, mut most) = (word(range[0]), word(range[1]));
-        let phases: Vec<Scene> =
-            (0..looks.phases).map(|phase| phased(scene, realised.count_rad, phase, looks.phases)).collect();
+        let touched = touched(worlds, least, jobs, control)?;
+        let untouched = (worlds.len() - touched.len()) as u32;
+        let phased = |world: &'_ &Scene| {
+            (0..looks.phases).map(|phase| phased(world, realised.count_rad, phase, looks.phases)).collect::<Vec<_>>()
+        };
+        let phases: Vec<Scene> = touched.iter().flat_map(phased).collect();
+        let all = phases.len() as u32;
 
         let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
-        let mut wanted = spread(least, most, looks.coarse);
+        let is_small = !looks.climbs && most - least < looks.most as i128;
+        let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
         let mut apart = Apart::default();
         if looks.climbs {
             for step_up in std::mem::take(&mut wanted) {
-                settled(&phases, &[step_up], step, jobs, control, (&mut seen, &mut apart))?;
-                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == looks.phases) {
+                settled(&phases, &[step_up], jobs, control, (&mut seen, &mut apart))?;
+                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
                     most = step_up;
                     break;
                 }
             }
-            wanted = between(&seen, looks);
+            wanted = between(&seen, all, looks);
         }
         while !wanted.is_empty() {
-            settled(&phases, &wanted, step, jobs, control, (&mut seen, &mut apart))?;
-            wanted = between(&seen, looks);
+            settled(&phases, &wanted, jobs, control, (&mut seen, &mut apart))?;
+            wanted = between(&seen, all, looks);
             if seen.len() + wanted.len() > looks.most {
                 break;
             }
@@ -146,7 +164,7 @@ impl WordsSet {
         let seen: Vec<Seen> =
             seen.into_iter().map(|(word, settled)| Seen { word, stiffness: word as f64 * step, settled }).collect();
         let between = |pair: &[Seen]| {
-            let differ = Group::of(pair[0].settled, looks.phases) != Group::of(pair[1].settled, looks.phases);
+            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
         let finest = seen.windows(2).map(between).max().unwrap_or(1);
@@ -155,7 +173,9 @@ impl WordsSet {
             unit: unit(scene),
             step,
             words: most - least + 1,
-            phases: looks.phases,
+            phases: all,
+            worlds: touched.len() as u32,
+            untouched,
             seen,
             finest,
             cut_short,
@@ -278,9 +298,9 @@ impl Group {
 }
 
 /// The words in the middle between neighbours that differ.
-fn between(seen: &BTreeMap<i128, u32>, looks: Looks) -> Vec<i128> {
+fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     let neighbours: Vec<(i128, Group)> =
-        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, looks.phases))).collect();
+        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, phases))).collect();
     let apart = neighbours.windows(2).filter(|pair| {
         let far = 1.max((looks.nearest * pair[1].0 as f64) as i128);
         pair[0].1 != pair[1].1 && pair[1].0 - pair[0].0 > far
@@ -305,6 +325,41 @@ fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
     words
 }
 
+/// A scene with the stiffness of a word.
+fn at_word(scene: &Scene, word: i128) -> Scene {
+    let mut scene = scene.clone();
+    let step = scene.words().map_or(0.0, |words| word_step(&scene, &words.realised));
+    scene.wall.stiffness_nm_per_rad = word as f64 * step;
+    scene
+}
+
+/// The stiffness of a scene's lowest word.
+fn word_step(scene: &Scene, realised: &Realised) -> f64 {
+    realised.torque_quantum_nm / realised.count_rad * scene.method.stiffness_format.lsb()
+}
+
+/// The worlds whose hand is at the wall when it is judged, at the softest stiffness; all where there is but one.
+fn touched<'s>(
+    worlds: &'s [Scene],
+    softest: i128,
+    jobs: NonZeroUsize,
+    control: &Control,
+) -> Result<Vec<&'s Scene>, String> {
+    if worlds.len() == 1 {
+        return Ok(vec![&worlds[0]]);
+    }
+    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+    let unit = |unit: usize, control: &Control| {
+        let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
+        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()))
+    };
+    let rows = crate::units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
+    let rows = rows.unwrap_or_default().ok_or("stopped")?;
+    let touched = worlds.iter().zip(rows).filter(|(_, row)| row.as_ref().is_ok_and(|row| row == "true"));
+    let touched: Vec<&Scene> = touched.map(|(world, _)| world).collect();
+    if touched.is_empty() { Err("not judged: the wall is reached in no world of the box".into()) } else { Ok(touched) }
+}
+
 /// Runs that are told apart.
 #[derive(Default)]
 struct Apart {
@@ -316,7 +371,6 @@ struct Apart {
 fn settled(
     phases: &[Scene],
     words: &[i128],
-    step: f64,
     jobs: NonZeroUsize,
     control: &Control,
     (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
@@ -327,9 +381,7 @@ fn settled(
     let units: Vec<usize> = (0..words.len() * phases.len()).collect();
     let mut failed = None;
     let run = |unit: usize, control: &Control| {
-        let mut scene = phases[unit % phases.len()].clone();
-        scene.wall.stiffness_nm_per_rad = words[unit / phases.len()] as f64 * step;
-        let experiment = Experiment::Axis(scene);
+        let experiment = Experiment::Axis(at_word(&phases[unit % phases.len()], words[unit / phases.len()]));
         match Cell::run(&experiment, limits, control) {
             Ok(None) => None,
             Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),

@@ -97,7 +97,9 @@ fn measure(
         let found = of.get_or_init(|| {
             scene(name, set).map(|scene| {
                 let range = usual_range(&scene);
-                limits(&scene, range, || WordsSet::new(&scene, range, Looks::BRIEF, NonZeroUsize::MIN, control))
+                limits(&scene, range, || {
+                    WordsSet::new(std::slice::from_ref(&scene), range, Looks::BRIEF, NonZeroUsize::MIN, control)
+                })
             })
         });
         Some(found.as_ref().map(|limits| tell(limits).into()).map_err(String::clone))

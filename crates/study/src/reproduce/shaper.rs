@@ -188,7 +188,7 @@ fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
     let found = shipped_scene("impulse-engine", &set).and_then(|experiment| {
         let scene = experiment.axis().ok_or("no axis")?;
-        WordsSet::new(&scene, usual_range(&scene), Looks::BRIEF, NonZeroUsize::MIN, control)
+        WordsSet::new(std::slice::from_ref(&scene), usual_range(&scene), Looks::BRIEF, NonZeroUsize::MIN, control)
     });
     if control.stop.load(Ordering::Relaxed) {
         return None;

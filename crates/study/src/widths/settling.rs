@@ -60,7 +60,7 @@ pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<
         let Some(found) = found else { return Ok(None) };
         outputs.push(found);
         let looks = Looks { phases: 1, nearest: 0.0, coarse: 8, ..Looks::BRIEF };
-        limits.push(WordsSet::new(scene, range, looks, NonZeroUsize::MIN, control));
+        limits.push(WordsSet::new(std::slice::from_ref(scene), range, looks, NonZeroUsize::MIN, control));
     }
     let shown = usual(outputs[0].outcome);
     let mut errors = outputs[1].errors(&outputs[0]);

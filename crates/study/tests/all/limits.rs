@@ -70,7 +70,8 @@ fn of(scene: &Scene) -> Limits {
 }
 
 fn briefly(scene: &Scene, range: [f64; 2]) -> Limits {
-    let in_words = || WordsSet::new(scene, range, Looks::BRIEF, NonZeroUsize::MIN, &Control::default());
+    let in_words =
+        || WordsSet::new(std::slice::from_ref(scene), range, Looks::BRIEF, NonZeroUsize::MIN, &Control::default());
     limits(scene, range, in_words)
 }
 
@@ -284,7 +285,8 @@ fn in_words_neighbours_that_differ_are_words_apart_and_each_verdict_is_that_of_i
         let scene = known(name, &[]);
         let range = [least, most].map(|words| words as f64 * WORD);
         let looks = Looks { phases: 2, coarse: 8, most: 64, climbs: false, nearest: 0.0 };
-        let set = WordsSet::new(&scene, range, looks, NonZeroUsize::MIN, &Control::default()).expect("a set");
+        let set = WordsSet::new(std::slice::from_ref(&scene), range, looks, NonZeroUsize::MIN, &Control::default())
+            .expect("a set");
         near(set.step, WORD, 2e-5);
         assert_eq!((set.seen[0].word, set.seen[set.seen.len() - 1].word, set.words), (least, most, most - least + 1));
         assert!(set.seen.iter().any(|seen| seen.settled < 2) && set.seen.iter().any(|seen| seen.settled == 2));
@@ -404,7 +406,7 @@ fn a_scene_without_a_limit_in_words_says_why() {
     let damped = damped.map(|(key, value)| (key, value.to_string()));
     let damped = known("rail-drop", &damped);
     let set = WordsSet::new(
-        &damped,
+        std::slice::from_ref(&damped),
         [1e4, 1e9],
         Looks { phases: 2, coarse: 4, most: 8, climbs: false, nearest: 0.0 },
         NonZeroUsize::MIN,

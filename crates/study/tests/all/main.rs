@@ -7,6 +7,7 @@ mod criteria;
 mod drop_chart;
 mod fit;
 mod limits;
+mod limits_box;
 mod looks;
 mod map;
 mod map_edges;

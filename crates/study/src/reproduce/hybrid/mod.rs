@@ -111,7 +111,8 @@ struct Stiffest {
 
 impl Stiffest {
     fn of(scene: &Scene, control: &Control) -> Result<Self, String> {
-        let found = WordsSet::new(scene, usual_range(scene), Looks::BRIEF, NonZeroUsize::MIN, control)?;
+        let found =
+            WordsSet::new(std::slice::from_ref(scene), usual_range(scene), Looks::BRIEF, NonZeroUsize::MIN, control)?;
         match (found.all_up_to(), found.highest_settled()) {
             (Some(all), Some(some)) => Ok(Self { all: all.stiffness, some: some.stiffness }),
             _ => Err("none settles at every phase".into()),

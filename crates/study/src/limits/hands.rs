@@ -1,0 +1,79 @@
+//! Hands as published, shipped as `testbench/hands.toml`.
+
+use hpu_cosim::figure;
+use hpu_cosim::scene::{Device, Hand, Scene};
+use toml_edit::{DocumentMut, Item};
+
+use super::Unknown;
+
+/// A hand: a spring and a damper to ground.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PublishedHand {
+    /// What it does.
+    pub name: String,
+    /// N/m.
+    pub stiffness_n_per_m: f64,
+    /// N·s/m.
+    pub damping_n_s_per_m: f64,
+    /// Who measured it, and where it was read.
+    pub source: String,
+}
+
+/// The shipped hands.
+///
+/// # Panics
+///
+/// When the shipped file is none of hands.
+#[must_use]
+pub fn published_hands() -> Vec<PublishedHand> {
+    let text = include_str!("../../../../testbench/hands.toml");
+    let document: DocumentMut = text.parse().expect("the shipped file is TOML");
+    let hands = document["hand"].as_array_of_tables().expect("a list of hands");
+    let text = |item: &Item| item.as_str().expect("a text").to_string();
+    let real = |item: &Item| item.as_float().expect("a number");
+    let hand = |table: &toml_edit::Table| PublishedHand {
+        name: text(&table["name"]),
+        stiffness_n_per_m: real(&table["stiffness_n_per_m"]),
+        damping_n_s_per_m: real(&table["damping_n_s_per_m"]),
+        source: text(&table["source"]),
+    };
+    hands.iter().map(hand).collect()
+}
+
+/// What the published hands are for a scene: the box from none to the firmest, and each of them as it sets the scene.
+///
+/// A motor's wheel is held at `lever_m` from its axis: a hand's spring turns by the square of that, and by that of the
+/// wheel's ratio at the shaft.
+///
+/// # Errors
+///
+/// Why there are none: a hand that cannot be another, a lever that is missing or that a mass has not.
+pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Vec<(String, String)>>), String> {
+    if !matches!(scene.hand, Hand::SpringDamper { .. }) {
+        return Err("the scene's hand is no spring and damper on a path; write hand.kind = \"spring_damper\"".into());
+    }
+    let (square, stiffness_unit, damping_unit) = match (&scene.device, lever_m) {
+        (Device::Mass(_), None) => (1.0, "N/m", "N.s/m"),
+        (Device::Mass(_), Some(_)) => return Err("a mass has no lever; write --hands alone".into()),
+        (Device::Motor(_), None) => {
+            return Err("a motor's wheel is held at some radius; write it, as in --hands 50mm".into());
+        }
+        (Device::Motor(motor), Some(lever_m)) => {
+            let arm_m = lever_m / motor.wheel_ratio;
+            (arm_m * arm_m, "N.m/rad", "N.m.s/rad")
+        }
+    };
+    let with = |value: f64, unit: &str| format!("{} {unit}", figure(value * square));
+    let hands = published_hands();
+    let set = |hand: &PublishedHand| {
+        let stiffness = ("hand.stiffness".to_string(), with(hand.stiffness_n_per_m, stiffness_unit));
+        vec![stiffness, ("hand.damping".to_string(), with(hand.damping_n_s_per_m, damping_unit))]
+    };
+    let most = |of: fn(&PublishedHand) -> f64| hands.iter().map(of).fold(0.0, f64::max) * square;
+    let side = |key: &str, most: f64, unit: &str| format!("{key}=0..{} {unit}", figure(most)).parse();
+    let sides = vec![
+        side("hand.stiffness", most(|hand| hand.stiffness_n_per_m), stiffness_unit)?,
+        side("hand.damping", most(|hand| hand.damping_n_s_per_m), damping_unit)?,
+    ];
+    Ok((sides, hands.iter().map(set).collect()))
+}

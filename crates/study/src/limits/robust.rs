@@ -1,0 +1,316 @@
+//! The stiffnesses at which the linear loop settles in every world of a box of parameters.
+//!
+//! First the loops at the box's corners and at points within it have their stable sets: what one of them lacks is none of
+//! the box's. What they have in common is then searched for crossings of any world of the box, by halving stiffnesses,
+//! parameters and arcs of the circle, until no plant of a cell has a pole there. Where no pole crosses, a loop that is
+//! stable at one point of the box is stable in all of it. What is left is told as not known.
+
+use std::collections::HashMap;
+
+use hpu_cosim::figure;
+use hpu_cosim::scene::Scene;
+
+use super::characteristic::{Characteristic, MOST_SIDES, Of, OnArc, OpenLoop, Plants, Side, plant};
+use super::crossings::{BOXES_A_RANGE, Place, joined};
+use super::stable::inwards;
+use super::unknown::{Unknown, World};
+use super::{Damping, StableSet};
+use crate::interval::Interval;
+
+/// Stretches of equal ratio that a stable one is cut into; what one of them costs is no other's.
+const STRETCHES: usize = 48;
+/// Boxes after which the rest of such a stretch is not told.
+const MOST_BOXES: u32 = 60_000;
+/// Ranges of stiffness that are not halved, relative to their stiffest.
+const NARROW: f64 = 2e-3;
+/// Halvings of a parameter after which a cell is not halved.
+const MOST_HALVINGS: i32 = 9;
+
+/// Keys with which each number of the linear plant rises or falls and bends to one side only, whatever the others are.
+const SMOOTH: [&str; 14] = [
+    "device.resistance",
+    "device.inductance",
+    "device.torque_constant",
+    "device.rotor_inertia",
+    "device.wheel_inertia",
+    "device.viscous_friction",
+    "device.mass",
+    "device.damping",
+    "hand.stiffness",
+    "hand.damping",
+    "bridge.supply",
+    "bridge.on_resistance",
+    "amplifier.full_scale",
+    "device.coulomb_friction",
+];
+/// Those of them along which each number is a straight line.
+const STRAIGHT: [&str; 5] =
+    ["device.viscous_friction", "device.damping", "hand.stiffness", "hand.damping", "device.coulomb_friction"];
+
+/// The stable set of a box of linear loops.
+#[derive(Clone, PartialEq, Debug)]
+pub struct BoxSet {
+    /// The range that was looked at, in SI units.
+    pub range: [f64; 2],
+    /// Unit of the stiffness.
+    pub unit: &'static str,
+    /// Worlds whose own sets were worked out.
+    pub points: usize,
+    /// Where all of these settle, the softest first.
+    pub at_points: Vec<[f64; 2]>,
+    /// Where every world of the box settles, proved.
+    pub proved: Vec<[f64; 2]>,
+}
+
+impl BoxSet {
+    /// The set of a box; `points` are the worlds that are looked at first.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none.
+    pub fn new(world: &World, points: &[Scene], range: [f64; 2]) -> Result<Self, String> {
+        let strange = world.unknown.iter().map(Unknown::key).find(|key| !SMOOTH.contains(key));
+        if let Some(key) = strange {
+            return Err(format!("no linear set over {key}; there is one over {}", SMOOTH.join(", ")));
+        }
+        if world.unknown.len() > MOST_SIDES {
+            return Err(format!("no linear set over {} keys, but over {MOST_SIDES} at most", world.unknown.len()));
+        }
+        let nominal = world.nominal;
+        let damping = Damping::Fixed(nominal.wall.damping_nm_s_per_rad);
+        let open = OpenLoop::new(nominal, damping)?;
+        let mut at_points = vec![range];
+        for point in points {
+            let own = open.around(Plants::one(plant(point, nominal)));
+            let stable = StableSet::of(&own, nominal, range).stable;
+            let stretches: Vec<[f64; 2]> = stable.iter().map(|stretch| [stretch.from.at, stretch.to.at]).collect();
+            at_points = common(&at_points, &stretches);
+        }
+        let mut search = Search { world, open: &open, plants: HashMap::new() };
+        let mut proved = Vec::new();
+        for &[low, high] in &at_points {
+            let end = |index: usize| match index {
+                0 => low,
+                STRETCHES => high,
+                index => low * (high / low).powf(index as f64 / STRETCHES as f64),
+            };
+            let mut crossed = Vec::new();
+            for index in 0..STRETCHES {
+                crossed.extend(search.crossed([end(index), end(index + 1)])?);
+            }
+            proved.extend(without([low, high], &joined(crossed)));
+        }
+        Ok(Self { range, unit: super::unit(nominal), points: points.len(), at_points, proved })
+    }
+
+    /// The set in words.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let told = |stretches: &[[f64; 2]]| {
+            let end = |at: f64, up: bool| figure(if self.range.contains(&at) { at } else { inwards(at, up) });
+            let all: Vec<String> =
+                stretches.iter().map(|[from, to]| format!("{} to {}", end(*from, true), end(*to, false))).collect();
+            format!("{} {}", all.join(" and "), self.unit)
+        };
+        let Self { points, at_points, proved, .. } = self;
+        if at_points.is_empty() {
+            return format!("no stiffness settles at all of {points} points of the box");
+        }
+        let whole = if proved.is_empty() { "none is proved".into() } else { format!("{}, proved", told(proved)) };
+        format!("{whole}; at {points} points of the box {}", told(at_points))
+    }
+}
+
+/// What two ascending lists of ranges have in common.
+fn common(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let pairs = a.iter().flat_map(|a| b.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
+    pairs.filter(|[low, high]| low <= high).collect()
+}
+
+/// A range without others, which ascend.
+fn without([low, high]: [f64; 2], others: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut from = low;
+    let mut left = Vec::new();
+    for [start, end] in others {
+        if *start > from {
+            left.push([from, start.next_down()]);
+        }
+        from = from.max(end.next_up());
+    }
+    if from <= high {
+        left.push([from, high]);
+    }
+    left
+}
+
+type Cell = Vec<[f64; 2]>;
+
+struct Search<'a> {
+    world: &'a World<'a>,
+    open: &'a OpenLoop,
+    /// Plants at points, by the points' numbers.
+    plants: HashMap<Vec<u64>, Vec<Vec<Interval>>>,
+}
+
+/// The cells that two numbers by two matrices' cells make.
+fn cells(
+    one: &[Vec<Interval>],
+    other: &[Vec<Interval>],
+    make: impl Fn(Interval, Interval) -> Interval,
+) -> Vec<Vec<Interval>> {
+    let row =
+        |(one, other): (&Vec<Interval>, &Vec<Interval>)| one.iter().zip(other).map(|(a, b)| make(*a, *b)).collect();
+    one.iter().zip(other).map(row).collect()
+}
+
+/// All of both.
+fn hull(a: Interval, b: Interval) -> Interval {
+    Interval { lo: a.lo.min(b.lo), hi: a.hi.max(b.hi) }
+}
+
+impl Search<'_> {
+    fn at(&mut self, point: &[f64]) -> Result<Vec<Vec<Interval>>, String> {
+        let name: Vec<u64> = point.iter().map(|value| value.to_bits()).collect();
+        if let Some(known) = self.plants.get(&name) {
+            return Ok(known.clone());
+        }
+        let plant = plant(&self.world.at(point)?, self.world.nominal);
+        self.plants.insert(name, plant.clone());
+        Ok(plant)
+    }
+
+    /// The plants of a cell: each number is greatest and least in corners. Along a side it bends to one side only, so that
+    /// its slope is between those of the straight lines that go on from either end.
+    fn plants(&mut self, cell: &Cell) -> Result<Plants, String> {
+        let mut over: Option<Vec<Vec<Interval>>> = None;
+        let corners = World::corners(cell);
+        for corner in &corners {
+            let plant = self.at(corner)?;
+            over = Some(over.map_or_else(|| plant.clone(), |over| cells(&over, &plant, hull)));
+        }
+        let middle: Vec<f64> = cell.iter().map(|[low, high]| 0.5 * (low + high)).collect();
+        let middle = self.at(&middle)?;
+        let mut sides = Vec::new();
+        for (side, &[low, high]) in cell.iter().enumerate() {
+            let beyond = (high - low).min(0.5 * low);
+            let straight = STRAIGHT.contains(&self.world.unknown[side].key());
+            let lines = if straight { vec![[low, high]] } else { vec![[low - beyond, low], [high, high + beyond]] };
+            let mut slope: Option<Vec<Vec<Interval>>> = None;
+            for corner in &corners {
+                for [from, to] in &lines {
+                    let mut at = |value: f64| {
+                        let mut point = corner.clone();
+                        point[side] = value;
+                        self.at(&point)
+                    };
+                    let (from_plant, to_plant) = (at(*from)?, at(*to)?);
+                    let line = cells(&to_plant, &from_plant, |end, start| end.minus(start).over(*to - *from));
+                    slope = Some(slope.map_or_else(|| line.clone(), |slope| cells(&slope, &line, hull)));
+                }
+            }
+            let half = (0.5 * (high - low)).next_up();
+            let slope = slope.expect("a box has corners");
+            sides.push(Side { slope, half: Interval { lo: -half, hi: half } });
+        }
+        Ok(Plants { over: over.expect("a box has corners"), middle: Some(middle), sides })
+    }
+
+    /// Ranges of stiffness outside which no world of the box has a pole on the unit circle.
+    fn crossed(&mut self, range: [f64; 2]) -> Result<Vec<[f64; 2]>, String> {
+        let sides = self.world.sides();
+        let mut crossed: Vec<[f64; 2]> = Vec::new();
+        let mut boxes = 0;
+        let mut left = vec![(range, sides.clone(), Place::all())];
+        while let Some((stiffness, cell, mut places)) = left.pop() {
+            let [low, high] = stiffness;
+            if crossed.iter().any(|known| known[0] <= low && high <= known[1]) {
+                continue;
+            }
+            if boxes > MOST_BOXES {
+                crossed = joined([crossed, vec![stiffness]].concat());
+                continue;
+            }
+            boxes += BOXES_A_RANGE;
+            let plants = self.plants(&cell)?;
+            let function = self.open.around(plants).over(stiffness);
+            // What the function varies by along stiffness and sides, over all places where it may be zero.
+            let mut varies = vec![0.0f64; 1 + cell.len()];
+            let mut kept = Vec::new();
+            while let Some(place) = places.pop() {
+                boxes += 1;
+                let Some((along, angle)) = perhaps(&function, place, cell.len()) else { continue };
+                match place {
+                    Place::Arc(arc) if arc.width() > 1e-9 * arc.hi && along.iter().all(|other| *other < angle) => {
+                        let middle = arc.middle();
+                        places.push(Place::Arc(Interval { lo: arc.lo, hi: middle }));
+                        places.push(Place::Arc(Interval { lo: middle, hi: arc.hi }));
+                    }
+                    place => {
+                        kept.push(place);
+                        let size: f64 = along.iter().sum();
+                        varies.iter_mut().zip(along).for_each(|(all, one)| *all += one / size);
+                    }
+                }
+            }
+            if kept.is_empty() {
+                continue;
+            }
+            let is_wide = |of: &usize| match of {
+                0 => high - low > NARROW * high,
+                side => {
+                    let share = |[low, high]: [f64; 2]| high - low;
+                    share(cell[side - 1]) > 2f64.powi(-MOST_HALVINGS) * share(sides[side - 1])
+                }
+            };
+            match (0..varies.len()).filter(is_wide).max_by(|a, b| varies[*a].total_cmp(&varies[*b])) {
+                None => crossed = joined([crossed, vec![stiffness]].concat()),
+                Some(0) => {
+                    let middle = if high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
+                    left.push(([low, middle], cell.clone(), kept.clone()));
+                    left.push(([middle, high], cell, kept));
+                }
+                Some(side) => {
+                    let [from, to] = cell[side - 1];
+                    let middle = 0.5 * (from + to);
+                    for ends in [[from, middle], [middle, to]] {
+                        let mut half = cell.clone();
+                        half[side - 1] = ends;
+                        left.push((stiffness, half, kept.clone()));
+                    }
+                }
+            }
+        }
+        Ok(crossed)
+    }
+}
+
+/// How much the function varies along the stiffness and each side, and along the arc; `None` where it is nowhere zero.
+fn perhaps(function: &Characteristic, place: Place, sides: usize) -> Option<(Vec<f64>, f64)> {
+    let arc = match place {
+        Place::Arc(arc) => arc,
+        end => {
+            let minus_one = end == Place::MinusOne;
+            if !function.at(minus_one, Of::Range).has_zero() {
+                return None;
+            }
+            let steps: Vec<Interval> =
+                (0..=sides).map(|of| function.at(minus_one, Of::Slope(of)).times(function.away[of])).collect();
+            let meant = steps.iter().fold(function.at(minus_one, Of::Middle), |sum, step| sum.plus(*step));
+            return meant.has_zero().then(|| (steps.iter().map(|step| step.size()).collect(), 0.0));
+        }
+    };
+    let over = function.on(arc, Of::Range);
+    // At an end of the half circle the function is real: there its imaginary part is asked for its slope.
+    let ends = arc.lo == 0.0 || arc.hi >= std::f64::consts::PI;
+    if !over.value.has_zero() || ends && !over.by_angle.im.has_zero() {
+        return None;
+    }
+    let centre = Interval::exact(arc.middle());
+    let aside = arc.minus(centre);
+    let OnArc { value: here, .. } = function.on(centre, Of::Middle);
+    let steps: Vec<_> = (0..=sides).map(|of| function.on(arc, Of::Slope(of)).value.scaled(function.away[of])).collect();
+    let turn = over.by_angle.scaled(aside);
+    let meant = steps.iter().fold(here.plus(turn), |sum, step| sum.plus(*step));
+    let size = |complex: &crate::interval::Complex| complex.re.size().max(complex.im.size());
+    meant.has_zero().then(|| (steps.iter().map(size).collect(), size(&turn)))
+}
