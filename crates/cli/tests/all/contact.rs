@@ -55,12 +55,14 @@ fn limits_judges_no_window_without_contact_and_says_what_to_change() {
 fn maps_fits_and_widths_say_where_the_wall_is_not_reached() {
     let axes = ["--x", "wall.stiffness=0.1..2 N.m/rad:3", "--y", "wall.damping=0..0.1 mN.m.s/rad:2", "--full"];
     let said = hpu("map", &axes);
-    assert!(said.contains("wall not reached        6  of these, in the judged window"), "{said}");
+    assert!(said.contains("- wall_not_reached      6  no verdict of the wall  $ hpu run"), "{said}");
+    assert!(!said.contains("settled") && said.contains("  |---|\n"), "{said}");
     // 0.1 N.m/rad is 2.37 words; 1.05 is 24.9 and 2 is 47.4, within 2 %.
     assert!(said.contains("in 2 cells the stiffness misses what is asked for by -15.648 %"), "{said}");
     assert!(said.contains("method.stiffness_format = \"(0,12,3)\" holds it"), "{said}");
     let found = object(&hpu("map", &[&axes[..], &["--json"]].concat()));
-    assert_eq!(found["methods"][0]["wall_not_reached"], 6);
+    let outcomes = &found["methods"][0]["outcomes"];
+    assert_eq!((&outcomes["wall_not_reached"], &outcomes["settled"]), (&json!(6), &json!(0)));
     assert_eq!(found["cells"][0]["contact_share"], 0.0);
     assert!(hpu("fit", &[]).contains("wall not reached"));
     assert_eq!(object(&hpu("fit", &["--json"]))["contact_share"], 0.0);
