@@ -5,7 +5,7 @@ use std::path::Path;
 use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
 use hpu_study::map::{
-    Axis, Cell, Class, Curve, Edge, Found, Map, class, class_name, classes, is_late, outcome, outcome_name,
+    Axis, Cell, Class, Curve, Edge, Found, Map, class, class_name, classes, is_late, outcome, outcome_name, wrapped,
 };
 use serde_json::{Value, json};
 
@@ -132,6 +132,13 @@ pub fn text(mapped: &Mapped) -> String {
         if late > 0 {
             text += &format!("? {:<16} {late:>6}  by --cell-timeout; the same command runs them again\n", "not_run");
         }
+        let wrapped = wrapped(&mapped.found, mapped.layer(method));
+        if wrapped > 0 {
+            text += &format!(
+                "warning    in {wrapped} settled cells the hand is through the wall: the spring's product has wrapped \
+                 (product_wraps in the table)\n"
+            );
+        }
         if let Some((count, miss, key)) = mapped.missed(method) {
             text += &format!("warning    in {count} cells the {}\n", missed(&miss, key));
         }
@@ -210,6 +217,7 @@ pub fn object(mapped: &Mapped) -> Value {
             "label": layer.label,
             "run": runs,
             "outcomes": counts.collect::<serde_json::Map<_, _>>(),
+            "product_wrapped": wrapped(found, mapped.layer(method)),
             "stiffness_missed": mapped.missed(method).map(|(count, miss, _)| {
                 json!({ "cells": count, "worst": missed_object(&miss) })
             }),
@@ -271,6 +279,7 @@ fn numbers(value: &mut Value, cell: &Cell) {
     value["displayed_stiffness"] = json!(cell.displayed_stiffness);
     value["displayed_ratio"] = json!(cell.displayed_ratio);
     value["contact_share"] = json!(cell.contact_share);
+    value["product_wraps"] = json!(cell.product_wraps);
     value["stiffness_error"] = json!(cell.stiffness_error);
     value["overflow_share"] = json!(cell.overflow_share);
     value["edges"] = json!(cell.edges);

@@ -85,6 +85,29 @@ fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
 }
 
 #[test]
+fn a_map_says_in_how_many_settled_cells_the_hand_fell_through_the_wall() {
+    // The same hand at walls of 0.3 and 1.5 N.m/rad: 0.24 rad behind the first is 0.07 N.m, less than the word holds.
+    let axes = ["--x", "wall.stiffness=0.3..1.5 N.m/rad:2", "--y", "wall.position=1.5..1.501 rad:2", "--full"];
+    let each = |index: u64| {
+        let set = if index % 2 == 0 { "wall.stiffness=0.3 N.m/rad" } else { "wall.stiffness=1.5 N.m/rad" };
+        let wall = if index < 2 { "wall.position=1.5 rad" } else { "wall.position=1.501 rad" };
+        json(&run(&["run", "wrap-product", "--json", "--set", set, "--set", wall]))["product_wraps"].clone()
+    };
+    let expected: Vec<Value> = (0..4).map(each).collect();
+    let wrapped = expected.iter().filter(|wraps| !wraps.is_null()).count();
+    assert!(wrapped > 0 && wrapped < 4, "{expected:?}");
+    let found = json(&run(&[&["map", "wrap-product", "--json"], &axes[..]].concat()));
+    let cells: Vec<Value> =
+        found["cells"].as_array().expect("cells").iter().map(|cell| cell["product_wraps"].clone()).collect();
+    assert_eq!(cells, expected);
+    assert_eq!(found["methods"][0]["product_wrapped"], wrapped);
+    let said = stdout(&run(&[&["map", "wrap-product"], &axes[..]].concat()));
+    let wanted =
+        format!("warning    in {wrapped} settled cells the hand is through the wall: the spring's product has wrapped");
+    assert!(said.contains(&wanted), "{said}");
+}
+
+#[test]
 fn a_summary_lists_every_parameter_with_its_unit_and_who_said_it() {
     let set = ["--set", "wall.stiffness=0.1", "--edges", "1000"];
     let found = json(&run(&[&["run", "hybrid-wall", "--json"], &set[..]].concat()));

@@ -3,7 +3,7 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::map::{Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, nearest};
+use crate::map::{Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, nearest, wrapped};
 
 use super::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
 use super::map_frame::frames;
@@ -104,7 +104,12 @@ fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
 
 fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
     let title = format!("{}: what becomes of the motion", name(map));
-    let mut canvas = page(&title, &said(found), command);
+    let wraps = match wrapped(found, 0..found.len()) {
+        0 => String::new(),
+        1 => "; product wrapped in 1 settled cell".into(),
+        count => format!("; product wrapped in {count} settled cells"),
+    };
+    let mut canvas = page(&title, &(said(found) + &wraps), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| class_color(class(found, index));

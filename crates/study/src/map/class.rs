@@ -1,8 +1,10 @@
 //! What a map shows of a cell.
 
+use std::ops::Range;
+
 use hpu_cosim::scene::OutcomeKind;
 
-use super::{Cell, OUTCOMES, outcome_name};
+use super::{Cell, Found, OUTCOMES, nearest, outcome_name};
 
 /// What a map shows of a cell that was run. Boundaries run between cells of different classes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -25,6 +27,13 @@ impl Class {
 pub fn classes() -> impl Iterator<Item = Option<Class>> {
     let outcomes = OUTCOMES.iter().map(|(kind, _)| Some(Class::Outcome(*kind)));
     outcomes.chain([Some(Class::WallNotReached), None])
+}
+
+/// How many of these cells, run or inferred, came to rest through a wall whose product has wrapped.
+#[must_use]
+pub fn wrapped(found: &[Found], cells: Range<usize>) -> usize {
+    let wraps = |index: &usize| nearest(found, *index).is_some_and(|cell| cell.product_wraps.is_some());
+    cells.filter(wraps).count()
 }
 
 /// The name of a class; of none, `failed`.

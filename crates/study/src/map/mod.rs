@@ -24,7 +24,7 @@ use hpu_cosim::{Ready, Rig};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, OUTCOMES, displayed_stiffness, outcome_name, product_wraps};
-pub use class::{Class, class_name, classes};
+pub use class::{Class, class_name, classes, wrapped};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;

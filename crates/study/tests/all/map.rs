@@ -149,12 +149,13 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         displayed_stiffness: None,
         displayed_ratio: None,
         contact_share: Some(1.0 / 3.0),
+        product_wraps: Some(3),
         stiffness_error: None,
         overflow_share: 0.125,
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));
-    for bad in ["", "settled", "flying,,,,0,0,0,,,,0,1", "settled,x,,,0,0,0,,,,0,1", "settled,,,,0,0,0,,,0,1"] {
+    for bad in ["", "settled", "flying,,,,0,0,0,,,,,,0,1", "settled,x,,,0,0,0,,,,,,0,1", "settled,,,,0,0,0,,,,,0,1"] {
         assert_eq!(Cell::read(bad), None, "{bad}");
     }
 }
@@ -426,11 +427,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(21, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(22, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[20] = replay(index);
+        expected[21] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }

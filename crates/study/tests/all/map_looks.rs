@@ -225,6 +225,18 @@ fn cells_that_did_not_reach_the_wall_have_a_colour_of_their_own_and_none_is_sett
     }
 }
 
+#[test]
+fn a_map_of_walls_that_the_hand_falls_through_says_so() {
+    let (map, mut found) = made_up(one(), X, Y);
+    let head = |found: &[Found]| texts(&drawn(&map, found)[0].svg)[1].text.clone();
+    assert!(!head(&found).contains("wrapped"));
+    let settled = (0..found.len()).find(|index| shown(&found, *index) == Some(OutcomeKind::Settled));
+    if let Found::Run(Ok(cell)) = &mut found[settled.expect("one settles")] {
+        cell.product_wraps = Some(2);
+    }
+    assert!(head(&found).ends_with("; product wrapped in 1 settled cell"), "{}", head(&found));
+}
+
 /// A race of every contestant of a scene, with errors and speeds that nobody has measured.
 fn race() -> Race {
     let scene = shipped().iter().find(|scene| scene.name == "friction-wall").expect("a shipped scene");
