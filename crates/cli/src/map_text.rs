@@ -4,7 +4,9 @@ use std::path::Path;
 
 use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
-use hpu_study::map::{Axis, Cell, Curve, Edge, Found, Map, OUTCOMES, is_late, nearest, outcome, outcome_name};
+use hpu_study::map::{
+    Axis, Cell, Class, Curve, Edge, Found, Map, class, class_name, classes, is_late, outcome, outcome_name, wrapped,
+};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -28,18 +30,14 @@ pub fn interrupted(map: &Map, done: usize, out: Option<&Path>, as_json: bool) ->
     Ok(Exit::Interrupted)
 }
 
-fn letter(outcome: Option<OutcomeKind>) -> char {
-    match outcome {
-        Some(OutcomeKind::Settled | OutcomeKind::Passive) => '.',
-        Some(OutcomeKind::LimitCycle | OutcomeKind::NonPassive) => 'o',
-        Some(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable) => 'X',
+fn letter(class: Option<Class>) -> char {
+    match class {
+        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => '.',
+        Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => 'o',
+        Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => 'X',
+        Some(Class::WallNotReached) => '-',
         None => '?',
     }
-}
-
-/// All outcomes there are, that of a failed cell last.
-fn kinds() -> impl Iterator<Item = Option<OutcomeKind>> {
-    OUTCOMES.iter().map(|(kind, _)| Some(*kind)).chain([None])
 }
 
 impl Mapped {
@@ -52,19 +50,19 @@ impl Mapped {
         matches!(self.found[index], Found::Run(_))
     }
 
-    /// How many cells of a layer an outcome has, and the first of them that was run.
-    fn count(&self, method: usize, kind: Option<OutcomeKind>) -> (usize, Option<usize>) {
+    /// How many cells of a layer are of a class, and the first of them that was run.
+    fn count(&self, method: usize, of: Option<Class>) -> (usize, Option<usize>) {
         let known = |index: &usize| !is_late(&self.found, *index);
-        let of_kind = || self.layer(method).filter(known).filter(|index| outcome(&self.found, *index) == kind);
+        let of_class = || self.layer(method).filter(known).filter(|index| class(&self.found, *index) == of);
         // One at the boundary says more than one in a corner.
         let columns = self.map.x.cells();
         let borders = |index: &usize| {
             let point = self.map.point(*index);
-            (point.ix > 0 && outcome(&self.found, index - 1) != kind)
-                || (point.ix + 1 < columns && outcome(&self.found, index + 1) != kind)
+            (point.ix > 0 && class(&self.found, index - 1) != of)
+                || (point.ix + 1 < columns && class(&self.found, index + 1) != of)
         };
-        let run = || of_kind().filter(|index| self.was_run(*index));
-        (of_kind().count(), run().find(borders).or(run().next()))
+        let run = || of_class().filter(|index| self.was_run(*index));
+        (of_class().count(), run().find(borders).or(run().next()))
     }
 
     /// How many cells of a layer took longer than they may.
@@ -75,12 +73,6 @@ impl Mapped {
     /// Where a method's region of rest ends, and why.
     fn edge(&self, method: usize) -> Edge {
         Edge::new(&self.map, &self.found, self.curves[method].as_ref().ok(), method)
-    }
-
-    /// How many cells of a layer did not reach the wall in the judged window, run or inferred.
-    fn untouched(&self, method: usize) -> usize {
-        let share = |index: usize| nearest(&self.found, index).and_then(|cell| cell.contact_share);
-        self.layer(method).filter(|index| share(*index) == Some(0.0)).count()
     }
 
     /// How many cells of a layer that were run miss the stiffness that they ask for, the miss whose format holds them
@@ -128,21 +120,23 @@ pub fn text(mapped: &Mapped) -> String {
         if map.x.cells() <= WIDEST {
             text += &letters(mapped, method);
         }
-        for kind in kinds() {
-            let (count, example) = mapped.count(method, kind);
+        for class in classes() {
+            let (count, example) = mapped.count(method, class);
             if count > 0 {
+                let meaning = if class == Some(Class::WallNotReached) { "  no verdict of the wall" } else { "" };
                 let example = example.map_or(String::new(), |index| format!("  $ {}", mapped.replay(index)));
-                text += &format!("{} {:<16} {count:>6}{example}\n", letter(kind), outcome_name(kind));
+                text += &format!("{} {:<16} {count:>6}{meaning}{example}\n", letter(class), class_name(class));
             }
         }
         let late = mapped.late(method);
         if late > 0 {
             text += &format!("? {:<16} {late:>6}  by --cell-timeout; the same command runs them again\n", "not_run");
         }
-        let untouched = mapped.untouched(method);
-        if untouched > 0 {
+        let wrapped = wrapped(&mapped.found, mapped.layer(method));
+        if wrapped > 0 {
             text += &format!(
-                "wall not reached   {untouched:>6}  of these, in the judged window: they say nothing of the wall\n"
+                "warning    in {wrapped} settled cells the hand is through the wall: the spring's product has wrapped \
+                 (product_wraps in the table)\n"
             );
         }
         if let Some((count, miss, key)) = mapped.missed(method) {
@@ -192,7 +186,7 @@ fn letters(mapped: &Mapped, method: usize) -> String {
     };
     let rows = (0..map.y.cells()).rev().map(|iy| {
         let first = mapped.layer(method).start + iy * map.x.cells();
-        let row: String = (first..first + map.x.cells()).map(|index| letter(outcome(&mapped.found, index))).collect();
+        let row: String = (first..first + map.x.cells()).map(|index| letter(class(&mapped.found, index))).collect();
         format!("  |{row}|\n")
     });
     format!("  up: {}\n{}  across: {}\n", name(&map.y), rows.collect::<String>(), name(&map.x))
@@ -206,7 +200,7 @@ pub fn object(mapped: &Mapped) -> Value {
         json!({ "key": axis.key(), "unit": axis.unit(), "scale": scale, "values": axis.values() })
     };
     let methods = map.methods.iter().enumerate().map(|(method, layer)| {
-        let counts = kinds().map(|kind| (outcome_name(kind).to_string(), json!(mapped.count(method, kind).0)));
+        let counts = classes().map(|class| (class_name(class).to_string(), json!(mapped.count(method, class).0)));
         let counts = counts.chain([("not_run".to_string(), json!(mapped.late(method)))]);
         let runs = mapped.layer(method).filter(|index| mapped.was_run(*index)).count();
         let curves = match &curves[method] {
@@ -223,7 +217,7 @@ pub fn object(mapped: &Mapped) -> Value {
             "label": layer.label,
             "run": runs,
             "outcomes": counts.collect::<serde_json::Map<_, _>>(),
-            "wall_not_reached": mapped.untouched(method),
+            "product_wrapped": wrapped(found, mapped.layer(method)),
             "stiffness_missed": mapped.missed(method).map(|(count, miss, _)| {
                 json!({ "cells": count, "worst": missed_object(&miss) })
             }),
@@ -285,6 +279,7 @@ fn numbers(value: &mut Value, cell: &Cell) {
     value["displayed_stiffness"] = json!(cell.displayed_stiffness);
     value["displayed_ratio"] = json!(cell.displayed_ratio);
     value["contact_share"] = json!(cell.contact_share);
+    value["product_wraps"] = json!(cell.product_wraps);
     value["stiffness_error"] = json!(cell.stiffness_error);
     value["overflow_share"] = json!(cell.overflow_share);
     value["edges"] = json!(cell.edges);

@@ -55,12 +55,14 @@ fn limits_judges_no_window_without_contact_and_says_what_to_change() {
 fn maps_fits_and_widths_say_where_the_wall_is_not_reached() {
     let axes = ["--x", "wall.stiffness=0.1..2 N.m/rad:3", "--y", "wall.damping=0..0.1 mN.m.s/rad:2", "--full"];
     let said = hpu("map", &axes);
-    assert!(said.contains("wall not reached        6  of these, in the judged window"), "{said}");
+    assert!(said.contains("- wall_not_reached      6  no verdict of the wall  $ hpu run"), "{said}");
+    assert!(!said.contains("settled") && said.contains("  |---|\n"), "{said}");
     // 0.1 N.m/rad is 2.37 words; 1.05 is 24.9 and 2 is 47.4, within 2 %.
     assert!(said.contains("in 2 cells the stiffness misses what is asked for by -15.648 %"), "{said}");
     assert!(said.contains("method.stiffness_format = \"(0,12,3)\" holds it"), "{said}");
     let found = object(&hpu("map", &[&axes[..], &["--json"]].concat()));
-    assert_eq!(found["methods"][0]["wall_not_reached"], 6);
+    let outcomes = &found["methods"][0]["outcomes"];
+    assert_eq!((&outcomes["wall_not_reached"], &outcomes["settled"]), (&json!(6), &json!(0)));
     assert_eq!(found["cells"][0]["contact_share"], 0.0);
     assert!(hpu("fit", &[]).contains("wall not reached"));
     assert_eq!(object(&hpu("fit", &["--json"]))["contact_share"], 0.0);
@@ -80,6 +82,29 @@ fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
     assert!((0.15..0.30).contains(&ratio), "{ratio}");
     let held = json(&run(&["run", "wrap-saturated", "--json"]));
     assert_eq!((&held["contact_share"], &held["product_wraps"]), (&json!(1.0), &Value::Null));
+}
+
+#[test]
+fn a_map_says_in_how_many_settled_cells_the_hand_fell_through_the_wall() {
+    // The same hand at walls of 0.3 and 1.5 N.m/rad: 0.24 rad behind the first is 0.07 N.m, less than the word holds.
+    let axes = ["--x", "wall.stiffness=0.3..1.5 N.m/rad:2", "--y", "wall.position=1.5..1.501 rad:2", "--full"];
+    let each = |index: u64| {
+        let set = if index % 2 == 0 { "wall.stiffness=0.3 N.m/rad" } else { "wall.stiffness=1.5 N.m/rad" };
+        let wall = if index < 2 { "wall.position=1.5 rad" } else { "wall.position=1.501 rad" };
+        json(&run(&["run", "wrap-product", "--json", "--set", set, "--set", wall]))["product_wraps"].clone()
+    };
+    let expected: Vec<Value> = (0..4).map(each).collect();
+    let wrapped = expected.iter().filter(|wraps| !wraps.is_null()).count();
+    assert!(wrapped > 0 && wrapped < 4, "{expected:?}");
+    let found = json(&run(&[&["map", "wrap-product", "--json"], &axes[..]].concat()));
+    let cells: Vec<Value> =
+        found["cells"].as_array().expect("cells").iter().map(|cell| cell["product_wraps"].clone()).collect();
+    assert_eq!(cells, expected);
+    assert_eq!(found["methods"][0]["product_wrapped"], wrapped);
+    let said = stdout(&run(&[&["map", "wrap-product"], &axes[..]].concat()));
+    let wanted =
+        format!("warning    in {wrapped} settled cells the hand is through the wall: the spring's product has wrapped");
+    assert!(said.contains(&wanted), "{said}");
 }
 
 #[test]

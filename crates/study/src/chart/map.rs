@@ -3,12 +3,12 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::map::{Cell, Curves, Edge, Found, Map, nearest, outcome, outcome_name};
+use crate::map::{Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, nearest, wrapped};
 
 use super::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
 use super::map_frame::frames;
 use super::series::{
-    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, ORANGE, PURPLE, RUST, SAND, SKY, Style, TAUPE, entry,
+    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, ORANGE, PURPLE, RUST, SAND, SKY, Style, TAUPE, entry,
 };
 use super::{Picture, dotted, page};
 
@@ -74,11 +74,12 @@ pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>
     pictures
 }
 
-fn outcome_color(outcome: Option<OutcomeKind>) -> RGBColor {
-    match outcome {
-        Some(OutcomeKind::Settled | OutcomeKind::Passive) => SKY,
-        Some(OutcomeKind::LimitCycle | OutcomeKind::NonPassive) => SAND,
-        Some(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable) => MAROON.color,
+fn class_color(class: Option<Class>) -> RGBColor {
+    match class {
+        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => SKY,
+        Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => SAND,
+        Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => MAROON.color,
+        Some(Class::WallNotReached) => MAUVE,
         None => BLANK,
     }
 }
@@ -90,7 +91,7 @@ fn said(found: &[Found]) -> String {
         all if runs == all => "every cell was run".to_string(),
         all => format!("dots: the {runs} of {all} cells that were run, the others are as their neighbours"),
     };
-    dots + "; thin line: where the outcome changes"
+    dots + "; line: where the outcome changes"
 }
 
 /// A dot that stands out from a cell's colour, where a cell was run and another was not.
@@ -103,13 +104,18 @@ fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
 
 fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
     let title = format!("{}: what becomes of the motion", name(map));
-    let mut canvas = page(&title, &said(found), command);
+    let wraps = match wrapped(found, 0..found.len()) {
+        0 => String::new(),
+        1 => "; product wrapped in 1 settled cell".into(),
+        count => format!("; product wrapped in {count} settled cells"),
+    };
+    let mut canvas = page(&title, &(said(found) + &wraps), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
-        let color = |index: usize| outcome_color(outcome(found, index));
+        let color = |index: usize| class_color(class(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
-        frame.boundary(&mut canvas, map, |index| outcome(found, index));
+        frame.boundary(&mut canvas, map, |index| class(found, index));
         frame.axes(&mut canvas, map);
         for curve in curves[method].iter().flat_map(|curves| &curves.curves) {
             let style = curve_style(curve.name);
@@ -124,16 +130,9 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
             frame.note(&mut canvas, map, &reason);
         }
     }
-    let mut shown: Vec<Option<OutcomeKind>> = Vec::new();
-    for index in 0..found.len() {
-        let outcome = outcome(found, index);
-        if !shown.contains(&outcome) {
-            shown.push(outcome);
-        }
-    }
-    shown.sort_by_key(|outcome| outcome.map_or(usize::MAX, |outcome| outcome as usize));
-    let outcomes = shown.into_iter().map(|of| (outcome_name(of).replace('_', " "), Look::Area(outcome_color(of))));
-    legend(&mut canvas, &outcomes.chain(key).collect::<Vec<_>>());
+    let shown = classes().filter(|of| (0..found.len()).any(|index| class(found, index) == *of));
+    let classes = shown.map(|of| (class_name(of).replace('_', " "), Look::Area(class_color(of))));
+    legend(&mut canvas, &classes.chain(key).collect::<Vec<_>>());
     canvas.render("map")
 }
 
@@ -199,14 +198,19 @@ fn numbers(
     if values.iter().any(Option::is_none) {
         conditions += "; white: has none";
     }
+    let is_untouched = |index: usize| class(found, index) == Some(Class::WallNotReached);
+    if (0..found.len()).any(is_untouched) {
+        conditions += "; hatched: wall not reached";
+    }
     let mut canvas = page(&format!("{}: {}", name(map), quantity.title), &conditions, command);
     let scale = |value: f64| if quantity.log { libm::log(value) } else { value };
     let share = |value: f64| if high > low { (scale(value) - scale(low)) / (scale(high) - scale(low)) } else { 0.5 };
     let color = |index: usize| values[index].map(|value| shade(share(value)));
     for frame in frames(map, false) {
         frame.cells(&mut canvas, map, color);
+        frame.hatch(&mut canvas, map, is_untouched);
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index).unwrap_or(WHITE)));
-        frame.boundary(&mut canvas, map, |index| outcome(found, index));
+        frame.boundary(&mut canvas, map, |index| class(found, index));
         frame.axes(&mut canvas, map);
     }
     let between = |share: f64| {

@@ -88,6 +88,18 @@ impl Frame {
         }
     }
 
+    /// A diagonal through each of the cells that are marked.
+    pub fn hatch(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
+        for cell in (0..map.layer()).filter(|cell| is_marked(self.method * map.layer() + cell)) {
+            let (ix, iy) = ((cell % map.x.cells()) as f64, (cell / map.x.cells()) as f64);
+            let corner = |to: f64| (self.x(map, ix + to), self.y(map, iy + to));
+            // A white seam, so that it is seen on dark cells.
+            for (color, width) in [(WHITE, 4), (INK, 2)] {
+                canvas.line(vec![corner(-0.5), corner(0.5)], color, width);
+            }
+        }
+    }
+
     /// The sides of cells at which two classes meet, each stretch as one line.
     pub fn boundary<T: PartialEq>(&self, canvas: &mut Canvas, map: &Map, class: impl Fn(usize) -> T) {
         let (columns, rows) = (map.x.cells(), map.y.cells());

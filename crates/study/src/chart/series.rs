@@ -34,6 +34,8 @@ pub(super) const SKY: RGBColor = RGBColor(185, 211, 255);
 pub(super) const SAND: RGBColor = RGBColor(247, 205, 128);
 /// The wall, and contact with it.
 pub(super) const SHADE: RGBColor = RGBColor(233, 228, 220);
+/// Cells of a map that did not reach the wall.
+pub(super) const MAUVE: RGBColor = RGBColor(146, 131, 160);
 /// Where nothing is known.
 pub(super) const BLANK: RGBColor = RGBColor(217, 217, 217);
 

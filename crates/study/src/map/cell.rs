@@ -31,6 +31,8 @@ pub struct Cell {
     pub displayed_ratio: Option<f64>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
+    /// How often the spring's product has wrapped where the motion came to rest in the wall: the hand is through it.
+    pub product_wraps: Option<u64>,
     /// Stiffness that the words realise over what the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
     /// Share of the edges at which the net that overflowed most had overflowed.
@@ -100,6 +102,7 @@ impl Cell {
             known(self.displayed_stiffness),
             known(self.displayed_ratio),
             known(self.contact_share),
+            self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
         ];
@@ -110,8 +113,22 @@ impl Cell {
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
-        let [outcome, rms, amplitude, frequency, hand, source, heat, displayed, ratio, contact, error, overflow, edges] =
-            fields[..]
+        let [
+            outcome,
+            rms,
+            amplitude,
+            frequency,
+            hand,
+            source,
+            heat,
+            displayed,
+            ratio,
+            contact,
+            wraps,
+            error,
+            overflow,
+            edges,
+        ] = fields[..]
         else {
             return None;
         };
@@ -127,6 +144,7 @@ impl Cell {
             displayed_stiffness: known(displayed)?,
             displayed_ratio: known(ratio)?,
             contact_share: known(contact)?,
+            product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
             edges: edges.parse().ok()?,
@@ -160,6 +178,12 @@ impl Cell {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace, summary.averages),
             _ => None,
         };
+        let product_wraps = match experiment {
+            Experiment::Axis(scene) => {
+                scene.words().ok().and_then(|words| product_wraps(scene, &words.realised, &trace, &summary))
+            }
+            Experiment::Phantom(_) => None,
+        };
         Ok(Some(Self {
             outcome: summary.outcome().ok_or("a recording has no verdict")?,
             rms,
@@ -171,6 +195,7 @@ impl Cell {
             displayed_stiffness: displayed.map(|(displayed, _)| displayed),
             displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
             contact_share: summary.contact_share,
+            product_wraps,
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,

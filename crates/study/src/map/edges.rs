@@ -3,7 +3,7 @@
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
-use super::{Cell, Curves, Found, Map, Point, nearest, outcome};
+use super::{Cell, Class, Curves, Found, Map, Point, class, nearest};
 
 /// What a motion does just beyond the edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -79,10 +79,10 @@ impl Edge {
     /// The edge of a method; `curves` are its criteria's.
     #[must_use]
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
-        let rests = |point: Point| match outcome(found, map.index(point)) {
-            Some(OutcomeKind::Settled | OutcomeKind::Passive) => Some(true),
-            Some(_) => Some(false),
-            None => None,
+        let rests = |point: Point| match class(found, map.index(point)) {
+            Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => Some(true),
+            Some(Class::Outcome(_)) => Some(false),
+            Some(Class::WallNotReached) | None => None,
         };
         let mut edge = Self { places: 0, shares: Vec::new(), nearest: None };
         let mut ratios: Vec<(&'static str, Vec<f64>)> = Vec::new();

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 
-use super::{Cell, CellLimits, Found, Map, Refinement};
+use super::{Cell, CellLimits, Class, Found, Map, Refinement};
 use crate::units::{self, Row};
 
 /// How a map is filled.
@@ -78,7 +78,7 @@ impl Map {
                 return Ok(None);
             }
             let class = |index: usize| match &found[index] {
-                Some(Found::Run(Ok(cell))) => Some(cell.outcome),
+                Some(Found::Run(Ok(cell))) => Some(Class::of(cell)),
                 _ => None,
             };
             let asked = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.refine(|cell| class(first + cell)));

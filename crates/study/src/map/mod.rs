@@ -6,6 +6,7 @@
 
 mod axis;
 mod cell;
+mod class;
 mod curves;
 mod edges;
 mod fill;
@@ -23,6 +24,7 @@ use hpu_cosim::{Ready, Rig};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, OUTCOMES, displayed_stiffness, outcome_name, product_wraps};
+pub use class::{Class, class_name, classes, wrapped};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
@@ -284,6 +286,12 @@ pub fn is_late(found: &[Found], index: usize) -> bool {
 #[must_use]
 pub fn outcome(found: &[Found], index: usize) -> Option<OutcomeKind> {
     nearest(found, index).map(|cell| cell.outcome)
+}
+
+/// What a map shows of a cell, run or inferred; `None` for one that could not be run.
+#[must_use]
+pub fn class(found: &[Found], index: usize) -> Option<Class> {
+    nearest(found, index).map(Class::of)
 }
 
 /// The cell, or the one that it is inferred from.

@@ -15,7 +15,7 @@ use parquet::schema::parser::parse_message_type;
 use super::{Found, Map, is_late, outcome, outcome_name};
 
 /// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
-pub const COLUMNS: [&str; 20] = [
+pub const COLUMNS: [&str; 21] = [
     "method",
     "ix",
     "iy",
@@ -32,6 +32,7 @@ pub const COLUMNS: [&str; 20] = [
     "displayed_stiffness",
     "displayed_ratio",
     "contact_share",
+    "product_wraps",
     "stiffness_error",
     "overflow_share",
     "edges",
@@ -39,7 +40,7 @@ pub const COLUMNS: [&str; 20] = [
 ];
 
 /// Names of the columns that measurements are in.
-const MEASURED: [&str; 11] = [
+const MEASURED: [&str; 12] = [
     "rms",
     "amplitude",
     "frequency_hz",
@@ -49,6 +50,7 @@ const MEASURED: [&str; 11] = [
     "displayed_stiffness",
     "displayed_ratio",
     "contact_share",
+    "product_wraps",
     "stiffness_error",
     "overflow_share",
 ];
@@ -84,6 +86,10 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         (
             "contact_share",
             "of the judged window, the last three tenths, in which the wall sees penetration; 0: not reached".into(),
+        ),
+        (
+            "product_wraps",
+            "how often the spring's product has wrapped at rest in the wall: the hand is through it".into(),
         ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
@@ -128,6 +134,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
                 cell.displayed_stiffness,
                 cell.displayed_ratio,
                 cell.contact_share,
+                cell.product_wraps.map(|wraps| wraps as f64),
                 cell.stiffness_error,
                 Some(cell.overflow_share),
             ]

@@ -149,12 +149,13 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         displayed_stiffness: None,
         displayed_ratio: None,
         contact_share: Some(1.0 / 3.0),
+        product_wraps: Some(3),
         stiffness_error: None,
         overflow_share: 0.125,
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));
-    for bad in ["", "settled", "flying,,,,0,0,0,,,,0,1", "settled,x,,,0,0,0,,,,0,1", "settled,,,,0,0,0,,,0,1"] {
+    for bad in ["", "settled", "flying,,,,0,0,0,,,,,,0,1", "settled,x,,,0,0,0,,,,,,0,1", "settled,,,,0,0,0,,,,,0,1"] {
         assert_eq!(Cell::read(bad), None, "{bad}");
     }
 }
@@ -173,6 +174,31 @@ fn a_map_of_a_real_scene_has_the_boundary_of_its_full_grid_from_a_quarter_of_the
     for (one, other) in refined.iter().zip(&full).filter(|(one, _)| matches!(one, Found::Run(_))) {
         assert_eq!(one, other);
     }
+}
+
+#[test]
+fn where_the_hand_stops_before_the_wall_is_no_edge_of_rest_and_the_refined_map_finds_it() {
+    // The hand's spring rests at 1.8 rad. Walls before it are pressed; of those beyond it nothing is learned.
+    let map = pressed("wall.position=1.2..2.4 rad:17", "wall.damping=0..0.1 mN.m.s/rad:9", &["a"]);
+    let (refined, full) = (run(&map, plan(false, 2)), run(&map, plan(true, 2)));
+    let reached = |found: &[Found], index: usize| {
+        map::nearest(found, index).expect("every cell is known").contact_share.expect("a complete run") > 0.0
+    };
+    let expected: Vec<bool> = (0..full.len()).map(|index| reached(&full, index)).collect();
+    assert_eq!((0..full.len()).map(|index| reached(&refined, index)).collect::<Vec<_>>(), expected);
+    let settled = |index: &usize| map::outcome(&full, *index) == Some(OutcomeKind::Settled);
+    assert!((0..full.len()).all(|index| expected[index] || settled(&index)));
+    let edges: usize = (0..full.len())
+        .filter(|index| expected[*index])
+        .map(|index| {
+            let (ix, iy) = (index % 17, index / 17);
+            let beside = [(ix > 0).then(|| index - 1), (ix < 16).then_some(index + 1)];
+            let above = [(iy > 0).then(|| index.wrapping_sub(17)), (iy < 8).then_some(index + 17)];
+            let beside = beside.into_iter().chain(above).flatten().filter(|other| expected[*other]);
+            beside.filter(|other| settled(&index) && !settled(other)).count()
+        })
+        .sum();
+    assert_eq!(map::Edge::new(&map, &full, None, 0).places, edges);
 }
 
 #[test]
@@ -401,11 +427,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(21, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(22, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[20] = replay(index);
+        expected[21] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }

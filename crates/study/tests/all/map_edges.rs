@@ -28,6 +28,7 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         displayed_stiffness: None,
         displayed_ratio: None,
         contact_share: Some(1.0),
+        product_wraps: None,
         stiffness_error: None,
         overflow_share,
         edges: 1,

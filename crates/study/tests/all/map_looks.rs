@@ -27,8 +27,10 @@ fn made_up(methods: Vec<Method>, x: &str, y: &str) -> (Map, Vec<Found>) {
             place if place < 0.8 => (OutcomeKind::LimitCycle, Some(1e-3 * place), Some(100.0 * place)),
             _ => (OutcomeKind::Diverged, Some(1.0), None),
         };
-        let displayed_ratio = (outcome == OutcomeKind::Settled).then_some(1.0 - 0.5 * place);
-        Cell { outcome, amplitude, frequency_hz, dissipated_j: 0.1 + place, displayed_ratio, ..base.clone() }
+        let contact_share = Some(if place < 0.2 { 0.0 } else { 1.0 });
+        let displayed_ratio = (0.2..0.4).contains(&place).then_some(1.0 - 0.5 * place);
+        let dissipated_j = 0.1 + place;
+        Cell { outcome, amplitude, frequency_hz, dissipated_j, displayed_ratio, contact_share, ..base.clone() }
     };
     let found = (0..map.len()).map(|index| match map.point(index) {
         point if point.ix % 2 == 1 && point.iy > 0 => Found::As(index - 1),
@@ -156,7 +158,7 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
             };
             for (method, [left, top, right, bottom]) in panels(&picture.svg).into_iter().enumerate() {
                 let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
-                let at = |ix: usize, iy: usize| map::outcome(&found, method * map.layer() + iy * map.x.cells() + ix);
+                let at = |ix: usize, iy: usize| shown(&found, method * map.layer() + iy * map.x.cells() + ix);
                 for iy in 0..map.y.cells() {
                     for ix in 1..map.x.cells() {
                         let side = (left + ix as f64 * width, bottom - (iy as f64 + 0.5) * height);
@@ -172,6 +174,67 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
             }
         }
     }
+}
+
+/// The outcome of a cell that met the wall; none of one that did not.
+fn shown(found: &[Found], index: usize) -> Option<OutcomeKind> {
+    let cell = map::nearest(found, index).expect("every cell is known");
+    (cell.contact_share != Some(0.0)).then_some(cell.outcome)
+}
+
+/// The colours of the cells of a map's only panel, by their numbers.
+fn colours_of_cells(map: &Map, svg: &str) -> Vec<[u8; 3]> {
+    let [left, top, right, bottom] = panels(svg)[0];
+    let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
+    let fills: Vec<_> = elements(svg).filter(|(name, _)| *name == "rect").map(|(_, mark)| mark).collect();
+    let of = |index: usize| {
+        let (ix, iy) = (index % map.x.cells(), index / map.x.cells());
+        let (x, y) = (left + (ix as f64 + 0.5) * width, bottom - (iy as f64 + 0.5) * height);
+        let holds = |mark: &&&str| {
+            let [l, t, r, b] = rectangle(mark);
+            // A curve's marker is smaller than a cell.
+            l <= x && x <= r && t <= y && y <= b && b - t > 0.5 * height
+        };
+        rgb(attribute(fills.iter().rfind(holds).expect("the page"), "fill").expect("a colour"))
+    };
+    (0..map.layer()).map(of).collect()
+}
+
+#[test]
+fn cells_that_did_not_reach_the_wall_have_a_colour_of_their_own_and_none_is_settled() {
+    let (map, found) = made_up(one(), X, Y);
+    let pictures = drawn(&map, &found);
+    let key = |name: &str| pictures[0].keys.iter().find(|key| key.name == name).expect("a key").color;
+    for (index, color) in colours_of_cells(&map, &pictures[0].svg).into_iter().enumerate() {
+        let name = match shown(&found, index) {
+            None => "wall not reached",
+            Some(OutcomeKind::Settled) => "settled",
+            Some(OutcomeKind::LimitCycle) => "limit cycle",
+            Some(_) => "diverged",
+        };
+        assert_eq!(color, key(name), "{name}: cell {index}");
+    }
+    let untouched = (0..found.len()).filter(|index| shown(&found, *index).is_none()).count();
+    assert!(untouched > 3, "{untouched}");
+    for picture in &pictures[1..] {
+        assert!(texts(&picture.svg).iter().any(|text| text.text.contains("hatched: wall not reached")));
+        let lines = elements(&picture.svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| points(mark));
+        let slanted = lines.filter(|ends| ends.len() == 2 && ends[0].0 != ends[1].0 && ends[0].1 != ends[1].1);
+        // Each is drawn with a seam.
+        assert_eq!(slanted.count(), 2 * untouched, "{}", picture.name);
+    }
+}
+
+#[test]
+fn a_map_of_walls_that_the_hand_falls_through_says_so() {
+    let (map, mut found) = made_up(one(), X, Y);
+    let head = |found: &[Found]| texts(&drawn(&map, found)[0].svg)[1].text.clone();
+    assert!(!head(&found).contains("wrapped"));
+    let settled = (0..found.len()).find(|index| shown(&found, *index) == Some(OutcomeKind::Settled));
+    if let Found::Run(Ok(cell)) = &mut found[settled.expect("one settles")] {
+        cell.product_wraps = Some(2);
+    }
+    assert!(head(&found).ends_with("; product wrapped in 1 settled cell"), "{}", head(&found));
 }
 
 /// A race of every contestant of a scene, with errors and speeds that nobody has measured.

@@ -1,0 +1,47 @@
+//! What a map shows of a cell.
+
+use std::ops::Range;
+
+use hpu_cosim::scene::OutcomeKind;
+
+use super::{Cell, Found, OUTCOMES, nearest, outcome_name};
+
+/// What a map shows of a cell that was run. Boundaries run between cells of different classes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Class {
+    /// What became of the motion.
+    Outcome(OutcomeKind),
+    /// The wall saw no penetration in the judged window: the outcome is no verdict of the wall.
+    WallNotReached,
+}
+
+impl Class {
+    /// The class of a cell.
+    #[must_use]
+    pub fn of(cell: &Cell) -> Self {
+        if cell.contact_share == Some(0.0) { Self::WallNotReached } else { Self::Outcome(cell.outcome) }
+    }
+}
+
+/// All classes there are, that of a failed cell last.
+pub fn classes() -> impl Iterator<Item = Option<Class>> {
+    let outcomes = OUTCOMES.iter().map(|(kind, _)| Some(Class::Outcome(*kind)));
+    outcomes.chain([Some(Class::WallNotReached), None])
+}
+
+/// How many of these cells, run or inferred, came to rest through a wall whose product has wrapped.
+#[must_use]
+pub fn wrapped(found: &[Found], cells: Range<usize>) -> usize {
+    let wraps = |index: &usize| nearest(found, *index).is_some_and(|cell| cell.product_wraps.is_some());
+    cells.filter(wraps).count()
+}
+
+/// The name of a class; of none, `failed`.
+#[must_use]
+pub fn class_name(class: Option<Class>) -> &'static str {
+    match class {
+        Some(Class::Outcome(kind)) => outcome_name(Some(kind)),
+        Some(Class::WallNotReached) => "wall_not_reached",
+        None => outcome_name(None),
+    }
+}
