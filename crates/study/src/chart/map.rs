@@ -86,20 +86,26 @@ fn class_color(class: Option<Class>) -> RGBColor {
 
 /// What dots and lines of a map are.
 fn said(found: &[Found]) -> String {
-    let runs = found.iter().filter(|found| matches!(found, Found::Run(_))).count();
-    let dots = match found.len() {
-        all if runs == all => "every cell was run".to_string(),
-        all => format!("dots: the {runs} of {all} cells that were run, the others are as their neighbours"),
-    };
-    dots + "; line: where the outcome changes"
+    let runs = (0..found.len()).filter(|index| was_run(found, *index)).count();
+    match found.len() {
+        all if runs == all => "every cell was run, once; line: where two runs differ".to_string(),
+        all => format!(
+            "dots: the {runs} of {all} cells that were run, once; the others are as their neighbours; \
+             line: where two runs differ, dashed where one of both is inferred"
+        ),
+    }
+}
+
+fn was_run(found: &[Found], index: usize) -> bool {
+    matches!(found[index], Found::Run(_))
 }
 
 /// A dot that stands out from a cell's colour, where a cell was run and another was not.
 fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
-    let is_run = |found: &Found| matches!(found, Found::Run(_));
     let RGBColor(r, g, b) = cell;
     let is_light = 3 * i32::from(r) + 6 * i32::from(g) + i32::from(b) > 1200;
-    (is_run(&found[index]) && !found.iter().all(is_run)).then_some(if is_light { INK } else { WHITE })
+    let all = (0..found.len()).all(|index| was_run(found, index));
+    (was_run(found, index) && !all).then_some(if is_light { INK } else { WHITE })
 }
 
 fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
@@ -115,7 +121,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         let color = |index: usize| class_color(class(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
-        frame.boundary(&mut canvas, map, |index| class(found, index));
+        frame.boundary(&mut canvas, map, |index| class(found, index), |index| was_run(found, index));
         frame.axes(&mut canvas, map);
         for curve in curves[method].iter().flat_map(|curves| &curves.curves) {
             let style = curve_style(curve.name);
@@ -210,7 +216,7 @@ fn numbers(
         frame.cells(&mut canvas, map, color);
         frame.hatch(&mut canvas, map, is_untouched);
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index).unwrap_or(WHITE)));
-        frame.boundary(&mut canvas, map, |index| class(found, index));
+        frame.boundary(&mut canvas, map, |index| class(found, index), |index| was_run(found, index));
         frame.axes(&mut canvas, map);
     }
     let between = |share: f64| {

@@ -100,34 +100,49 @@ impl Frame {
         }
     }
 
-    /// The sides of cells at which two classes meet, each stretch as one line.
-    pub fn boundary<T: PartialEq>(&self, canvas: &mut Canvas, map: &Map, class: impl Fn(usize) -> T) {
+    /// The sides of cells at which two classes meet, each stretch as one line; in dashes where one of both was not run.
+    pub fn boundary<T: PartialEq>(
+        &self,
+        canvas: &mut Canvas,
+        map: &Map,
+        class: impl Fn(usize) -> T,
+        was_run: impl Fn(usize) -> bool,
+    ) {
         let (columns, rows) = (map.x.cells(), map.y.cells());
-        let at = |ix: usize, iy: usize| class(self.method * map.layer() + iy * columns + ix);
+        let index = |ix: usize, iy: usize| self.method * map.layer() + iy * columns + ix;
         let corner = |ix: usize, iy: usize| (self.x(map, ix as f64 - 0.5), self.y(map, iy as f64 - 0.5));
+        // Whether two cells differ, both having been run or not.
+        let differ = |a: usize, b: usize, seen: bool| class(a) != class(b) && (was_run(a) && was_run(b)) == seen;
         let mut lines = Vec::new();
-        let mut stretches = |all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32)| {
+        let mut stretches = |all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32), seen| {
             let mut from = None;
             for place in 0..=all {
                 match (from, place < all && meets(place)) {
                     (None, true) => from = Some(place),
                     (Some(start), false) => {
-                        lines.push(vec![pixel(start), pixel(place)]);
+                        lines.push(([pixel(start), pixel(place)], seen));
                         from = None;
                     }
                     _ => {}
                 }
             }
         };
-        for ix in 1..columns {
-            stretches(rows, &|iy| at(ix - 1, iy) != at(ix, iy), &|iy| corner(ix, iy));
-        }
-        for iy in 1..rows {
-            stretches(columns, &|ix| at(ix, iy - 1) != at(ix, iy), &|ix| corner(ix, iy));
+        for seen in [true, false] {
+            for ix in 1..columns {
+                let meets = |iy| differ(index(ix - 1, iy), index(ix, iy), seen);
+                stretches(rows, &meets, &|iy| corner(ix, iy), seen);
+            }
+            for iy in 1..rows {
+                let meets = |ix| differ(index(ix, iy - 1), index(ix, iy), seen);
+                stretches(columns, &meets, &|ix| corner(ix, iy), seen);
+            }
         }
         // A white seam, so that it is seen on dark cells.
         for (color, width) in [(WHITE, 7), (INK, 3)] {
-            lines.iter().for_each(|line| canvas.line(line.clone(), color, width));
+            for ([from, to], seen) in &lines {
+                let pieces = if *seen { vec![[*from, *to]] } else { dashes(*from, *to) };
+                pieces.into_iter().for_each(|piece| canvas.line(piece.to_vec(), color, width));
+            }
         }
     }
 
@@ -212,6 +227,15 @@ impl Frame {
             }
         }
     }
+}
+
+/// A line along an axis in dashes.
+fn dashes(from: (i32, i32), to: (i32, i32)) -> Vec<[(i32, i32); 2]> {
+    const DASH: i32 = 6;
+    let length = (to.0 - from.0).abs().max((to.1 - from.1).abs());
+    let (dx, dy) = ((to.0 - from.0).signum(), (to.1 - from.1).signum());
+    let at = |along: i32| (from.0 + dx * along, from.1 + dy * along);
+    (0..length).step_by(2 * DASH as usize).map(|start| [at(start), at((start + DASH).min(length))]).collect()
 }
 
 /// Round values within an axis, and their labels: two at least, wherever two fit.

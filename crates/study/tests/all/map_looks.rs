@@ -149,26 +149,39 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
             );
             let lines = elements(&picture.svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| mark);
             let lines: Vec<_> = lines.filter(|mark| number(mark, "stroke-width") == 3.0).map(points).collect();
-            let on = |x: f64, y: f64| {
+            // Of a whole line, or of a dash that is not farther from there than dashes are from each other.
+            let on = |x: f64, y: f64, whole: bool| {
                 lines.iter().any(|ends| {
                     let [(x1, y1), (x2, y2)] = [ends[0], ends[1]];
-                    let within = |a: f64, b: f64, of: f64| (a.min(b) - 1.0..=a.max(b) + 1.0).contains(&of);
-                    within(x1, x2, x) && within(y1, y2, y)
+                    let is_whole = (x1 - x2).abs().max((y1 - y2).abs()) > 6.0;
+                    let spare = if whole { 1.0 } else { 7.0 };
+                    let within = |a: f64, b: f64, of: f64| {
+                        let spare = if a == b { 1.0 } else { spare };
+                        (a.min(b) - spare..=a.max(b) + spare).contains(&of)
+                    };
+                    is_whole == whole && within(x1, x2, x) && within(y1, y2, y)
                 })
             };
+            let was_run = |index: usize| matches!(found[index], Found::Run(_));
             for (method, [left, top, right, bottom]) in panels(&picture.svg).into_iter().enumerate() {
                 let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
-                let at = |ix: usize, iy: usize| shown(&found, method * map.layer() + iy * map.x.cells() + ix);
+                let index = |ix: usize, iy: usize| method * map.layer() + iy * map.x.cells() + ix;
+                // A whole line between two runs, dashes where one of both was not run.
+                let check = |(x, y): (f64, f64), a: usize, b: usize| {
+                    let (differ, seen) = (shown(&found, a) != shown(&found, b), was_run(a) && was_run(b));
+                    assert_eq!(on(x, y, true), differ && seen, "{a} {b}");
+                    assert_eq!(on(x, y, false), differ && !seen, "{a} {b}");
+                };
                 for iy in 0..map.y.cells() {
                     for ix in 1..map.x.cells() {
                         let side = (left + ix as f64 * width, bottom - (iy as f64 + 0.5) * height);
-                        assert_eq!(on(side.0, side.1), at(ix - 1, iy) != at(ix, iy), "{ix} {iy} of {method}");
+                        check(side, index(ix - 1, iy), index(ix, iy));
                     }
                 }
                 for iy in 1..map.y.cells() {
                     for ix in 0..map.x.cells() {
                         let side = (left + (ix as f64 + 0.5) * width, bottom - iy as f64 * height);
-                        assert_eq!(on(side.0, side.1), at(ix, iy - 1) != at(ix, iy), "{ix} {iy} of {method}");
+                        check(side, index(ix, iy - 1), index(ix, iy));
                     }
                 }
             }
