@@ -10,7 +10,7 @@ use super::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;
 
-/// Every traced word as steps, the edges at which it had overflowed shaded, and the share of its format that it used.
+/// Every traced word at its rows, the edges at which it had overflowed shaded, and the share of its format that it used.
 pub(super) fn bits(run: &Run) -> Picture {
     let uses: Vec<&NetUse> = nets(run.scene)
         .iter()
@@ -42,7 +42,7 @@ pub(super) fn bits(run: &Run) -> Picture {
             legend.push(("overflowed", Look::Area(SAND)));
         }
         panel.frame(&mut canvas, &legend, last.then_some("time in s"), &unit(used));
-        panel.steps(&mut canvas, words, BLUE, 3);
+        panel.curve(&mut canvas, words, BLUE, 3);
         gauge(&panel, &mut canvas, used, run.summary.edges);
     }
     canvas.render("bits")

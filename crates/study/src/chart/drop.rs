@@ -95,7 +95,7 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     ];
     bottom.frame(&mut canvas, &legend, Some("time in s: the end of the trial"), "height above the wall in \u{b5}m");
     bottom.curve(&mut canvas, above(axis), BLUE, 5);
-    bottom.steps(&mut canvas, above(3 + axis), ORANGE, 3);
+    bottom.curve(&mut canvas, above(3 + axis), ORANGE, 3);
     canvas.render("drop")
 }
 

@@ -88,7 +88,7 @@ pub(super) fn position(run: &Run) -> Picture {
     ];
     bottom.frame(&mut canvas, &legend, Some(x_label), &depth);
     bottom.curve(&mut canvas, depths, BLUE, 5);
-    bottom.steps(&mut canvas, counted, ORANGE, 3);
+    bottom.curve(&mut canvas, counted, ORANGE, 3);
     canvas.render("position")
 }
 
@@ -147,7 +147,7 @@ pub(super) fn torque(run: &Run) -> Picture {
         panel.band(&mut canvas, came(), SKY);
         // The narrow command upon the wide mean: both are seen where they agree.
         panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, 1e3 * torque)), BLUE, 8);
-        panel.steps(&mut canvas, asked, ORANGE, 3);
+        panel.curve(&mut canvas, asked, ORANGE, 3);
     }
     canvas.render("torque")
 }

@@ -212,18 +212,19 @@ impl Panel {
         }
     }
 
-    /// Shades the times at which a flag is up, over the panel's height; what a few pixels part is shaded as one.
-    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)>, color: RGBColor) {
+    /// Shades the times at which a flag may be up that is seen at rows: it changed somewhere between two rows that
+    /// differ. What a few pixels part is shaded as one.
+    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)> + Clone, color: RGBColor) {
         let mut spans: Vec<(i32, i32)> = Vec::new();
-        let mut was_up = false;
-        for (x, up) in flags.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end) {
-            let (x, _) = self.at(x, self.y.start);
-            match spans.last_mut() {
-                Some(span) if was_up || (up && x <= span.1 + 8) => span.1 = x,
-                _ if up => spans.push((x, x + 1)),
-                _ => {}
+        let is_shown = |from: f64, to: f64| to >= self.x.start && from <= self.x.end;
+        for ((from, was_up), (to, is_up)) in flags.clone().zip(flags.skip(1)) {
+            if (was_up || is_up) && is_shown(from, to) {
+                let [from, to] = [from, to].map(|x| self.at(x, self.y.start).0);
+                match spans.last_mut() {
+                    Some(span) if from <= span.1 + 8 => span.1 = to,
+                    _ => spans.push((from, to.max(from + 1))),
+                }
             }
-            was_up = up;
         }
         for (from, to) in spans {
             canvas.fill([(from, self.top), (to, self.bottom)], color);

@@ -57,7 +57,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         let label = format!("{} in PWM counts", run.push());
         let legend = [(run.push(), Look::Line(ORANGE)), ("overflowed", Look::Area(SAND))];
         middle.frame(&mut canvas, &legend, Some("time in s"), &label);
-        middle.steps(&mut canvas, push(run), ORANGE, 3);
+        middle.curve(&mut canvas, push(run), ORANGE, 3);
 
         let y = spring_range.clone();
         let bottom = Panel { left, top: 1050, right, bottom: HEIGHT - 150, x: depth_range.clone(), y };

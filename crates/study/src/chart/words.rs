@@ -15,7 +15,8 @@ impl<'a> Run<'a> {
         self.trace.words(index.expect("the trace holds the nets of its pictures"))
     }
 
-    /// Times and words of one of the nets.
+    /// Times of the rows and the words that one of the nets has at them. Between two rows it changes at any time: draw it
+    /// as points joined by lines, not as steps.
     pub(super) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
         self.trace.times_s().zip(self.words_in(net).iter().copied())
     }
@@ -35,7 +36,7 @@ impl<'a> Run<'a> {
         self.trace.times_s().zip(self.trace.real(real).iter().map(move |value| value * scale))
     }
 
-    /// When the wall is touched, as the datapath sees it.
+    /// Whether the wall is touched at each row, as the datapath sees it.
     pub(super) fn contact(&self) -> impl Iterator<Item = (f64, bool)> + Clone + 'a {
         self.words_of(PENETRATION).map(|(t, word)| (t, word != 0))
     }

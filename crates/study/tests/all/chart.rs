@@ -117,6 +117,52 @@ fn the_command_is_drawn_upon_the_motors_torque_and_is_narrower() {
     }
 }
 
+/// The lines of a colour that have many points, in order of painting.
+fn curves(picture: &Picture, name: &str) -> Vec<Vec<(f64, f64)>> {
+    let key = picture.keys.iter().find(|key| key.name.starts_with(name)).unwrap_or_else(|| panic!("{name}"));
+    let own = elements(&picture.svg)
+        .filter(|(mark, of)| *mark == "polyline" && attribute(of, "stroke").map(rgb) == Some(key.color));
+    let point = |text: &str| {
+        let (x, y) = text.split_once(',').unwrap();
+        (x.parse().unwrap(), y.parse().unwrap())
+    };
+    let points = own.map(|(_, of)| attribute(of, "points").unwrap().split_whitespace().map(point).collect::<Vec<_>>());
+    points.filter(|points| points.len() > 20).collect()
+}
+
+#[test]
+fn a_word_that_changed_between_two_rows_is_drawn_as_changing_between_them() {
+    // Rows are 0.1 ms apart, 8 pixels of a close-up of 25 ms: no column has two of them.
+    with_runs(&["leak-bounce"], |runs| {
+        let pictures = run_pictures(&runs[0]);
+        for (picture, name) in [("torque", "commanded"), ("position", "as counted")] {
+            let curves = curves(named(&pictures, picture), name);
+            let close_up = curves.last().expect("a curve");
+            assert!(close_up.windows(2).all(|pair| pair[0].0 < pair[1].0), "{picture}: {close_up:?}");
+        }
+    });
+}
+
+#[test]
+fn contact_is_shaded_from_the_row_before_the_first_that_sees_it() {
+    with_runs(&["leak-bounce"], |runs| {
+        let run = &runs[0];
+        let depth = nets(run.scene).iter().position(|net| *net == "penetration").expect("a net");
+        let touch = run.trace.words(depth).iter().position(|word| *word != 0).expect("a contact");
+        let times: Vec<f64> = run.trace.times_s().collect();
+        for picture in run_pictures(run).iter().filter(|picture| ["position", "torque"].contains(&picture.name)) {
+            // The close-up is the first quarter of the run, 2030 pixels wide.
+            let pixel = |time_s: f64| 170.0 + 2030.0 * time_s / (0.25 * run.summary.motion_s);
+            let shades = elements(&picture.svg).filter(|(mark, of)| {
+                *mark == "rect" && attribute(of, "fill") == Some("#E9E4DC") && number(of, "height") > 200.0
+            });
+            let lefts: Vec<f64> = shades.map(|(_, of)| number(of, "x")).collect();
+            let wanted = pixel(times[touch - 1]).round();
+            assert!(lefts.contains(&wanted) && !lefts.contains(&pixel(times[touch]).round()), "{wanted}: {lefts:?}");
+        }
+    });
+}
+
 #[test]
 fn a_png_decodes_to_the_page_with_ink_on_it() {
     for picture in pictures("hybrid-wall") {
