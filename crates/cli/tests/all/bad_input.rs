@@ -316,3 +316,27 @@ fn a_range_of_stiffnesses_that_holds_nothing_is_refused_with_what_is_accepted() 
         assert_refused(&run(&["limits", "hybrid-wall", "--range", range]), code, words);
     }
 }
+
+#[test]
+fn a_box_that_is_none_is_refused_with_what_is_accepted() {
+    for (over, words) in [
+        ("device.inductance=2..1", &["2 to 1 is reversed"][..]),
+        ("device.inductance=1..1", &["1 to 1 is empty"]),
+        ("device.inductance", &["write KEY=A..B", "mH"]),
+        ("device.inductance=1..2:5", &["write KEY=A..B"]),
+        ("device.inductance=0..1", &["device.inductance", "must be above zero"]),
+        ("device.resistance=1..1e9", &["device.resistance", "accepted: 1e-6 to 1000000 Ohm"]),
+        ("encoder.lines=500..1000", &["the words change with it"]),
+        ("wall.stiffness=1..2", &["is the wall's", "device, hand and supply"]),
+        ("foo=1..2", &["unknown key", "device"]),
+    ] {
+        assert_refused(&run(&["limits", "hybrid-wall", "--over", over]), 2, words);
+    }
+    let twice = ["limits", "hybrid-wall", "--over", "hand.stiffness=1..2", "--hands", "50mm"];
+    assert_refused(&run(&twice), 2, &["hand.stiffness is given twice"]);
+    let set = ["limits", "hybrid-wall", "--over", "hand.stiffness=1..2", "--set", "hand.stiffness=1"];
+    assert_refused(&run(&set), 2, &["hand.stiffness is set too"]);
+    assert_refused(&run(&["limits", "hybrid-wall", "--hands"]), 2, &["--hands 50mm"]);
+    assert_refused(&run(&["limits", "hybrid-wall", "--hands", "5furlong"]), 2, &["write a radius", "50mm"]);
+    assert_refused(&run(&["limits", "rail-drop", "--hands"]), 2, &["spring_damper"]);
+}

@@ -58,6 +58,24 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
+        "hpu limits hybrid-wall -o out",
+        short("hpu limits hybrid-wall -o out --words 4 --phases 1", "eight phases take ten seconds of two cores"),
+    ),
+    (
+        "hpu limits hybrid-wall --over 'device.inductance=0.2..0.25 mH' --over 'device.resistance=2.2..2.5 Ohm'",
+        short(
+            "hpu limits hybrid-wall --over 'device.inductance=0.2..0.25 mH' --words 4 --phases 1",
+            "a box of two sides in words takes half a minute of two cores",
+        ),
+    ),
+    (
+        "hpu limits hybrid-wall --hands 50mm",
+        short(
+            "hpu limits hybrid-wall --hands 50mm --range 0.1..0.2 --words 2 --phases 1",
+            "nineteen worlds at eight phases take half a minute of two cores",
+        ),
+    ),
+    (
         "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' --y 'wall.damping=0..0.4 mN.m.s/rad' -o map",
         short(
             "hpu map hybrid-wall --x 'wall.stiffness=0.1..6:5' --y 'wall.damping=0..0.4 mN.m.s/rad:5' -o map",

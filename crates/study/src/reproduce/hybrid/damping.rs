@@ -8,7 +8,7 @@ use super::{Leaning, line};
 use crate::limits::linear_settles;
 use crate::map::{Cell, CellLimits};
 
-const GROUP: &str = "The least virtual damping that holds a wall, pushed by 20 mN.m";
+const GROUP: &str = "The least virtual damping that holds a wall, pushed by 20 mN.m: seen to fail, to hold";
 
 /// The loops, and what makes them of a shipped scene.
 const LOOPS: [(&str, &str, &str); 6] = [
@@ -34,7 +34,7 @@ pub(super) fn lines() -> Vec<Line> {
                     least(&scene, |scene| Ok(linear_settles(scene, scene.wall.stiffness_nm_per_rad) == Some(true)))?;
                 let words = least(&scene, |scene| runs_settled(scene, control))?;
                 let text = format!("linear {}, in words {}", text(linear, &scene), text(words, &scene));
-                Ok(Found::new(text, [linear, words].map(|damping| damping.unwrap_or(f64::INFINITY))))
+                Ok(Found::new(text, [linear, words].map(|damping| damping.map_or(f64::INFINITY, |[_, holds]| holds))))
             }));
             if scene.starts_with("conventional") {
                 lines.last_mut().expect("just added").claims = "c";
@@ -54,16 +54,17 @@ fn runs_settled(scene: &Scene, control: &Control) -> Result<bool, String> {
     Ok(cell.outcome == OutcomeKind::Settled)
 }
 
-/// The least damping that is stable, to 2 % : the first of a scan upwards in steps of a square root of two, then
-/// bisection; `None` when none is, up to 32 mN·m·s/rad.
-fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) -> Result<Option<f64>, String> {
+/// Two dampings within 2 %, one seen to fail and the other to hold: the first pair of a scan upwards in steps of a square
+/// root of two, then bisection; both 0 where none is needed, `None` when none holds, up to 32 mN·m·s/rad. What holds
+/// between two steps of the scan is not seen.
+fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) -> Result<Option<[f64; 2]>, String> {
     let mut holds = |damping: f64| {
         let mut scene = scene.clone();
         scene.wall.damping_nm_s_per_rad = damping;
         stable(&scene)
     };
     if holds(0.0)? {
-        return Ok(Some(0.0));
+        return Ok(Some([0.0; 2]));
     }
     let (mut low, mut high) = (0.0, 1e-6);
     while !holds(high)? {
@@ -76,19 +77,21 @@ fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) 
         let middle = 0.5 * (low + high);
         *(if holds(middle)? { &mut high } else { &mut low }) = middle;
     }
-    Ok(Some(high))
+    Ok(Some([low, high]))
 }
 
-/// A damping, and the gain in counts that it is when a velocity is a difference of counts.
-fn text(damping: Option<f64>, scene: &Scene) -> String {
+/// Where damping was seen to fail and to hold, and the gain in counts that the second is when a velocity is a difference
+/// of counts.
+fn text(damping: Option<[f64; 2]>, scene: &Scene) -> String {
     let realised = scene.words().map(|words| words.realised);
-    match (damping, realised) {
-        (None, _) => "none does".into(),
-        (Some(0.0), _) => "0".into(),
-        (Some(damping), Ok(realised)) => {
-            let quantum = realised.torque_quantum_nm / realised.count_rad;
-            format!("{:.4} mN.m.s/rad (gain {:.2})", damping * 1e3, damping * realised.sample_rate_hz / quantum)
-        }
-        (Some(damping), Err(_)) => format!("{:.4} mN.m.s/rad", damping * 1e3),
+    let Some([fails, holds]) = damping else { return "none does".into() };
+    if holds == 0.0 {
+        return "0".into();
     }
+    let decimals = (2 - (holds * 1e3).log10().floor() as i32).max(0) as usize;
+    let seen = format!("{:.decimals$} to {:.decimals$} mN.m.s/rad", fails * 1e3, holds * 1e3);
+    realised.map_or(seen.clone(), |realised| {
+        let quantum = realised.torque_quantum_nm / realised.count_rad;
+        format!("{seen} (gain {:.1})", holds * realised.sample_rate_hz / quantum)
+    })
 }
