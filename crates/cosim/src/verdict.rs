@@ -4,8 +4,9 @@
 //! s):
 //!
 //! 1. **settled** when its rms about its own mean is below one encoder count, and its swing does not grow: when the
-//!    half-ranges of the window's quarters ascend, and the last is more than 1.5 times the first, it has diverged,
-//!    however small it still is. Growth below [`unseen_growth_per_s`] is not seen in the window, and not told from rest;
+//!    half-range of the window's last quarter is more than 1.5 times that of the first, and each quarter has at least half
+//!    of the share of that growth that a steady one would give it (a factor of 1.07), it has diverged, however small it
+//!    still is. Growth below [`unseen_growth_per_s`] is not seen in the window, and not told from rest;
 //! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or
 //!    when it is not finite;
 //! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean,
@@ -183,6 +184,8 @@ impl<'a> Window<'a> {
 
 /// Factor of growth from which a swing is seen to grow.
 const GROWN: f64 = 1.5;
+/// What each quarter has of it at least, for the growth to be steady: its sixth root.
+const STEADY: f64 = 1.07;
 /// Half-ranges below this share of a count are made of rounding.
 const ROUNDED: f64 = 1e-9;
 
@@ -206,7 +209,7 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let [before, after, amplitude_rad] = [&quarters[..2], &quarters[2..], &quarters].map(half_range);
     if rms_rad < count_rad {
         let swings = quarters.map(|quarter| half_range(&[quarter]));
-        let ascends = swings.windows(2).all(|pair| pair[0] < pair[1]);
+        let ascends = swings.windows(2).all(|pair| pair[1] > STEADY * pair[0]);
         let grows = ascends && swings[3] > GROWN * swings[0] && swings[3] > ROUNDED * count_rad;
         return if grows { Verdict::Diverged { at_s, amplitude_rad: after } } else { Verdict::Settled { rms_rad } };
     }

@@ -88,6 +88,9 @@ fn a_step_or_a_drift_within_a_count_is_no_growth() {
     // Stuck, then let go by half a count at 9.9 s; and a steady drift.
     assert!(matches!(verdict(|t| if t > 9.9 { 0.5 * COUNT_RAD } else { 0.0 }), Verdict::Settled { .. }));
     assert!(matches!(verdict(|t| 0.1 * COUNT_RAD * t), Verdict::Settled { .. }));
+    // A ripple that creeps up by a thousandth, and is kicked once at the end.
+    let ripple = |t: f64| 3.5e-5 * (1.0 + 1e-4 * t) * (TAU * 500.0 * t).sin() + if t > 9.95 { 3e-5 } else { 0.0 };
+    assert!(matches!(verdict(ripple), Verdict::Settled { .. }));
     // Rounding of an angle of 40 rad is of 7e-15 rad.
     assert!(matches!(verdict(|t| 40.0 + 1e-14 * (t * t * 97.0).sin() * t), Verdict::Settled { .. }));
 }
