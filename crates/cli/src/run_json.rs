@@ -6,7 +6,7 @@ use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
 
 use crate::run::Ran;
-use crate::run_text::{displayed, wraps};
+use crate::run_text::{displayed, unseen, wraps};
 use crate::{fit, parameters, rows, run};
 
 /// The object that `hpu run --json` prints.
@@ -25,6 +25,9 @@ pub fn summary(ran: &Ran) -> Value {
         "displayed_stiffness": displayed(ran).map(|(_, _, displayed, _)| displayed),
         "displayed_ratio": displayed(ran).and_then(|(.., ratio)| ratio),
         "product_wraps": wraps(ran),
+        "unseen_contact": unseen(ran).map(|(_, unseen)| {
+            json!({ "depth": unseen.depth, "position_wrapped": unseen.wrapped })
+        }),
         "complete": summary.complete,
         "aborted": summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })),
         "edges": summary.edges,

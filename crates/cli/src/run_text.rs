@@ -17,7 +17,7 @@ use crate::run::Ran;
 use crate::terminal;
 use crate::units::{error_percent, percent, rounded_up, si};
 
-pub use contact::{displayed, wraps};
+pub use contact::{displayed, unseen, wraps};
 
 /// An axis's angle among its outputs.
 const ANGLE: usize = 2;

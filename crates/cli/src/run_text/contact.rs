@@ -1,7 +1,7 @@
 //! Contact with the wall, as the summary tells it beside the verdict.
 
 use hpu_cosim::{Ready, Session, Verdict};
-use hpu_study::map::{displayed_stiffness, product_wraps};
+use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
 use super::ANGLE;
 use crate::run::Ran;
@@ -9,6 +9,11 @@ use crate::units::si;
 
 /// A warning beside the verdict where the wall was not reached, or where its product wrapped; else nothing.
 pub fn beside(ran: &Ran) -> String {
+    if let Some((session, Unseen { depth, wrapped })) = unseen(ran) {
+        let past = si(depth, session.scene().device.units().position);
+        let why = if wrapped { ": the position counter wrapped" } else { "" };
+        return format!("; the datapath saw no contact though the device was {past} past the wall{why}");
+    }
     match (ran.summary.contact_share, wraps(ran)) {
         (Some(0.0), _) => "; wall not reached in the judged window".to_string(),
         (_, Some(wraps)) => {
@@ -54,6 +59,13 @@ pub fn displayed<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, f64, f64, Option<
     let scene = session.scene();
     let (displayed, ratio) = displayed_stiffness(scene, &ran.trace, ran.summary.averages)?;
     Some((session, ran.trace.last(ANGLE)? - scene.wall.position_rad, displayed, ratio))
+}
+
+/// How far the device of an axis was past the wall while the datapath saw no contact.
+pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, Unseen)> {
+    let Ready::Axis(session) = ran.session else { return None };
+    let seen = unseen_contact(session.scene(), &session.words().realised, &ran.trace, &ran.summary);
+    seen.map(|unseen| (session, unseen))
 }
 
 /// How often the spring's product has wrapped where a motion came to rest in the wall, if it has.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{code, json, run, stderr, stdout};
+use crate::common::{code, json, run, scratch, stderr, stdout, text};
 
 /// A hand that ends in free air, before the wall at 1.5 rad; half a second of it.
 const AIR: [&str; 4] = ["--set", "hand.path=[[0, 0], [\"150 ms\", 1.4]]", "--set", "run.duration=500 ms"];
@@ -82,6 +82,34 @@ fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
     assert!((0.15..0.30).contains(&ratio), "{ratio}");
     let held = json(&run(&["run", "wrap-saturated", "--json"]));
     assert_eq!((&held["contact_share"], &held["product_wraps"]), (&json!(1.0), &Value::Null));
+}
+
+#[test]
+fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
+    // A hand at 2.5 rad, 999.77 mrad or 652 counts past the wall of 978 counts: a counter of 10 bits holds 512 to either side of it.
+    let hand = ["--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "hand.stiffness=3"];
+    let with = |bits: &str, more: &[&str]| {
+        let bits = format!("method.position_bits={bits}");
+        run(&[&["run", "hybrid-wall", "--set", &bits], &hand[..], more].concat())
+    };
+    let said = stdout(&with("10", &[]));
+    let wanted =
+        "; the datapath saw no contact though the device was 999.77 mrad past the wall: the position counter wrapped";
+    let outcome = said.lines().find(|line| line.starts_with("outcome")).expect("an outcome");
+    assert!(outcome.ends_with(wanted), "{outcome}");
+    let found = json(&with("10", &["--json"]));
+    assert_eq!((&found["contact_share"], &found["unseen_contact"]["position_wrapped"]), (&json!(0.0), &json!(true)));
+    let depth = found["unseen_contact"]["depth"].as_f64().expect("a depth");
+    assert!((depth - 1.0).abs() < 2e-3, "{depth}");
+    // With room for it the counter sees the contact; in free air there is none to see.
+    assert_eq!(json(&with("12", &["--json"]))["unseen_contact"], Value::Null);
+    assert_eq!(object(&hpu("run", &["--json"]))["unseen_contact"], Value::Null);
+    let out = scratch("unseen").join("out");
+    assert_eq!(code(&with("10", &["-o", text(&out)])), 0);
+    for name in ["position.svg", "torque.svg"] {
+        let svg = std::fs::read_to_string(out.join(name)).expect("a picture");
+        assert!(svg.contains("; 1.00 rad past the wall, counter wrapped"), "{name}");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ mod words;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Summary, Trace, Verdict};
 
-use crate::map::product_wraps;
+use crate::map::{Unseen, product_wraps, unseen_contact};
 
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
@@ -143,13 +143,20 @@ pub fn run_pictures(run: &Run) -> Vec<Picture> {
 /// The outcome of the motion in a few words, with a warning where it says nothing of the wall.
 fn outcome(run: &Run) -> String {
     let wraps = product_wraps(run.scene, &run.words.realised, run.trace, run.summary);
+    let unseen = unseen_contact(run.scene, &run.words.realised, run.trace, run.summary);
     let warning = match (run.summary.contact_share, wraps) {
-        (Some(0.0), _) => "; wall not reached".into(),
+        (Some(0.0), _) => unseen.map_or("; wall not reached".into(), |unseen| past_the_wall(run, unseen)),
         (_, Some(1)) => "; through the wall, product wrapped once".into(),
         (_, Some(wraps)) => format!("; through the wall, product wrapped {wraps} times"),
         _ => String::new(),
     };
     verdict(run) + &warning
+}
+
+/// What a datapath did not see of a device past the wall.
+fn past_the_wall(run: &Run, Unseen { depth, wrapped }: Unseen) -> String {
+    let (unit, digits) = (run.scene.device.units().position, if depth < 0.1 { 4 } else { 2 });
+    format!("; {depth:.digits$} {unit} past the wall, {}", if wrapped { "counter wrapped" } else { "unseen" })
 }
 
 /// The verdict in a few words.

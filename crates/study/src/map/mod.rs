@@ -13,6 +13,7 @@ mod fill;
 mod method;
 mod refine;
 mod table;
+mod unseen;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -31,6 +32,7 @@ pub use fill::Plan;
 pub use method::Method;
 pub use refine::{Refinement, STRIDE};
 pub use table::{COLUMNS, csv, parquet, units_of};
+pub use unseen::{Unseen, unseen_contact};
 
 /// A scene's text, with all that it needs.
 #[derive(Clone, PartialEq, Debug)]

@@ -1,0 +1,32 @@
+//! A device past its wall whose datapath saw no contact.
+
+use hpu_cosim::scene::{Realised, Scene};
+use hpu_cosim::{Summary, Trace};
+
+/// How far a device was past the wall while the datapath saw no contact.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Unseen {
+    /// Greatest depth in the judged window, in rad, of a mass in m.
+    pub depth: f64,
+    /// The depth is half of the position counter's range or more: the counter wrapped, and lies before the wall.
+    pub wrapped: bool,
+}
+
+/// Counts past the wall that the encoder and the wall's rounded place may hide.
+const HIDDEN_COUNTS: f64 = 2.0;
+
+/// Returns the depth that the datapath did not see in the judged window; `None` where it saw contact or the device
+/// stayed before the wall.
+#[must_use]
+pub fn unseen_contact(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<Unseen> {
+    if summary.contact_share != Some(0.0) {
+        return None;
+    }
+    let angles_rad = trace.angles_rad();
+    let judged = &angles_rad[angles_rad.len() - angles_rad.len() * 3 / 10..];
+    let farthest_rad = judged.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let depth = farthest_rad - realised.wall_position_rad;
+    let half_range = realised.count_rad * f64::from(scene.method.position_bits - 1).exp2();
+    let is_past = depth > HIDDEN_COUNTS * realised.count_rad;
+    is_past.then_some(Unseen { depth, wrapped: realised.count_rad > 0.0 && depth >= half_range })
+}
