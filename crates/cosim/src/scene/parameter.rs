@@ -39,6 +39,8 @@ pub enum Origin {
     Default,
     /// The motor that the scene names.
     Motor(&'static str),
+    /// The model of the device, named or by default.
+    Model(&'static str),
 }
 
 /// Parameters in the order in which they are read.

@@ -189,7 +189,8 @@ impl<'a> Section<'a> {
         self.whole(key, least, most, default, "")
     }
 
-    fn whole(
+    /// A whole number of a unit.
+    pub fn whole(
         &self,
         key: &str,
         least: u64,

@@ -501,3 +501,18 @@ fn a_stiffness_that_its_word_misses_by_far_has_a_format_that_holds_it() {
     let none = miss("(0,31,1)", "0.015").expect("40.6 % off");
     assert_eq!(none.format, None);
 }
+
+#[test]
+fn links_of_a_named_arm_are_said_by_its_model() {
+    let shipped = hpu_cosim::scene::shipped().iter().find(|scene| scene.name == "phantom-drop").expect("it is shipped");
+    let said = |set: &[(String, String)], key: &str| {
+        let experiment = shipped.parse(set).expect("a scene");
+        let found = experiment.parameters().iter().find(|parameter| parameter.key == key).cloned().expect(key);
+        (found.unit, found.origin)
+    };
+    let set = |key: &str, value: &str| vec![(key.to_string(), value.to_string())];
+    assert_eq!(said(&[], "device.upper_arm"), ("m", Origin::Model("premium_1.0")));
+    assert_eq!(said(&set("device.model", "premium_1.5"), "device.forearm"), ("m", Origin::Model("premium_1.5")));
+    assert_eq!(said(&set("device.forearm", "0.13"), "device.forearm"), ("m", Origin::Set));
+    assert_eq!(said(&[], "method.depth_bits"), ("bit", Origin::Default));
+}
