@@ -7,6 +7,7 @@ use hpu_study::map::SceneText;
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::parameters::{missed_object, stiffness_miss, stiffness_missed};
 use crate::scene::{self, Source, set_options};
 use crate::terminal::{print, print_json};
 use crate::units::si;
@@ -58,10 +59,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     };
     let command = command(name, args, &found);
+    let experiment = source.parse(&args.set.set)?;
     if args.json {
-        print_json(&object(name, &found, &command))?
+        let mut object = object(name, &found, &command);
+        object["stiffness_missed"] = json!(stiffness_miss(&experiment).as_ref().map(missed_object));
+        print_json(&object)?
     } else {
-        print(&text(name, &found, &command))?
+        let warning = stiffness_missed(&experiment).map(|said| format!("warning    {said}\n"));
+        print(&(text(name, &found, &command) + &warning.unwrap_or_default()))?
     }
     Ok(Exit::Fine)
 }

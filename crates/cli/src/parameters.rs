@@ -70,6 +70,20 @@ pub fn missed(Miss { error, format }: &Miss, key: Option<&str>) -> String {
     format!("stiffness misses what is asked for by {}; {remedy}", error_percent(*error))
 }
 
+/// The miss of a scene's stiffness, if its word is far from it.
+pub fn stiffness_miss(experiment: &Experiment) -> Option<Miss> {
+    match experiment {
+        Experiment::Axis(scene) => scene.words().ok()?.realised.stiffness_miss,
+        Experiment::Phantom(scene) => scene.words().ok()?.stiffness_miss,
+    }
+}
+
+/// That a scene's stiffness is missed, and the format that would hold it.
+pub fn stiffness_missed(experiment: &Experiment) -> Option<String> {
+    let key = matches!(experiment, Experiment::Axis(_)).then_some("method.stiffness_format");
+    stiffness_miss(experiment).map(|miss| missed(&miss, key))
+}
+
 /// The same as JSON.
 pub fn missed_object(miss: &Miss) -> Value {
     json!({ "error": miss.error, "format": miss.format.map(|format| format.to_string()) })

@@ -14,6 +14,7 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::notation::Written;
+use crate::parameters::stiffness_missed;
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::widths_cost::{OneMore, one_more};
@@ -90,6 +91,8 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub struct Page {
     /// Names of the scenes.
     pub scenes: Vec<String>,
+    /// Which scenes' stiffness its word misses by far, and what would hold it.
+    pub missed: Vec<String>,
     /// The FPGA's clock.
     pub clock_hz: u64,
     /// Seconds and seed of random motion.
@@ -204,6 +207,10 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
     }
     Ok(Some(Page {
         scenes: args.scenes.clone(),
+        missed: experiments
+            .iter()
+            .filter_map(|experiment| Some(format!("{}: {}", experiment.name(), stiffness_missed(experiment)?)))
+            .collect(),
         clock_hz: experiments[0].clock().frequency_hz(),
         random: args.random.map(|seconds| (seconds, args.seed)),
         measured,

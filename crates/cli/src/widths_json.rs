@@ -14,6 +14,7 @@ use crate::widths_proved::{Proved, how};
 pub fn object(page: &Page) -> Value {
     let measured = &page.measured;
     json!({
+        "stiffness_missed": page.missed,
         "scenes": page.scenes,
         "wiring": measured.wiring,
         "edges": measured.edges,

@@ -21,6 +21,7 @@ pub fn page(page: &Page) -> String {
     let mut text = String::new();
     let mut line = |said: &str| writeln!(text, "{said}").expect("a string grows");
     head(page, &mut line);
+    page.missed.iter().for_each(|said| line(&format!("warning: {said}")));
     let (rows, left_out) = shown(page);
     line("");
     line(&row(["signal", "format", "measured", "proved", "idle", "rounded", "overflowed", "SQNR dB", "needs"]));

@@ -179,3 +179,18 @@ fn limits_warn_of_a_wall_that_the_hand_falls_through() {
     let text = stdout(&run(&["limits", "wrap-saturated", "--range", "3..5", "--phases", "1"]));
     assert!(!text.contains("wrapped"), "{text}");
 }
+
+#[test]
+fn widths_and_fit_flag_a_stiffness_that_its_word_misses() {
+    // 0.06 N.m/rad is 1.42 words of 42.18 mN.m/rad: one word is 30 % less.
+    let soft = ["--set", "wall.stiffness=0.06"];
+    for verb in ["widths", "fit"] {
+        let text = stdout(&run(&[&[verb, "hybrid-wall"], &soft[..]].concat()));
+        let said =
+            text.lines().find(|line| line.contains("stiffness misses what is asked for by -29.7")).expect("told");
+        assert!(said.contains("method.stiffness_format"), "{said}");
+        let json = stdout(&run(&[&[verb, "hybrid-wall", "--json"], &soft[..]].concat()));
+        assert!(json.contains("stiffness_missed") && (json.contains("29.7") || json.contains("-0.297")), "{verb}");
+        assert!(!stdout(&run(&[verb, "hybrid-wall"])).contains("misses"), "{verb}");
+    }
+}
