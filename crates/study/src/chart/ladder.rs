@@ -3,8 +3,8 @@
 use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
-use crate::reproduce::ladder::{Summary, brief};
-use crate::reproduce::{Agreement, Finding, plus};
+use crate::reproduce::ladder::Summary;
+use crate::reproduce::{Agreement, Finding, brief, plus};
 
 use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use super::log_panel::{decades, dotted, legend, log_panel, style};

@@ -148,7 +148,7 @@ impl Summary {
 
 /// The finding on a claim in a narrow field.
 #[must_use]
-pub fn brief(finding: Finding) -> String {
+pub(crate) fn brief(finding: Finding) -> String {
     match finding {
         Finding::Confirmed => "met".into(),
         Finding::NotConfirmed => "not".into(),
@@ -199,7 +199,7 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
 
 /// A count at every seed, and what some seeds add.
 #[must_use]
-pub fn plus(every: usize, some: usize) -> String {
+pub(crate) fn plus(every: usize, some: usize) -> String {
     if some == 0 { every.to_string() } else { format!("{every}+{some}") }
 }
 

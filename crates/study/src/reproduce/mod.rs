@@ -35,7 +35,8 @@ mod trial;
 pub mod workspace;
 
 pub use claims::{Claim, claims};
-pub use ladder::{RUNGS, Rung, plus};
+pub use ladder::{RUNGS, Rung};
+pub(crate) use ladder::{brief, plus};
 pub use published::{Agreement, PUBLISHED, Published};
 pub use summing::{Finding, Statement, Sum, summing_up};
 pub use seeds::Outcomes;

@@ -2,8 +2,9 @@
 //!
 //! At the edge of stability the chatter of a drop is chaotic: another draw of the release makes a passive cell of one
 //! that is not. Every cell is run at the first seed. A cell is *near a boundary* when its class, at any seed known so
-//! far, differs from that of a neighbouring row of its column, or from its own at another seed. Such a cell is run at
-//! every seed; a cell whose seeds disagree so makes its own neighbours near, until no cell is new.
+//! far, differs from that of a neighbouring row of its column, or from its own at another seed. No wall, below the
+//! softest row, counts as passive; a wall beyond the stiffest row counts as aborted, for the boundary may be just there.
+//! Such a cell is run at every seed; a cell whose seeds disagree so makes its own neighbours near, until no cell is new.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -33,9 +34,10 @@ impl Study {
         Some(Cell::new(self.first_seed + seed as u64, trials.collect::<Option<Vec<_>>>()?))
     }
 
-    /// The classes that a cell is known to have, one for each seed at which it has been run.
+    /// The classes that a cell is known to have, one for each seed at which it could be run.
     fn classes(&self, cell: usize, outcomes: &Outcomes) -> Vec<Class> {
-        (0..self.seeds as usize).filter_map(|seed| Some(self.cell(cell, seed, outcomes)?.class)).collect()
+        let seeds = (0..self.seeds as usize).filter_map(|seed| Some(self.cell(cell, seed, outcomes)?.class));
+        seeds.filter(|class| *class != Class::Failed).collect()
     }
 
     /// The cells near a boundary, as far as these outcomes tell.
@@ -43,11 +45,11 @@ impl Study {
     pub fn near(&self, outcomes: &Outcomes) -> BTreeSet<usize> {
         let classes: Vec<_> = (0..self.cells()).map(|cell| self.classes(cell, outcomes)).collect();
         let mut near = BTreeSet::new();
-        for (column, classes) in classes.chunks(self.stiffnesses_n_per_m.len().max(1)).enumerate() {
-            for row in 0..classes.len() {
-                let around = &classes[row.saturating_sub(1)..(row + 2).min(classes.len())];
+        for (column, rows) in classes.chunks(self.stiffnesses_n_per_m.len().max(1)).enumerate() {
+            let rows = [&[vec![Class::Passive]], rows, &[vec![Class::HighlyUnstable]]].concat();
+            for (row, around) in rows.windows(3).enumerate() {
                 if around.concat().windows(2).any(|pair| pair[0] != pair[1]) {
-                    near.insert(column * classes.len() + row);
+                    near.insert(column * (rows.len() - 2) + row);
                 }
             }
         }
