@@ -108,7 +108,9 @@ impl Repeated {
         }
         if matches!(self.finding(), Finding::MetInSome { .. }) {
             let met = self.seeds.iter().filter(|(_, claim)| claim.met == Some(true)).map(|(seed, _)| seed.to_string());
-            found += &format!("; met at seeds {}: one draw cannot tell", met.collect::<Vec<_>>().join(", "));
+            let met: Vec<_> = met.collect();
+            let seeds = if met.len() == 1 { "seed" } else { "seeds" };
+            found += &format!("; met at {seeds} {}: one draw cannot tell", met.join(", "));
         }
         found
     }
@@ -172,7 +174,7 @@ impl Tables {
     #[must_use]
     pub fn drawn(&self) -> String {
         match self.tables.len() {
-            1 => "one seed".to_string(),
+            1 => format!("one draw, seed {}", self.first().seed),
             seeds => format!("{seeds} seeds near boundaries, one elsewhere"),
         }
     }
