@@ -149,9 +149,14 @@ fn what_no_cell_could_take_is_refused_before_anything_is_written() {
         let arguments = [&["reproduce", "phantom-table-2", "-o", text(&out)][..], arguments].concat();
         assert_refused(&run(&arguments), exit, words);
     }
-    for (option, value) in
-        [("--axes", "w"), ("--platforms", "RTOS-7"), ("--stiffness", "-5"), ("--trials", "0"), ("--seeds", "0"), ("--jobs", "0")]
-    {
+    for (option, value) in [
+        ("--axes", "w"),
+        ("--platforms", "RTOS-7"),
+        ("--stiffness", "-5"),
+        ("--trials", "0"),
+        ("--seeds", "0"),
+        ("--jobs", "0"),
+    ] {
         let output = run(&["reproduce", "phantom-table-2", option, value, "-o", text(&out)]);
         assert_eq!((code(&output), stdout(&output).as_str()), (2, ""), "{option} {value}");
     }

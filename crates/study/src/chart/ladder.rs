@@ -26,7 +26,9 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
     let drawn = rungs[0].tables.drawn();
     let conditions = if rungs[0].tables.each().len() > 1 {
-        format!("{drawn}; k/n: met in k of n seeds; m+s: m at all, s at some; each model has all above it; ?: its table does not tell")
+        format!(
+            "{drawn}; k/n: met in k of n seeds; m+s: m at all, s at some; each model has all above it; ?: its table does not tell"
+        )
     } else {
         format!("{drawn}; each model has all that those above it have; ?: its table does not tell")
     };

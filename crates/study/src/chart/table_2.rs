@@ -23,9 +23,8 @@ pub fn table_2(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
     let Agreement { legible, same, mixed } = Agreement::of(tables);
     let some = if mixed > 0 { format!(", {mixed} at some seeds") } else { String::new() };
-    let title = format!(
-        "PHANToM drop test, Table 2 of Sevcik et al. 2009: {legible} legible cells, {same} as printed{some}"
-    );
+    let title =
+        format!("PHANToM drop test, Table 2 of Sevcik et al. 2009: {legible} legible cells, {same} as printed{some}");
     let conditions = format!(
         "{}; passive: rms below 0.003 cm over the last 3 s of 10 s, {}; weight 0.15 N, walls at 2 cm",
         tables.drawn(),

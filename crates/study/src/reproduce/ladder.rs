@@ -169,7 +169,8 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
         let Agreement { legible, same, mixed } = rung.agreement;
         let [met, some, told] = rung.met();
         let (same, met) = (plus(same, mixed), plus(met, some));
-        let _ = write!(text, "{:<20}{:>14}{:>8}", rung.rung.name, format!("{same} of {legible}"), format!("{met}/{told}"));
+        let _ =
+            write!(text, "{:<20}{:>14}{:>8}", rung.rung.name, format!("{same} of {legible}"), format!("{met}/{told}"));
         for claim in &rung.claims {
             let _ = write!(text, "{:>6}", brief(claim.finding()));
         }
@@ -243,7 +244,8 @@ fn by_rung(ladder: &[Summary]) -> String {
 /// Rungs and claims, one of each a row.
 #[must_use]
 pub fn ladder_csv(ladder: &[Summary]) -> String {
-    let mut text = "rung,legible_cells,same_cells,same_at_some_seeds,claim,seeds,seeds_met,seeds_not_met,found\n".to_string();
+    let mut text =
+        "rung,legible_cells,same_cells,same_at_some_seeds,claim,seeds,seeds_met,seeds_not_met,found\n".to_string();
     for Summary { rung, claims, agreement: Agreement { legible, same, mixed }, .. } in ladder {
         for claim in claims {
             let count = |wanted| claim.seeds.iter().filter(|(_, claim)| claim.met == Some(wanted)).count();

@@ -12,7 +12,8 @@ use super::trial::{Trial, Verdict};
 use super::{Outcomes, Point, Study};
 
 /// First line of a study's CSV; the unit is in the name.
-pub const CSV_HEADER: &str = "rung,axis,platform,stiffness_n_per_m,seed,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
+pub const CSV_HEADER: &str =
+    "rung,axis,platform,stiffness_n_per_m,seed,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
 
 /// Every trial that was run, one a row.
 #[must_use]
@@ -61,7 +62,11 @@ pub fn table_text(tables: &Tables) -> String {
     text += "= printed and the same   ! printed otherwise   (neither: this cell is lost in the text of the paper)\n";
     text += &seeds(tables);
     let at_some = if mixed > 0 { format!(", {mixed} at some seeds") } else { String::new() };
-    let _ = writeln!(text, "{same} of {legible} legible cells are as printed{at_some}, {} are not\n", agreement.otherwise());
+    let _ = writeln!(
+        text,
+        "{same} of {legible} legible cells are as printed{at_some}, {} are not\n",
+        agreement.otherwise()
+    );
     text += &limits(tables);
     for reason in tables.failures() {
         let _ = writeln!(text, "could not be run: {reason}");
@@ -74,7 +79,10 @@ fn seeds(tables: &Tables) -> String {
     let table = tables.first();
     let seeds = tables.each().len();
     if seeds == 1 {
-        return format!("Every cell is one draw, of seed {}: near the edge of stability another seed may differ\n", table.seed);
+        return format!(
+            "Every cell is one draw, of seed {}: near the edge of stability another seed may differ\n",
+            table.seed
+        );
     }
     let repeated = tables.repeated();
     let mut text = format!(
@@ -147,7 +155,11 @@ fn grid(tables: &Tables) -> String {
 /// How stiff the walls may be, and that over PMOS-1.
 fn limits(tables: &Tables) -> String {
     let mut text = String::from("Stiffest wall in N/m up to which every row is passive");
-    text += if tables.each().len() > 1 { " at every seed .. stiffest that is passive at some seed" } else { " .. stiffest that is passive" };
+    text += if tables.each().len() > 1 {
+        " at every seed .. stiffest that is passive at some seed"
+    } else {
+        " .. stiffest that is passive"
+    };
     text += " (times that of PMOS-1; >= the rows end there)\n";
     let table = tables.first();
     for &platform in &table.platforms {

@@ -107,7 +107,7 @@ fn a_cell_is_passive_when_all_trials_are_and_white_when_any_was_aborted() {
     let mean = cell(2.0).rms_m().unwrap();
     assert!((mean - 16e-6).abs() < 1e-18, "(1 + 40 + 7) / 3 micrometres, not {mean}");
     assert_eq!((cell(3.0).rms_m(), cell(4.0).rms_m()), (None, None), "not recorded");
-        assert_eq!(table.cell(Direction::X, Platform::Pmos1, 1.0), None);
+    assert_eq!(table.cell(Direction::X, Platform::Pmos1, 1.0), None);
     assert_eq!(table.cell(Direction::Y, Platform::Pmos1, 5.0), None);
 }
 
