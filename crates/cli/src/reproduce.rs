@@ -15,8 +15,11 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 /// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim
 /// that is not confirmed is a result and no failure; a trial that cannot be run is one.
 ///
-/// phantom-table-2 takes about a minute on two cores, phantom-lag one or two, phantom-cost many: each synthesis takes
-/// up to a few, a core and up to a gigabyte.
+/// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where one
+/// draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
+///
+/// phantom-table-2 takes about three minutes on two cores, phantom-lag one or two, phantom-cost many: each synthesis
+/// takes up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -1,11 +1,13 @@
 //! `hpu reproduce phantom-table-2` and `phantom-ladder`: the published drop test, run again.
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
-use hpu_cosim::scene::{Direction, Platform};
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Direction, Experiment, Platform};
 use hpu_study::chart::{self, Picture};
-use hpu_study::reproduce::{self as study, Class, Point, RUNGS, Rung, Study, Table, Trial, ladder};
-use hpu_study::units;
+use hpu_study::reproduce::{self as study, Class, Outcomes, Point, RUNGS, Rung, Study, Tables, Trial, ladder};
+use hpu_study::units::{self, Row};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -30,7 +32,10 @@ pub struct Args {
     /// Against walls of these stiffnesses in N/m, as in 250,500 [default: 20 from 5 to 40000]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = stiffness)]
     stiffness: Vec<f64>,
-    /// Trials of each
+    /// Seeds at which a cell near a boundary is run, from run.seed on; the other cells are run at the first alone
+    #[arg(long, value_name = "N", default_value_t = study::SEEDS, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: u64,
+    /// Trials of each cell at a seed
     #[arg(long, value_name = "N", default_value_t = study::TRIALS, value_parser = clap::value_parser!(u64).range(1..=1000))]
     trials: u64,
     #[command(flatten)]
@@ -42,6 +47,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// The key of the scene that says the first seed.
+const SEED: &str = "run.seed";
 
 /// Which study of the drop test.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -92,7 +100,8 @@ fn stiffness(text: &str) -> Result<f64, String> {
 
 impl Args {
     fn study(&self, name: Name) -> Result<Study, Failure> {
-        let mut study = Study { axes: self.axes.0.clone(), trials: self.trials, ..Study::whole(name.rungs()) };
+        let mut study =
+            Study { axes: self.axes.0.clone(), seeds: self.seeds, trials: self.trials, ..Study::whole(name.rungs()) };
         if !self.platforms.is_empty() {
             // In the paper's order, each once.
             study.platforms.retain(|platform| self.platforms.contains(platform));
@@ -103,13 +112,17 @@ impl Args {
             study.stiffnesses_n_per_m.dedup();
         }
         study.set.clone_from(&self.set.set);
+        if let Experiment::Phantom(scene) = study::scene().parse(&study.set).map_err(Failure::file)? {
+            study.first_seed = scene.run.seed;
+        }
+        study.set.retain(|(key, _)| key != SEED);
         if let Some((key, _)) = study.set.iter().find(|(key, _)| Study::OWN_KEYS.contains(&key.as_str())) {
             let said =
                 format!("--set {key}: the study sets that itself; see --axes, --platforms, --stiffness and --trials");
             return Err(Failure::usage(said));
         }
         // What is wrong with any of the cells shall be said before the first is run.
-        for point in study.points().iter().filter(|point| point.trial == 1) {
+        for point in study.points().iter().filter(|point| (point.seed, point.trial) == (study.first_seed, 1)) {
             study::scene().parse(&study.overrides(point)).map_err(Failure::file)?;
         }
         Ok(study)
@@ -129,7 +142,9 @@ impl Args {
         option("platforms", study.platforms != whole.platforms, names.join(","));
         let rows: Vec<_> = study.stiffnesses_n_per_m.iter().map(f64::to_string).collect();
         option("stiffness", study.stiffnesses_n_per_m != whole.stiffnesses_n_per_m, rows.join(","));
+        option("seeds", study.seeds != whole.seeds, study.seeds.to_string());
         option("trials", study.trials != whole.trials, study.trials.to_string());
+        option("set", study.first_seed != whole.first_seed, format!("{SEED}={}", study.first_seed));
         command + &set_options(&study.set)
     }
 }
@@ -141,33 +156,21 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     let mut command = args.command(name, &study);
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), || header(&study, &points, &command))?;
-    let before = done.len();
-
+    let mut outcomes: Outcomes = done.into_iter().map(|(place, row)| (place, read(row))).collect();
     let control = interrupt::heed();
-    let mut kept = before;
-    let rows = with_progress((points.len() - before) as u64, "trials", control, || {
-        let unit = |index: usize, control: &_| match study::run_trial(&study.overrides(&points[index]), control) {
-            Ok(trial) => trial.map(|trial| Ok(trial.line())),
-            Err(reason) => Some(Err(reason)),
-        };
-        units::run(points.len(), args.jobs.get(), done, control, unit, |index, row| {
-            kept += 1;
-            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
-        })
+    fill(&study, &points, args, &mut outcomes, control, |place, row| {
+        journal.as_mut().map_or(Ok(()), |journal| journal.add(place, row))
     })?;
-    let Some(rows) = rows else {
-        let stopped = Interrupted { study: name.text(), done: kept, trials: points.len(), out: args.out.clone() };
+    let left = study.wanted(&outcomes).len();
+    if left > 0 {
+        let stopped = Interrupted { study: name.text(), done: outcomes.len(), left, out: args.out.clone() };
         return stopped.tell(args.json);
-    };
-    let read = |row: Result<String, String>| {
-        row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
-    };
-    let outcomes: Vec<(Point, Result<Trial, String>)> = points.into_iter().zip(rows.into_iter().map(read)).collect();
-    let tables: Vec<Table> = (0..study.rungs.len()).map(|rung| Table::new(&study, rung, &outcomes)).collect();
+    }
+    let tables: Vec<Tables> = (0..study.rungs.len()).map(|rung| Tables::new(&study, rung, &outcomes)).collect();
     if let Some(out) = &args.out {
         command += &format!(" -o {}", scene::quoted(&out.display().to_string()));
     }
-    let result = Outcome { name: name.text(), study, outcomes, tables, command };
+    let result = Outcome { name: name.text(), study, points, outcomes, tables, command };
     let (text, files) = result.files(name);
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
@@ -187,10 +190,47 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
 }
 
+/// Runs trials until none is wanted or the study is stopped: every cell at the first seed, then what turns out to be near
+/// a boundary.
+fn fill(
+    study: &Study,
+    points: &[Point],
+    args: &Args,
+    outcomes: &mut Outcomes,
+    control: &'static Control,
+    mut keep: impl FnMut(usize, &Row) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let unit = |place: usize, control: &_| match study::run_trial(&study.overrides(&points[place]), control) {
+        Ok(trial) => trial.map(|trial| Ok(trial.line())),
+        Err(reason) => Some(Err(reason)),
+    };
+    while !control.stop.load(Ordering::Relaxed) {
+        let wanted = study.wanted(outcomes);
+        if wanted.is_empty() {
+            break;
+        }
+        with_progress(wanted.len() as u64, "trials", control, || {
+            units::run_some(&wanted, args.jobs.get(), control, unit, |place, row| {
+                keep(place, &row)?;
+                outcomes.insert(place, read(row));
+                Ok::<(), Failure>(())
+            })
+        })?;
+    }
+    Ok(())
+}
+
+/// A row of the journal as the trial that it was.
+fn read(row: Row) -> Result<Trial, String> {
+    row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
+}
+
 /// What names a study in its journal: a print of all that its rows depend on, this very program included, and the
 /// command.
 fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
-    let overrides: Vec<String> = points.iter().map(|point| format!("{:?}", study.overrides(point))).collect();
+    // A seed changes nothing but itself, and the command tells the seeds.
+    let first = points.iter().filter(|point| point.seed == study.first_seed);
+    let overrides: Vec<String> = first.map(|point| format!("{:?}", study.overrides(point))).collect();
     journal::header("study", overrides.iter().map(String::as_bytes), command)
 }
 
@@ -200,10 +240,12 @@ pub struct Outcome {
     pub name: &'static str,
     /// What was run.
     pub study: Study,
-    /// What became of each trial.
-    pub outcomes: Vec<(Point, Result<Trial, String>)>,
-    /// A table for each rung.
-    pub tables: Vec<Table>,
+    /// All trials that might have been run.
+    points: Vec<Point>,
+    /// What became of each trial that was run.
+    pub outcomes: Outcomes,
+    /// The tables of each rung.
+    pub tables: Vec<Tables>,
     /// The command that made it.
     pub command: String,
 }
@@ -211,7 +253,7 @@ pub struct Outcome {
 impl Outcome {
     fn summaries(&self) -> Vec<ladder::Summary> {
         let rungs = self.study.rungs.iter().zip(&self.tables);
-        rungs.map(|(rung, table)| ladder::Summary::new(*rung, table.clone())).collect()
+        rungs.map(|(rung, tables)| ladder::Summary::new(*rung, tables.clone())).collect()
     }
 
     /// What is printed, and the files.
@@ -229,7 +271,7 @@ impl Outcome {
                 let text = format!("{head}{}{tail}", ladder::ladder_text(&summaries));
                 let tables = self.study.rungs.iter().zip(&self.tables);
                 let tables = tables
-                    .map(|(rung, table)| format!("{}: {}\n\n{}\n", rung.name, rung.about, study::table_text(table)));
+                    .map(|(rung, tables)| format!("{}: {}\n\n{}\n", rung.name, rung.about, study::table_text(tables)));
                 let tables = format!("{head}{}", tables.collect::<String>());
                 let rungs = ("ladder.csv".to_string(), ladder::ladder_csv(&summaries));
                 (text.clone(), vec![("ladder.txt".into(), text), rungs, ("table.txt".into(), tables), cells])
@@ -246,18 +288,20 @@ impl Outcome {
         }
     }
 
-    /// The command of one trial: of a cell that is printed otherwise, else of one that is not passive, else the first.
+    /// The command of one trial: of a cell that is printed otherwise at every seed, else of one that is not passive at
+    /// some, else the first.
     pub fn replay(&self) -> String {
-        let table = |point: &Point| &self.tables[point.rung];
-        let differs = |point: &Point| {
-            study::Agreement::at(table(point), point.axis, point.platform, point.stiffness_n_per_m) == Some(false)
+        let differs = |point: &&Point| {
+            let tables = &self.tables[point.rung];
+            let same = study::Agreement::at(tables, point.axis, point.platform, point.stiffness_n_per_m);
+            same.is_some_and(|same| same.so == 0)
         };
-        let moves = |point: &Point| {
-            let cell = table(point).cell(point.axis, point.platform, point.stiffness_n_per_m);
-            cell.is_some_and(|cell| cell.class != Class::Passive)
+        let moves = |point: &&Point| {
+            let tally = self.tables[point.rung].cell(point.axis, point.platform, point.stiffness_n_per_m);
+            tally.is_some_and(|tally| tally.class() != Some(Class::Passive))
         };
-        let points = || self.outcomes.iter().map(|(point, _)| point);
-        let point = points().find(|point| differs(point)).or(points().find(|point| moves(point))).or(points().next());
+        let points = || self.outcomes.keys().map(|place| &self.points[*place]);
+        let point = points().find(differs).or(points().find(moves)).or(points().next());
         point.map_or(String::new(), |point| {
             format!("hpu run {}{}", study::SCENE, set_options(&self.study.overrides(point)))
         })

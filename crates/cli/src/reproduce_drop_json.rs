@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hpu_study::reproduce::{Agreement, Table, claims};
+use hpu_study::reproduce::{Agreement, Class, Repeated, Tables};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -16,8 +16,8 @@ pub struct Interrupted {
     pub study: &'static str,
     /// Trials done, those of earlier commands among them.
     pub done: usize,
-    /// All of its trials.
-    pub trials: usize,
+    /// Trials that are known to be left: the cells near a boundary are known only when those before them are done.
+    pub left: usize,
     /// Where they are kept.
     pub out: Option<PathBuf>,
 }
@@ -25,14 +25,14 @@ pub struct Interrupted {
 impl Interrupted {
     /// Tells how far it came.
     pub fn tell(self, as_json: bool) -> Result<Exit, Failure> {
-        let Self { study, done, trials, out } = self;
+        let Self { study, done, left, out } = self;
         if as_json {
-            print_json(&json!({ "study": study, "complete": false, "done": done, "trials": trials }))?;
+            print_json(&json!({ "study": study, "complete": false, "done": done, "left_at_least": left }))?;
         } else {
             let kept = out.map_or("none is kept; with -o DIR they would be".to_string(), |dir| {
                 format!("kept in {}; the same command goes on from there", dir.display())
             });
-            print(&format!("{study}: interrupted after {done} of {trials} trials, {kept}\n"))?;
+            print(&format!("{study}: interrupted after {done} trials, at least {left} are left; {kept}\n"))?;
         }
         Ok(Exit::Interrupted)
     }
@@ -40,15 +40,15 @@ impl Interrupted {
 
 /// A study that is through.
 pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
-    let rungs = outcome.study.rungs.iter().zip(&outcome.tables).map(|(rung, table)| {
-        let Agreement { legible, same } = Agreement::of(table);
+    let rungs = outcome.study.rungs.iter().zip(&outcome.tables).map(|(rung, tables)| {
+        let Agreement { legible, same, mixed } = Agreement::of(tables);
         json!({
             "model": rung.name,
-            "printed": { "legible": legible, "same": same },
-            "claims": claims(table).iter().map(|told| claim(&told.sum())).collect::<Vec<_>>(),
-            "limits": limits(table),
-            "cells": cells(table),
-            "failures": table.failures(),
+            "printed": { "legible": legible, "same": same, "same_at_some_seeds": mixed },
+            "claims": tables.claims().iter().map(repeated).collect::<Vec<_>>(),
+            "limits": limits(tables),
+            "cells": cells(tables),
+            "failures": tables.failures(),
         })
     });
     json!({
@@ -56,22 +56,32 @@ pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
         "complete": true,
         "command": outcome.command,
         "replay": outcome.replay(),
+        "seeds": outcome.study.all_seeds().collect::<Vec<_>>(),
         "trials": outcome.outcomes.len(),
         "rungs": rungs.collect::<Vec<_>>(),
         "files": files,
     })
 }
 
-fn limits(table: &Table) -> Vec<Value> {
+/// A claim, with what the table of each seed says to it.
+fn repeated(told: &Repeated) -> Value {
+    let mut object = claim(&told.sum());
+    object["met_at_seeds"] = told.seeds.iter().map(|(_, claim)| claim.met).collect();
+    object
+}
+
+fn limits(tables: &Tables) -> Vec<Value> {
     let mut all = Vec::new();
+    let table = tables.first();
     for &axis in &table.axes {
         for &platform in &table.platforms {
-            if let Some(limit) = table.limit(axis, platform) {
+            if let Some(limit) = tables.limit(axis, platform) {
                 all.push(json!({
                     "axis": axis.name(),
                     "platform": platform.name(),
-                    "passive_n_per_m": limit.passive_n_per_m,
+                    "passive_n_per_m": limit.every_n_per_m,
                     "beyond_n_per_m": limit.beyond_n_per_m,
+                    "passive_at_some_seed_n_per_m": limit.some_n_per_m,
                 }));
             }
         }
@@ -79,21 +89,24 @@ fn limits(table: &Table) -> Vec<Value> {
     all
 }
 
-fn cells(table: &Table) -> Vec<Value> {
+fn cells(tables: &Tables) -> Vec<Value> {
     let mut all = Vec::new();
+    let table = tables.first();
     for &axis in &table.axes {
         for &platform in &table.platforms {
             for &row in &table.stiffnesses_n_per_m {
-                if let Some(cell) = table.cell(axis, platform, row) {
-                    all.push(json!({
-                        "axis": axis.name(),
-                        "platform": platform.name(),
-                        "stiffness_n_per_m": row,
-                        "outcome": cell.class.name(),
-                        "rms_m": cell.rms_m(),
-                        "as_printed": Agreement::at(table, axis, platform, row),
-                    }));
-                }
+                let Some((cell, tally)) = table.cell(axis, platform, row).zip(tables.cell(axis, platform, row)) else {
+                    continue;
+                };
+                all.push(json!({
+                    "axis": axis.name(),
+                    "platform": platform.name(),
+                    "stiffness_n_per_m": row,
+                    "outcome": tally.class().map_or("mixed", Class::name),
+                    "outcome_at_seeds": tally.classes.iter().map(|class| class.name()).collect::<Vec<_>>(),
+                    "rms_at_first_seed_m": cell.rms_m(),
+                    "seeds_as_printed": Agreement::at(tables, axis, platform, row).map(|same| same.so),
+                }));
             }
         }
     }

@@ -129,7 +129,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short(
             "hpu reproduce phantom-table-2 --axes x --platforms RTOS-1,FPGA-20 --stiffness 250,5000 --trials 1 \
              --set run.duration=1s -o table",
-            "all trials take about a minute on two cores",
+            "all trials take about three minutes on two cores",
         ),
     ),
     (

@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
-/// A small study: 2 axes, 2 platforms, 3 stiffnesses, 2 trials, of half a second each.
-const SMALL: [&str; 12] = [
+/// A small study: 2 axes, 2 platforms, 3 stiffnesses, 2 trials, of half a second each, in which no drop comes to rest. So
+/// the softest row is near a boundary, and the stiffest, which is not aborted: these run at 2 seeds.
+const SMALL: [&str; 14] = [
     "reproduce",
     "phantom-table-2",
     "--axes",
@@ -18,12 +19,14 @@ const SMALL: [&str; 12] = [
     "FPGA-20,RTOS-1",
     "--stiffness",
     "500,250,30000",
+    "--seeds",
+    "2",
     "--trials",
     "2",
     "--set",
     "run.duration=500 ms",
 ];
-const TRIALS: usize = 24;
+const TRIALS: usize = 2 * 2 * (2 + 1 + 2) * 2;
 
 fn small(out: &Path, more: &[&str]) -> std::process::Output {
     run(&[&SMALL[..], &["-o", text(out)], more].concat())
@@ -43,16 +46,17 @@ fn a_study_writes_its_table_trials_and_pictures_and_prints_the_table() {
     assert_eq!(names(&out), expected);
     let table = content(&out, "table.txt");
     assert!(stdout(&output).starts_with(&table));
-    let command = "hpu reproduce phantom-table-2 --axes xy --platforms RTOS-1,FPGA-20 --stiffness 250,500,30000 --trials 2 \
-                   --set run.duration='500 ms' -o ";
+    let command = "hpu reproduce phantom-table-2 --axes xy --platforms RTOS-1,FPGA-20 --stiffness 250,500,30000 --seeds 2 \
+                   --trials 2 --set run.duration='500 ms' -o ";
     assert!(table.contains(command), "{table}");
     assert!(content(&out, "table-2.svg").contains("--stiffness 250,500,30000"));
     let cells = content(&out, "cells.csv");
     let rows: Vec<Vec<&str>> = cells.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), TRIALS);
-    let keys: Vec<String> = rows.iter().map(|row| row[1..5].join(" ")).collect();
-    assert_eq!(keys[..3], ["x RTOS-1 250 1", "x RTOS-1 250 2", "x RTOS-1 500 1"]);
-    assert_eq!(keys[TRIALS - 1], "y FPGA-20 30000 2");
+    let keys: Vec<String> = rows.iter().map(|row| row[1..6].join(" ")).collect();
+    let first = ["250 1 1", "250 1 2", "250 2 1", "250 2 2", "500 1 1", "500 1 2", "30000 1 1"];
+    assert_eq!(keys[..7], first.map(|key| format!("x RTOS-1 {key}")));
+    assert_eq!(keys[TRIALS - 1], "y FPGA-20 30000 2 2");
 }
 
 #[test]
@@ -95,7 +99,7 @@ fn an_interrupted_study_says_so_and_goes_on_to_what_an_uninterrupted_one_is() {
     assert!(stdout(&output).contains("interrupted after") && stdout(&output).contains("goes on"));
     assert_eq!(names(&out), ["journal.txt"], "no half of a result");
     let kept = content(&out, "journal.txt");
-    assert!(kept.ends_with('\n') && kept.lines().count() < 1 + TRIALS, "{kept}");
+    assert!(kept.ends_with('\n') && kept.lines().count() < content(&whole, "journal.txt").lines().count());
 
     let output = run(&arguments);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
@@ -145,9 +149,14 @@ fn what_no_cell_could_take_is_refused_before_anything_is_written() {
         let arguments = [&["reproduce", "phantom-table-2", "-o", text(&out)][..], arguments].concat();
         assert_refused(&run(&arguments), exit, words);
     }
-    for (option, value) in
-        [("--axes", "w"), ("--platforms", "RTOS-7"), ("--stiffness", "-5"), ("--trials", "0"), ("--jobs", "0")]
-    {
+    for (option, value) in [
+        ("--axes", "w"),
+        ("--platforms", "RTOS-7"),
+        ("--stiffness", "-5"),
+        ("--trials", "0"),
+        ("--seeds", "0"),
+        ("--jobs", "0"),
+    ] {
         let output = run(&["reproduce", "phantom-table-2", option, value, "-o", text(&out)]);
         assert_eq!((code(&output), stdout(&output).as_str()), (2, ""), "{option} {value}");
     }
@@ -162,6 +171,10 @@ fn json_is_one_object_with_claims_limits_and_cells() {
     assert_eq!(rung["cells"].as_array().expect("cells").len(), 12);
     assert_eq!(rung["limits"].as_array().expect("limits").len(), 4);
     assert_eq!(rung["printed"]["legible"], 12);
+    assert_eq!(result["seeds"], serde_json::json!([1, 2]));
+    let seeds = |cell: usize| rung["cells"][cell]["outcome_at_seeds"].as_array().expect("outcomes").len();
+    assert_eq!([0, 1, 2].map(seeds), [2, 1, 2]);
+    assert!(rung["claims"][0]["met_at_seeds"].as_array().is_some_and(|seeds| seeds.len() == 2));
     assert!(rung["claims"].as_array().expect("claims").iter().any(|claim| claim["letter"] == "f"));
     assert_eq!(rung["failures"], serde_json::json!([]));
 }
@@ -178,6 +191,8 @@ fn the_ladder_runs_every_rung_and_draws_itself() {
         "PMOS-1,FPGA-100",
         "--stiffness",
         "250",
+        "--seeds",
+        "3",
         "--trials",
         "1",
         "--set",
@@ -190,6 +205,7 @@ fn the_ladder_runs_every_rung_and_draws_itself() {
     assert_eq!(names(&out), expected);
     for rung in hpu_study::reproduce::RUNGS {
         assert!(content(&out, "ladder.txt").lines().any(|line| line.starts_with(rung.name)), "{}", rung.name);
-        assert_eq!(content(&out, "cells.csv").matches(&format!("{},y,", rung.name)).count(), 2, "{}", rung.name);
+        // A single row that is not passive: both of its neighbours are open.
+        assert_eq!(content(&out, "cells.csv").matches(&format!("{},y,", rung.name)).count(), 2 * 3, "{}", rung.name);
     }
 }

@@ -3,8 +3,8 @@
 use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
-use crate::reproduce::Agreement;
 use crate::reproduce::ladder::Summary;
+use crate::reproduce::{Agreement, Finding, brief, plus};
 
 use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use super::log_panel::{decades, dotted, legend, log_panel, style};
@@ -24,41 +24,57 @@ const ROW: i32 = 50;
 #[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
-    let mut canvas = page(title, "each model has all that those above it have; ?: its table does not tell", command);
+    let drawn = rungs[0].tables.drawn();
+    let conditions = if rungs[0].tables.each().len() > 1 {
+        format!(
+            "{drawn}; k/n: met in k of n seeds; m+s: m at all, s at some; each model has all above it; ?: its table does not tell"
+        )
+    } else {
+        format!("{drawn}; each model has all that those above it have; ?: its table does not tell")
+    };
+    let mut canvas = page(title, &conditions, command);
     let claims = &rungs[0].claims;
     let width = (WIDTH - 60 - LEFT) / (claims.len() as i32 + 1);
     let column = |index: i32| LEFT + index * width;
     head(&mut canvas, column(0) + width / 2, "printed", "cells as printed");
     for (index, claim) in (1..).zip(claims) {
-        head(&mut canvas, column(index) + width / 2, claim.name, claim.short);
+        head(&mut canvas, column(index) + width / 2, claim.first().name, claim.first().short);
     }
     for (row, rung) in (0..).zip(rungs) {
         let (top, y) = (TOP + row * ROW, TOP + row * ROW + ROW / 2);
         canvas.text((LEFT - 24, y), rung.rung.name, 28, INK, Anchor::Right);
-        let Agreement { legible, same } = rung.agreement;
+        let Agreement { legible, same, mixed } = rung.agreement;
+        let same = plus(same, mixed);
         canvas.text((column(0) + width / 2, y), format!("{same}/{legible}"), 26, INK, Anchor::Centre);
         for (index, claim) in (1..).zip(&rung.claims) {
-            let (text, fill) = verdict(claim.met);
-            canvas.fill([(column(index) + 3, top + 3), (column(index + 1) - 3, top + ROW - 3)], fill);
-            canvas.text((column(index) + width / 2, y), text, 26, INK, Anchor::Centre);
+            let finding = claim.finding();
+            let (left, right) = (column(index) + 3, column(index + 1) - 3);
+            let (from, to) = (top + 3, top + ROW - 3);
+            canvas.fill([(left, from), (right, to)], fill(finding));
+            if let Finding::MetInSome { met, seeds } = finding {
+                // Its share of met seeds, from the left.
+                canvas.fill([(left, from), (left + (right - left) * met as i32 / seeds as i32, to)], SKY);
+            }
+            canvas.text((column(index) + width / 2, y), brief(finding), 26, INK, Anchor::Centre);
         }
     }
-    for met in [Some(true), Some(false), None] {
-        if rungs.iter().flat_map(|rung| &rung.claims).any(|claim| claim.met == met) {
-            let (text, fill) = verdict(met);
-            canvas.declare(text, Look::Area(fill));
+    let findings = || rungs.iter().flat_map(|rung| &rung.claims).map(|claim| claim.finding());
+    let some = findings().any(|finding| matches!(finding, Finding::MetInSome { .. }));
+    for (finding, name) in [(Finding::Confirmed, "met"), (Finding::NotConfirmed, "not"), (Finding::CannotBeTold, "?")] {
+        if findings().any(|other| other == finding) || some && finding != Finding::CannotBeTold {
+            canvas.declare(name, Look::Area(fill(finding)));
         }
     }
     stiffest(&mut canvas, rungs);
     canvas.render("ladder")
 }
 
-/// How a claim's cell is written and filled.
-fn verdict(met: Option<bool>) -> (&'static str, RGBColor) {
-    match met {
-        Some(true) => ("met", SKY),
-        Some(false) => ("not", SAND),
-        None => ("?", BLANK),
+/// The colour of a claim's field; where seeds differ, of the share at which it is not met.
+const fn fill(finding: Finding) -> RGBColor {
+    match finding {
+        Finding::Confirmed => SKY,
+        Finding::NotConfirmed | Finding::MetInSome { .. } => SAND,
+        Finding::CannotBeTold => BLANK,
     }
 }
 
@@ -78,7 +94,7 @@ fn head(canvas: &mut Canvas, x: i32, name: &str, words: &str) {
 }
 
 fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
-    let table = &rungs[0].table;
+    let table = rungs[0].tables.first();
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
     let axis = axis.unwrap_or(Direction::Y);
     let rows = &table.stiffnesses_n_per_m;
@@ -88,7 +104,7 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
     let panel = Panel { x: -0.5..rungs.len() as f64 - 0.5, ..vertical };
     decades(&panel, canvas);
     let name = format!(
-        "stiffest wall up to which all is passive along {}; \u{201c}none\u{201d}: not even the softest",
+        "stiffest wall up to which all is passive at every seed along {}, and a line up to the stiffest that is at some",
         axis.name()
     );
     canvas.text((LEFT, top - 34), name, 28, INK, Anchor::Left);
@@ -105,14 +121,16 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
     let count = table.platforms.len() as f64;
     for (place, &platform) in table.platforms.iter().enumerate() {
         let shift = 0.5 * ((place as f64 + 0.5) / count - 0.5);
-        let points: Vec<_> = rungs
-            .iter()
-            .enumerate()
-            .map(|(index, rung)| {
-                let limit = rung.table.limit(axis, platform)?;
-                Some((index as f64 + shift, libm::log10(limit.passive_n_per_m.unwrap_or(0.5 * first))))
-            })
-            .collect();
+        let height = |row: Option<f64>| libm::log10(row.unwrap_or(0.5 * first));
+        let limits = rungs.iter().enumerate().map(|(index, rung)| {
+            let limit = rung.tables.limit(axis, platform)?;
+            Some((index as f64 + shift, height(limit.every_n_per_m), height(limit.some_n_per_m)))
+        });
+        let limits: Vec<_> = limits.collect();
+        for &(x, every, some) in limits.iter().flatten() {
+            canvas.line(vec![panel.at(x, every), panel.at(x, some)], style(platform).color, 4);
+        }
+        let points: Vec<_> = limits.iter().map(|limit| limit.map(|(x, every, _)| (x, every))).collect();
         dotted(&panel, canvas, &points, style(platform));
     }
     legend(canvas, &table.platforms, (WIDTH - 280, top + 20));

@@ -4,7 +4,7 @@ use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::reproduce::{Agreement, Cell, Class, Table};
+use crate::reproduce::{Agreement, Cell, Class, Share, Tables, Tally};
 
 use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
 use super::log_panel::{decades, legend, level, log_panel, style, through};
@@ -19,14 +19,15 @@ const GAP: i32 = 36;
 
 /// The whole table: axes side by side, platforms in each, a row a stiffness.
 #[must_use]
-pub fn table_2(table: &Table, command: &str) -> Picture {
-    let Agreement { legible, same } = Agreement::of(table);
-    let all = table.axes.len() * table.platforms.len() * table.stiffnesses_n_per_m.len();
-    let title = format!(
-        "PHANToM drop test, Table 2 of Sevcik et al. 2009: of {all} cells {legible} are legible, {same} as printed"
-    );
+pub fn table_2(tables: &Tables, command: &str) -> Picture {
+    let table = tables.first();
+    let Agreement { legible, same, mixed } = Agreement::of(tables);
+    let some = if mixed > 0 { format!(", {mixed} at some seeds") } else { String::new() };
+    let title =
+        format!("PHANToM drop test, Table 2 of Sevcik et al. 2009: {legible} legible cells, {same} as printed{some}");
     let conditions = format!(
-        "passive: rms below 0.003 cm over the last 3 s of 10 s, {}; weight 0.15 N, walls at 2 cm",
+        "{}; passive: rms below 0.003 cm over the last 3 s of 10 s, {}; weight 0.15 N, walls at 2 cm",
+        tables.drawn(),
         if table.trials == 1 { "in one trial".to_string() } else { format!("in all of {} trials", table.trials) }
     );
     let mut canvas = page(&title, &conditions, command);
@@ -49,49 +50,78 @@ pub fn table_2(table: &Table, command: &str) -> Picture {
             canvas.text((x + width / 2, TOP - 30), rate, 26, INK, Anchor::Centre);
             for (row, &stiffness) in (0..).zip(&table.stiffnesses_n_per_m) {
                 let corner = (x, TOP + row * height);
-                cell(&mut canvas, [corner, (x + width, corner.1 + height)], table, (axis, platform, stiffness));
+                cell(&mut canvas, [corner, (x + width, corner.1 + height)], tables, (axis, platform, stiffness));
             }
         }
     }
-    key(&mut canvas);
+    key(&mut canvas, tables);
     canvas.render("table-2")
 }
 
 fn cell(
     canvas: &mut Canvas,
-    [(left, top), (right, bottom)]: [(i32, i32); 2],
-    table: &Table,
+    corners: [(i32, i32); 2],
+    tables: &Tables,
     (axis, platform, stiffness): (Direction, Platform, f64),
 ) {
-    let legible = Agreement::at(table, axis, platform, stiffness);
-    if let Some(cell) = table.cell(axis, platform, stiffness) {
-        shown(canvas, [(left, top), (right, bottom)], cell.class, legible);
+    let legible = Agreement::at(tables, axis, platform, stiffness);
+    if let Some(tally) = tables.cell(axis, platform, stiffness) {
+        shown(canvas, corners, &tally, legible);
     }
-    frame(canvas, [(left, top), (right, bottom)], GRID, 2);
+    frame(canvas, corners, GRID, 2);
 }
 
-/// A cell: its class, and whether it is as printed. One that the paper lost is small; one printed otherwise is framed.
-fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], class: Class, legible: Option<bool>) {
+const fn fill(class: Class) -> RGBColor {
+    match class {
+        Class::Passive => SKY,
+        Class::NonPassive => ORANGE.color,
+        Class::HighlyUnstable => MAROON.color,
+        Class::Failed => BLANK,
+    }
+}
+
+/// A cell: its class, or how many seeds are of each, and whether it is as printed. One that the paper lost is small; one
+/// printed otherwise is framed.
+fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], tally: &Tally, legible: Option<Share>) {
     let [(left, top), (right, bottom)] = corners;
-    let (color, text, ink) = match class {
-        Class::Passive => (SKY, "x", INK),
-        Class::NonPassive => (ORANGE.color, "", INK),
-        Class::HighlyUnstable => (MAROON.color, "", WHITE),
-        Class::Failed => (BLANK, "?", INK),
-    };
     let (aside, over) = if legible.is_none() { ((right - left) / 4, (bottom - top) / 6) } else { (0, 0) };
-    canvas.fill([(left + aside, top + over), (right - aside, bottom - over)], color);
+    let Some(class) = tally.class() else {
+        return mixed(canvas, [(left + aside, top), (right - aside, bottom - over)], tally);
+    };
+    let (text, ink) = match class {
+        Class::Passive => ("x", INK),
+        Class::NonPassive => ("", INK),
+        Class::HighlyUnstable => ("", WHITE),
+        Class::Failed => ("?", INK),
+    };
+    canvas.fill([(left + aside, top + over), (right - aside, bottom - over)], fill(class));
     // The paper's own letter.
     canvas.text(((left + right) / 2, (top + bottom) / 2 + 5), text, 30, ink, Anchor::Centre);
     match legible {
-        Some(true) => {
+        Some(same) if same.all() => {
             canvas.line(vec![(left + 6, bottom - 18), (left + 12, bottom - 9), (left + 25, top + 14)], ink, 5);
         }
-        Some(false) => {
+        Some(_) => {
             frame(canvas, [(left + 5, top + 5), (right - 5, bottom - 5)], INK, 8);
             frame(canvas, [(left + 5, top + 5), (right - 5, bottom - 5)], WHITE, 2);
         }
         None => {}
+    }
+}
+
+/// A cell whose seeds differ: in how many it is passive, over a bar with each class's share.
+fn mixed(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], tally: &Tally) {
+    let Share { so, of } = tally.share(Class::Passive);
+    let bar = bottom - (bottom - top) / 3;
+    canvas.text(((left + right) / 2, (top + bar) / 2 + 4), format!("{so}/{of}"), 24, INK, Anchor::Centre);
+    let mut before = 0;
+    let x = |seeds: usize| left + (right - left) * seeds as i32 / of as i32;
+    for class in [Class::Passive, Class::NonPassive, Class::HighlyUnstable, Class::Failed] {
+        let seeds = tally.share(class).so;
+        if seeds > 0 {
+            canvas.fill([(x(before), bar), (x(before + seeds), bottom)], fill(class));
+        }
+        before += seeds;
     }
 }
 
@@ -101,22 +131,29 @@ fn frame(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], c
 }
 
 /// What the fills stand for, and beside them what tells a cell of the paper from a lost one.
-fn key(canvas: &mut Canvas) {
+fn key(canvas: &mut Canvas, tables: &Tables) {
     let mut x = 60;
     let y = 1300;
-    let mut say = |canvas: &mut Canvas, class, legible, text: &str| {
-        shown(canvas, [(x, y - 26), (x + 84, y + 26)], class, legible);
+    let mut say = |canvas: &mut Canvas, classes: &[Class], legible, text: &str| {
+        shown(canvas, [(x, y - 26), (x + 84, y + 26)], &Tally { classes: classes.to_vec() }, legible);
         frame(canvas, [(x, y - 26), (x + 84, y + 26)], GRID, 2);
         canvas.text((x + 98, y), text, 26, INK, Anchor::Left);
         x += 98 + text_width(text, 26) + 40;
     };
-    let fills = [("passive", Class::Passive, SKY), ("non-passive", Class::NonPassive, ORANGE.color)];
-    for (text, class, color) in fills.into_iter().chain([("aborted", Class::HighlyUnstable, MAROON.color)]) {
-        canvas.declare(text, Look::Area(color));
-        say(canvas, class, None, text);
+    let fills = [("passive", Class::Passive), ("non-passive", Class::NonPassive), ("aborted", Class::HighlyUnstable)];
+    for (text, class) in fills {
+        canvas.declare(text, Look::Area(fill(class)));
+        say(canvas, &[class], None, text);
     }
-    say(canvas, Class::Passive, Some(true), "full cell: legible, and as here");
-    say(canvas, Class::Passive, Some(false), "printed otherwise");
+    let printed = |so| Some(Share { so, of: 1 });
+    say(canvas, &[Class::Passive], printed(1), "full cell: legible, and as here");
+    say(canvas, &[Class::Passive], printed(0), "printed otherwise");
+    let seeds = tables.each().len();
+    if seeds > 1 {
+        let passive = seeds * 7 / 12;
+        let classes = [vec![Class::Passive; passive], vec![Class::NonPassive; seeds - passive]].concat();
+        say(canvas, &classes, None, &format!("mixed: passive in {passive} of {seeds} seeds"));
+    }
     let lost = "small: lost in the text of the paper, so nothing is compared; of legible cells the text has only the \
                 \u{201c}x\u{201d}, not which others were aborted";
     canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
@@ -125,15 +162,19 @@ fn key(canvas: &mut Canvas) {
 /// Height of the bands for cells that are aborted, and for those that are still.
 const BAND: i32 = 150;
 
-/// The rms over the stiffness, a curve a platform, along y or along the first axis that the study has.
+/// The rms over the stiffness at the first seed, a curve a platform, along y or along the first axis that the study
+/// has.
 #[must_use]
-pub fn rms(table: &Table, command: &str) -> Picture {
+pub fn rms(tables: &Tables, command: &str) -> Picture {
+    let table = tables.first();
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
     let axis = axis.unwrap_or(Direction::Y);
     let title = format!("PHANToM drop test: steady-state rms along {}, as Fig. 5 of Sevcik et al. 2009", axis.name());
-    let conditions =
-        "the worst of the trials, so that below the line all are passive, as in Table 2; aborted cells have no rms";
-    let mut canvas = page(&title, conditions, command);
+    let conditions = format!(
+        "one draw, seed {}: the worst of its trials, so that below the line all are passive; aborted cells have no rms",
+        table.seed
+    );
+    let mut canvas = page(&title, &conditions, command);
     let cell = |platform, row| table.cell(axis, platform, row);
     let rms_cm = |platform, row| cell(platform, row).and_then(Cell::worst_rms_m).map(|rms_m| 100.0 * rms_m);
     let rows = &table.stiffnesses_n_per_m;

@@ -1,4 +1,4 @@
-//! What the paper says of its table, held against a table.
+//! What the paper says of its table, held against the table of one seed.
 //!
 //! The paper reads its limits off the rows, so a limit here is a row too: the stiffest that is passive, all softer ones
 //! being so.
@@ -8,7 +8,7 @@ use std::ops::Range;
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 
-use super::summing::{Finding, Statement, Sum};
+use super::summing::Statement;
 use super::table::{Class, Limit, Table};
 
 /// A statement of the paper, and what the table says to it.
@@ -32,11 +32,8 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// For the summing-up.
-    #[must_use]
-    pub fn sum(&self) -> Sum {
-        let statement = Statement { letter: self.name, paper: self.paper, place: self.place, means: self.says };
-        Sum { statement, finding: Finding::of(self.met), found: self.found.clone() }
+    pub(super) fn statement(&self) -> Statement {
+        Statement { letter: self.name, paper: self.paper, place: self.place, means: self.says }
     }
 }
 

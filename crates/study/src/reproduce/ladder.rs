@@ -4,10 +4,9 @@ use std::fmt::Write;
 
 use hpu_cosim::scene::Platform;
 
-use super::claims::{Claim, claims};
 use super::published::Agreement;
 use super::summing::Finding;
-use super::table::Table;
+use super::tables::{Repeated, Tables};
 
 /// For which platforms an override is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -119,26 +118,42 @@ pub const RUNGS: [Rung; 8] = [
 pub struct Summary {
     /// The model.
     pub rung: Rung,
-    /// Its table.
-    pub table: Table,
+    /// Its table at every seed.
+    pub tables: Tables,
     /// The paper's claims.
-    pub claims: Vec<Claim>,
+    pub claims: Vec<Repeated>,
     /// Cells that are as printed.
     pub agreement: Agreement,
 }
 
 impl Summary {
-    /// Sums up the table of a rung.
+    /// Sums up the tables of a rung.
     #[must_use]
-    pub fn new(rung: Rung, table: Table) -> Self {
-        Self { rung, claims: claims(&table), agreement: Agreement::of(&table), table }
+    pub fn new(rung: Rung, tables: Tables) -> Self {
+        Self { rung, claims: tables.claims(), agreement: Agreement::of(&tables), tables }
     }
 
-    /// Claims that are met, of those that can be told.
+    /// Claims that are met at every seed, claims that are met at some seeds only, and all that can be told.
     #[must_use]
-    pub fn met(&self) -> (usize, usize) {
-        let told = self.claims.iter().filter_map(|claim| claim.met);
-        (told.clone().filter(|met| *met).count(), told.count())
+    pub fn met(&self) -> [usize; 3] {
+        let findings: Vec<_> = self.claims.iter().map(Repeated::finding).collect();
+        let count = |is: &dyn Fn(&Finding) -> bool| findings.iter().filter(|finding| is(finding)).count();
+        [
+            count(&|finding| *finding == Finding::Confirmed),
+            count(&|finding| matches!(finding, Finding::MetInSome { .. })),
+            count(&|finding| *finding != Finding::CannotBeTold),
+        ]
+    }
+}
+
+/// The finding on a claim in a narrow field.
+#[must_use]
+pub(crate) fn brief(finding: Finding) -> String {
+    match finding {
+        Finding::Confirmed => "met".into(),
+        Finding::NotConfirmed => "not".into(),
+        Finding::MetInSome { met, seeds } => format!("{met}/{seeds}"),
+        Finding::CannotBeTold => "?".into(),
     }
 }
 
@@ -147,51 +162,80 @@ impl Summary {
 pub fn ladder_text(ladder: &[Summary]) -> String {
     let mut text = format!("{:<20}{:>14}{:>8}", "model", "as printed", "claims");
     for claim in ladder.first().map_or(&[][..], |rung| &rung.claims) {
-        let _ = write!(text, "{:>5}", claim.name);
+        let _ = write!(text, "{:>6}", claim.first().name);
     }
     text += "\n";
     for rung in ladder {
-        let Agreement { legible, same } = rung.agreement;
-        let (met, told) = rung.met();
+        let Agreement { legible, same, mixed } = rung.agreement;
+        let [met, some, told] = rung.met();
+        let (same, met) = (plus(same, mixed), plus(met, some));
         let _ =
             write!(text, "{:<20}{:>14}{:>8}", rung.rung.name, format!("{same} of {legible}"), format!("{met}/{told}"));
         for claim in &rung.claims {
-            let _ = write!(text, "{:>5}", claim.met.map_or("?", |met| if met { "met" } else { "-" }));
+            let _ = write!(text, "{:>6}", brief(claim.finding()));
         }
         text += "\n";
     }
-    for claim in ladder.first().map_or(&[][..], |rung| &rung.claims) {
-        let _ = writeln!(text, "\n({}) {}", claim.name, claim.says);
+    if let Some(rung) = ladder.first() {
+        text += &key(rung.tables.each().len(), rung.tables.first().seed);
+    }
+    for (index, claim) in ladder.first().map_or(&[][..], |rung| &rung.claims).iter().enumerate() {
+        let _ = writeln!(text, "\n({}) {}", claim.first().name, claim.first().says);
         for rung in ladder {
-            let found = rung.claims.iter().find(|other| other.name == claim.name);
-            if let Some(Claim { met: met @ Some(_), found, .. }) = found {
-                let _ = writeln!(text, "  {:<20}{:<15}{found}", rung.rung.name, Finding::of(*met).name());
+            let claim = &rung.claims[index];
+            if claim.finding() != Finding::CannotBeTold {
+                let _ = writeln!(text, "  {:<20}{:<15}{}", rung.rung.name, claim.finding().name(), claim.found());
             }
         }
     }
     text += "\nModels, each with all that those above it have\n";
     for rung in ladder {
         let _ = writeln!(text, "  {:<20}{}", rung.rung.name, rung.rung.about);
-        for reason in rung.table.failures() {
+        for reason in rung.tables.failures() {
             let _ = writeln!(text, "  {:<20}could not be run: {reason}", "");
         }
     }
     text + &by_rung(ladder)
 }
 
+/// A count at every seed, and what some seeds add.
+#[must_use]
+pub(crate) fn plus(every: usize, some: usize) -> String {
+    if some == 0 { every.to_string() } else { format!("{every}+{some}") }
+}
+
+/// How the fields read.
+fn key(seeds: usize, first: u64) -> String {
+    let mut text = "\nmet   not   ? its table does not tell".to_string();
+    if seeds == 1 {
+        let _ = writeln!(text, "\nevery cell is one draw, of seed {first}");
+    } else {
+        let _ = writeln!(
+            text,
+            "   k/{seeds} met in k of {seeds} seeds: one draw cannot tell   m+s: m at every seed, s more at some\n\
+             Seeds: cells near a boundary are run at {seeds} seeds, from {first}; the others at seed {first} alone, and they\n\
+             count at every seed with what they are there"
+        );
+    }
+    text
+}
+
 /// The summing-up: each claim in the paper's words, and which rungs find what.
 fn by_rung(ladder: &[Summary]) -> String {
     let mut text = String::from("\nSumming up: the paper's claims, and what each model says to them\n");
-    for claim in ladder.first().map_or(&[][..], |rung| &rung.claims) {
+    for (index, claim) in ladder.first().map_or(&[][..], |rung| &rung.claims).iter().enumerate() {
+        let claim = claim.first();
         let _ = writeln!(text, "{:<6}\"{}\" ({})", format!("({})", claim.name), claim.paper, claim.place);
-        for finding in [Finding::Confirmed, Finding::NotConfirmed, Finding::CannotBeTold] {
-            let of = |rung: &&Summary| {
-                rung.claims.iter().any(|other| other.name == claim.name && Finding::of(other.met) == finding)
-            };
-            let rungs: Vec<_> = ladder.iter().filter(of).map(|rung| rung.rung.name).collect();
-            if !rungs.is_empty() {
-                let _ = writeln!(text, "      {:<16}{}", finding.name(), rungs.join(", "));
+        let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+        for rung in ladder {
+            let name = rung.claims[index].finding().name();
+            match groups.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, rungs)) => rungs.push(rung.rung.name),
+                None => groups.push((name, vec![rung.rung.name])),
             }
+        }
+        for (name, rungs) in groups {
+            let _ = writeln!(text, "      {name:<16}{}", rungs.join(", "));
         }
     }
     text
@@ -200,12 +244,14 @@ fn by_rung(ladder: &[Summary]) -> String {
 /// Rungs and claims, one of each a row.
 #[must_use]
 pub fn ladder_csv(ladder: &[Summary]) -> String {
-    let mut text = "rung,legible_cells,same_cells,claim,met,found\n".to_string();
-    for Summary { rung, claims, agreement, .. } in ladder {
+    let mut text =
+        "rung,legible_cells,same_cells,same_at_some_seeds,claim,seeds,seeds_met,seeds_not_met,found\n".to_string();
+    for Summary { rung, claims, agreement: Agreement { legible, same, mixed }, .. } in ladder {
         for claim in claims {
-            let met = claim.met.map_or(String::new(), |met| met.to_string());
-            let (legible, same) = (agreement.legible, agreement.same);
-            let _ = writeln!(text, "{},{legible},{same},{},{met},\"{}\"", rung.name, claim.name, claim.found);
+            let count = |wanted| claim.seeds.iter().filter(|(_, claim)| claim.met == Some(wanted)).count();
+            let (met, not, seeds) = (count(true), count(false), claim.seeds.len());
+            let (name, found) = (claim.first().name, claim.found());
+            let _ = writeln!(text, "{},{legible},{same},{mixed},{name},{seeds},{met},{not},\"{found}\"", rung.name);
         }
     }
     text

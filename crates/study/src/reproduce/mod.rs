@@ -1,9 +1,10 @@
 //! Published studies, run again: Table 2 of Sevcik et al. 2009, a weighted PHANToM dropped onto virtual walls.
 //!
-//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × trials, each one run of the
-//! shipped scene `phantom-drop` under overrides. A [`Table`] sums up the trials of one rung as the paper does,
-//! [`Published`] knows which of its cells are legible, and [`claims`] holds its statements against the table. The
-//! [`ladder`] does so with ever more of the physics.
+//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × seeds × trials, each one run
+//! of the shipped scene `phantom-drop` under overrides. Near a boundary of stability one draw is not enough: there a
+//! cell is run at every seed ([`Study::wanted`]). A [`Table`] sums up one seed's trials of one rung as the paper does,
+//! [`Tables`] those of all seeds. [`Published`] knows which cells are legible, and [`Tables::claims`] holds the paper's
+//! statements against the table of every seed. The [`ladder`] does so with ever more of the physics.
 //!
 //! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what
 //! the tables hold, [`sines`] compares four sources of sine.
@@ -21,23 +22,30 @@ mod made;
 pub mod postures;
 mod published;
 pub mod scaling;
+mod seeds;
 pub mod shaper;
 mod shaper_claims;
 pub mod shaper_gain;
 pub mod sines;
 mod summing;
 mod table;
+mod tables;
 mod text;
 mod trial;
 pub mod workspace;
 
 pub use claims::{Claim, claims};
 pub use ladder::{RUNGS, Rung};
+pub(crate) use ladder::{brief, plus};
 pub use published::{Agreement, PUBLISHED, Published};
+pub use seeds::Outcomes;
 pub use summing::{Finding, Statement, Sum, summing_up};
 pub use table::{Cell, Class, Limit, Table};
+pub use tables::{Repeated, Share, Span, Tables, Tally};
 pub use text::{CSV_HEADER, csv, table_text};
 pub use trial::{SCENE, Trial, Verdict, run_trial, scene};
+
+use std::ops::Range;
 
 use hpu_cosim::scene::{Direction, Platform};
 
@@ -47,8 +55,14 @@ pub const STIFFNESSES_N_PER_M: [f64; 20] = [
     30e3, 40e3,
 ];
 
-/// Trials of each cell.
+/// Trials of each cell at a seed, as in the paper.
 pub const TRIALS: u64 = 3;
+
+/// Seed of the shipped scene, at which every cell is run.
+pub const FIRST_SEED: u64 = 1;
+
+/// Seeds at which a cell near a boundary is run.
+pub const SEEDS: u64 = 12;
 
 /// Which drop trials to run.
 #[derive(Clone, PartialEq, Debug)]
@@ -61,7 +75,11 @@ pub struct Study {
     pub platforms: Vec<Platform>,
     /// Against walls of which stiffness, in ascending order.
     pub stiffnesses_n_per_m: Vec<f64>,
-    /// How many times each.
+    /// The seed at which every cell is run.
+    pub first_seed: u64,
+    /// At how many seeds, from the first on, a cell near a boundary is run.
+    pub seeds: u64,
+    /// Trials of a cell at a seed.
     pub trials: u64,
     /// What else of the scene is changed.
     pub set: Vec<(String, String)>,
@@ -78,6 +96,8 @@ pub struct Point {
     pub platform: Platform,
     /// Stiffness of the wall.
     pub stiffness_n_per_m: f64,
+    /// Seed of the draws.
+    pub seed: u64,
     /// Which trial, from 1.
     pub trial: u64,
 }
@@ -91,12 +111,14 @@ impl Study {
             axes: Direction::ALL.to_vec(),
             platforms: Platform::ALL.to_vec(),
             stiffnesses_n_per_m: STIFFNESSES_N_PER_M.to_vec(),
+            first_seed: FIRST_SEED,
+            seeds: SEEDS,
             trials: TRIALS,
             set: Vec::new(),
         }
     }
 
-    /// The trials in their order: rung, axis, platform, stiffness, trial, the last running fastest.
+    /// All trials that may be run, in their order: rung, axis, platform, stiffness, seed, trial, the last running fastest.
     #[must_use]
     pub fn points(&self) -> Vec<Point> {
         let mut points = Vec::new();
@@ -104,8 +126,10 @@ impl Study {
             for &axis in &self.axes {
                 for &platform in &self.platforms {
                     for &stiffness_n_per_m in &self.stiffnesses_n_per_m {
-                        let trials = 1..=self.trials;
-                        points.extend(trials.map(|trial| Point { rung, axis, platform, stiffness_n_per_m, trial }));
+                        for seed in self.all_seeds() {
+                            let point = |trial| Point { rung, axis, platform, stiffness_n_per_m, seed, trial };
+                            points.extend((1..=self.trials).map(point));
+                        }
                     }
                 }
             }
@@ -113,7 +137,13 @@ impl Study {
         points
     }
 
-    /// What a trial changes of the scene: its place in the table, then its rung's model, then what the user says.
+    /// The seeds, in their order.
+    pub fn all_seeds(&self) -> Range<u64> {
+        self.first_seed..self.first_seed.saturating_add(self.seeds)
+    }
+
+    /// What a trial changes of the scene: its place in the table, then its rung's model, then what the user says, last
+    /// its seed.
     #[must_use]
     pub fn overrides(&self, point: &Point) -> Vec<(String, String)> {
         let own = [
@@ -125,7 +155,8 @@ impl Study {
         let own = own.map(|(key, value)| (key.to_string(), value));
         let rung = self.rungs[point.rung].overrides(point.platform);
         let rung = rung.map(|(key, value)| (key.to_string(), value.to_string()));
-        own.into_iter().chain(rung).chain(self.set.iter().cloned()).collect()
+        let seed = [("run.seed".to_string(), point.seed.to_string())];
+        own.into_iter().chain(rung).chain(self.set.iter().cloned()).chain(seed).collect()
     }
 
     /// Keys of the scene that are the study's own.

@@ -7,7 +7,8 @@
 
 use hpu_cosim::scene::{Direction, Platform};
 
-use super::table::{Class, Table};
+use super::table::Class;
+use super::tables::{Share, Tables, Tally};
 
 /// A row of the printed table, of which only the "x" can be told.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -40,21 +41,25 @@ impl Published {
 pub struct Agreement {
     /// Cells that can be compared.
     pub legible: usize,
-    /// Those that are the same.
+    /// Cells that are the same at every seed at which they were run.
     pub same: usize,
+    /// Cells that are the same at some of these seeds.
+    pub mixed: usize,
 }
 
 impl Agreement {
     /// Counts the cells of a table; one that failed is not the same as anything.
     #[must_use]
-    pub fn of(table: &Table) -> Self {
+    pub fn of(tables: &Tables) -> Self {
         let mut agreement = Self::default();
+        let table = tables.first();
         for &axis in &table.axes {
             for &platform in &table.platforms {
                 for &stiffness_n_per_m in &table.stiffnesses_n_per_m {
-                    if let Some(same) = Self::at(table, axis, platform, stiffness_n_per_m) {
+                    if let Some(same) = Self::at(tables, axis, platform, stiffness_n_per_m) {
                         agreement.legible += 1;
-                        agreement.same += usize::from(same);
+                        agreement.same += usize::from(same.all());
+                        agreement.mixed += usize::from(same.so > 0 && !same.all());
                     }
                 }
             }
@@ -62,11 +67,18 @@ impl Agreement {
         agreement
     }
 
-    /// Whether a cell is as printed; `None` where print or table do not say.
+    /// Cells that are the same at no seed.
     #[must_use]
-    pub fn at(table: &Table, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<bool> {
+    pub const fn otherwise(&self) -> usize {
+        self.legible - self.same - self.mixed
+    }
+
+    /// At how many seeds a cell is as printed; `None` where print or table do not say.
+    #[must_use]
+    pub fn at(tables: &Tables, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<Share> {
         let printed = Published::passive(axis, stiffness_n_per_m)?;
-        let class = table.cell(axis, platform, stiffness_n_per_m)?.class;
-        Some(class != Class::Failed && (class == Class::Passive) == printed)
+        let Tally { classes } = tables.cell(axis, platform, stiffness_n_per_m)?;
+        let same = |class: &&Class| **class != Class::Failed && (**class == Class::Passive) == printed;
+        Some(Share { so: classes.iter().filter(same).count(), of: classes.len() })
     }
 }

@@ -23,6 +23,13 @@ pub enum Finding {
     Confirmed,
     /// It is not so.
     NotConfirmed,
+    /// It is so at some seeds and not at others: one draw cannot tell.
+    MetInSome {
+        /// Seeds at which it is so.
+        met: usize,
+        /// All seeds.
+        seeds: usize,
+    },
     /// The runs do not decide, or it depends on what the paper leaves open.
     CannotBeTold,
 }
@@ -47,13 +54,25 @@ impl Finding {
         }
     }
 
+    /// From every seed's answer, `None` where that seed's runs do not decide.
+    #[must_use]
+    pub fn of_seeds(seeds: &[Option<bool>]) -> Self {
+        let met = seeds.iter().filter(|met| **met == Some(true)).count();
+        match seeds.first() {
+            Some(first) if seeds.iter().all(|met| met == first) => Self::of(*first),
+            _ if met > 0 => Self::MetInSome { met, seeds: seeds.len() },
+            _ => Self::CannotBeTold,
+        }
+    }
+
     /// In words.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> String {
         match self {
-            Self::Confirmed => "confirmed",
-            Self::NotConfirmed => "not confirmed",
-            Self::CannotBeTold => "cannot be told",
+            Self::Confirmed => "confirmed".into(),
+            Self::NotConfirmed => "not confirmed".into(),
+            Self::MetInSome { met, seeds } => format!("met in {met} of {seeds}"),
+            Self::CannotBeTold => "cannot be told".into(),
         }
     }
 }

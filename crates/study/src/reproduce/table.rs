@@ -1,9 +1,9 @@
-//! The table: what became of each cell's trials, and how stiff each platform's walls may be.
+//! The table at one seed: what became of each cell's trials, and how stiff each platform's walls may be.
 
 use hpu_cosim::scene::{Direction, Platform};
 
 use super::trial::{Trial, Verdict};
-use super::{Point, Study};
+use super::{Outcomes, Study};
 
 /// What a cell of the table shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -34,6 +34,8 @@ impl Class {
 /// A cell of the table.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
+    /// The seed of its draws.
+    pub seed: u64,
     /// What it shows.
     pub class: Class,
     /// Its trials, or why they could not be run.
@@ -41,7 +43,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    fn new(trials: Vec<Result<Trial, String>>) -> Self {
+    pub(super) fn new(seed: u64, trials: Vec<Result<Trial, String>>) -> Self {
         let verdicts = || trials.iter().flatten().map(|trial| trial.verdict);
         let class = if trials.iter().any(Result::is_err) || trials.is_empty() {
             Class::Failed
@@ -52,7 +54,7 @@ impl Cell {
         } else {
             Class::NonPassive
         };
-        Self { class, trials }
+        Self { seed, class, trials }
     }
 
     /// The mean of the trials' rms; `None` where it was not recorded, which is in cells that are aborted or failed.
@@ -84,9 +86,11 @@ pub struct Limit {
     pub again: bool,
 }
 
-/// The cells of one rung of the study.
+/// The cells of one rung of the study at one seed; a cell that was not run at it is the first seed's.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Table {
+    /// The seed.
+    pub seed: u64,
     /// Along which axes.
     pub axes: Vec<Direction>,
     /// On which platforms.
@@ -99,18 +103,22 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of one rung, from the outcomes of all points of the study in their order.
-    #[must_use]
-    pub fn new(study: &Study, rung: usize, outcomes: &[(Point, Result<Trial, String>)]) -> Self {
-        let own: Vec<_> =
-            outcomes.iter().filter(|(point, _)| point.rung == rung).map(|(_, outcome)| outcome.clone()).collect();
-        let trials = study.trials.max(1) as usize;
+    /// The table of one rung at a seed, the first being 0.
+    ///
+    /// # Panics
+    ///
+    /// When not all cells were run at the first seed.
+    pub(super) fn new(study: &Study, rung: usize, seed: usize, outcomes: &Outcomes) -> Self {
+        let count = study.cells() / study.rungs.len();
+        let cell = |cell| study.cell(cell, seed, outcomes).or_else(|| study.cell(cell, 0, outcomes));
+        let cells = (rung * count..(rung + 1) * count).map(cell).collect::<Option<_>>();
         Self {
+            seed: study.first_seed + seed as u64,
             axes: study.axes.clone(),
             platforms: study.platforms.clone(),
             stiffnesses_n_per_m: study.stiffnesses_n_per_m.clone(),
             trials: study.trials,
-            cells: own.chunks(trials).map(|trials| Cell::new(trials.to_vec())).collect(),
+            cells: cells.expect("every cell is run at the first seed"),
         }
     }
 
@@ -138,18 +146,9 @@ impl Table {
         })
     }
 
-    /// Why trials failed, each reason once.
+    /// All cells, in the order of the study.
     #[must_use]
-    pub fn failures(&self) -> Vec<&str> {
-        let mut reasons: Vec<&str> = self
-            .cells
-            .iter()
-            .flat_map(|cell| &cell.trials)
-            .filter_map(|trial| trial.as_ref().err())
-            .map(String::as_str)
-            .collect();
-        reasons.sort_unstable();
-        reasons.dedup();
-        reasons
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
     }
 }

@@ -4,22 +4,24 @@ use std::fmt::Write;
 
 use hpu_cosim::scene::Direction;
 
-use super::claims::{Claim, claims, newtons};
 use super::published::Agreement;
 use super::summing::summing_up;
-use super::table::{Class, Limit, Table};
+use super::table::Class;
+use super::tables::{Repeated, Span, Tables, Tally};
 use super::trial::{Trial, Verdict};
-use super::{Point, Study};
+use super::{Outcomes, Point, Study};
 
 /// First line of a study's CSV; the unit is in the name.
-pub const CSV_HEADER: &str = "rung,axis,platform,stiffness_n_per_m,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
+pub const CSV_HEADER: &str =
+    "rung,axis,platform,stiffness_n_per_m,seed,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
 
-/// Every trial of a study, one a row.
+/// Every trial that was run, one a row.
 #[must_use]
-pub fn csv(study: &Study, outcomes: &[(Point, Result<Trial, String>)]) -> String {
+pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     let mut text = CSV_HEADER.to_string();
-    for (point, outcome) in outcomes {
-        let Point { rung, axis, platform, stiffness_n_per_m, trial } = point;
+    let points = study.points();
+    for (place, outcome) in outcomes {
+        let Point { rung, axis, platform, stiffness_n_per_m, seed, trial } = points[*place];
         let (outcome, rms_m, at_s, edges, reason) = match outcome {
             Err(reason) => ("failed", None, None, String::new(), reason),
             Ok(Trial { verdict, edges, why }) => {
@@ -33,8 +35,8 @@ pub fn csv(study: &Study, outcomes: &[(Point, Result<Trial, String>)]) -> String
         };
         let _ = writeln!(
             text,
-            "{},{},{},{stiffness_n_per_m},{trial},{outcome},{},{},{edges},{}",
-            study.rungs[*rung].name,
+            "{},{},{},{stiffness_n_per_m},{seed},{trial},{outcome},{},{},{edges},{}",
+            study.rungs[rung].name,
             axis.name(),
             platform.name(),
             rms_m.map_or(String::new(), |rms_m| format!("{rms_m:e}")),
@@ -52,22 +54,67 @@ pub(super) fn quoted(field: &str) -> String {
 
 /// The table as the paper prints it, what of it is legible there beside, and what follows from it.
 #[must_use]
-pub fn table_text(table: &Table) -> String {
-    let mut text = grid(table);
-    let Agreement { legible, same } = Agreement::of(table);
+pub fn table_text(tables: &Tables) -> String {
+    let mut text = grid(tables);
+    let agreement = Agreement::of(tables);
+    let Agreement { legible, same, mixed } = agreement;
     text += "\nx passive in all trials   # non-passive   - highly unstable, aborted   ? could not be run\n";
     text += "= printed and the same   ! printed otherwise   (neither: this cell is lost in the text of the paper)\n";
-    let _ = writeln!(text, "{same} of {legible} legible cells are as printed, {} are not\n", legible - same);
-    text += &limits(table);
-    for reason in table.failures() {
+    text += &seeds(tables);
+    let at_some = if mixed > 0 { format!(", {mixed} at some seeds") } else { String::new() };
+    let _ = writeln!(
+        text,
+        "{same} of {legible} legible cells are as printed{at_some}, {} are not\n",
+        agreement.otherwise()
+    );
+    text += &limits(tables);
+    for reason in tables.failures() {
         let _ = writeln!(text, "could not be run: {reason}");
     }
-    text + &summing_up(&claims(table).iter().map(Claim::sum).collect::<Vec<_>>())
+    text + &summing_up(&tables.claims().iter().map(Repeated::sum).collect::<Vec<_>>())
+}
+
+/// Which cells were run at which seeds, and each mixed cell.
+fn seeds(tables: &Tables) -> String {
+    let table = tables.first();
+    let seeds = tables.each().len();
+    if seeds == 1 {
+        return format!(
+            "Every cell is one draw, of seed {}: near the edge of stability another seed may differ\n",
+            table.seed
+        );
+    }
+    let repeated = tables.repeated();
+    let mut text = format!(
+        "a number: seeds of {seeds} in which the cell is passive, where seeds differ   ~ printed, and the same in some\n\
+         Seeds: {} of {} cells are near a boundary and run at {seeds} seeds, from {}; the others at seed {} alone, and\n\
+         they count at every seed with what they are there\n",
+        repeated.so, repeated.of, table.seed, table.seed
+    );
+    for &axis in &table.axes {
+        for &platform in &table.platforms {
+            for &row in &table.stiffnesses_n_per_m {
+                if let Some(tally) = tables.cell(axis, platform, row).filter(|tally| tally.class().is_none()) {
+                    let _ = writeln!(text, "  {} {:<9}{row:>6} N/m  {}", axis.name(), platform.name(), told(&tally));
+                }
+            }
+        }
+    }
+    text
+}
+
+/// A mixed cell: in how many seeds it is of each class.
+fn told(tally: &Tally) -> String {
+    let classes = [Class::NonPassive, Class::HighlyUnstable, Class::Failed];
+    let others = classes.map(|class| (class, tally.share(class).so)).into_iter().filter(|(_, so)| *so > 0);
+    let others: Vec<_> = others.map(|(class, so)| format!("{} in {so}", class.name())).collect();
+    format!("passive in {} seeds, {}", tally.share(Class::Passive), others.join(", "))
 }
 
 const WIDTH: usize = 5;
 
-fn grid(table: &Table) -> String {
+fn grid(tables: &Tables) -> String {
+    let table = tables.first();
     let groups = |name: &dyn Fn(Direction) -> String| -> String {
         table.axes.iter().map(|&axis| format!("  |{}", name(axis))).collect()
     };
@@ -83,15 +130,19 @@ fn grid(table: &Table) -> String {
     for &row in &table.stiffnesses_n_per_m {
         let line = groups(&|axis| {
             let marks = table.platforms.iter().map(|&platform| {
-                let mark = match table.cell(axis, platform, row).map(|cell| cell.class) {
-                    Some(Class::Passive) => "x",
-                    Some(Class::NonPassive) => "#",
-                    Some(Class::HighlyUnstable) => "-",
-                    Some(Class::Failed) => "?",
-                    None => " ",
+                let Some(tally) = tables.cell(axis, platform, row) else { return " ".repeat(WIDTH) };
+                let mark = match tally.class() {
+                    Some(Class::Passive) => "x".to_string(),
+                    Some(Class::NonPassive) => "#".to_string(),
+                    Some(Class::HighlyUnstable) => "-".to_string(),
+                    Some(Class::Failed) => "?".to_string(),
+                    None => tally.share(Class::Passive).so.to_string(),
                 };
-                let printed =
-                    Agreement::at(table, axis, platform, row).map_or(" ", |same| if same { "=" } else { "!" });
+                let printed = Agreement::at(tables, axis, platform, row).map_or(" ", |same| match same.so {
+                    0 => "!",
+                    _ if same.all() => "=",
+                    _ => "~",
+                });
                 format!("{mark:>w$}{printed}", w = WIDTH - 1)
             });
             marks.collect()
@@ -102,21 +153,31 @@ fn grid(table: &Table) -> String {
 }
 
 /// How stiff the walls may be, and that over PMOS-1.
-fn limits(table: &Table) -> String {
-    let mut text = String::from(
-        "Stiffest wall in N/m up to which every row is passive (times that of PMOS-1; + some stiffer row is passive again; >= the rows end there)\n",
-    );
+fn limits(tables: &Tables) -> String {
+    let mut text = String::from("Stiffest wall in N/m up to which every row is passive");
+    text += if tables.each().len() > 1 {
+        " at every seed .. stiffest that is passive at some seed"
+    } else {
+        " .. stiffest that is passive"
+    };
+    text += " (times that of PMOS-1; >= the rows end there)\n";
+    let table = tables.first();
     for &platform in &table.platforms {
         let mut line = format!("{:<9}", platform.name());
         for &axis in &table.axes {
-            let Some(limit) = table.limit(axis, platform) else { continue };
-            let Limit { passive_n_per_m, again, .. } = limit;
-            let pmos = table.limit(axis, hpu_cosim::scene::Platform::Pmos1).and_then(|limit| limit.passive_n_per_m);
-            let ratio = passive_n_per_m.zip(pmos).map_or(String::new(), |(this, pmos)| format!("({:.1})", this / pmos));
-            let again = if again { "+" } else { "" };
-            line += &format!("   {} {:>8} {:<8}", axis.name(), format!("{}{again}", newtons(&limit)), ratio);
+            let Some(limit) = tables.limit(axis, platform) else { continue };
+            let pmos = tables.limit(axis, hpu_cosim::scene::Platform::Pmos1);
+            let ratio = pmos.and_then(|pmos| ratio(limit, pmos)).map_or(String::new(), |ratio| format!("({ratio})"));
+            line += &format!("   {} {:>14} {:<12}", axis.name(), limit.to_string(), ratio);
         }
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
+}
+
+/// A limit over that of PMOS-1: the least and the greatest that it may be, whatever the seeds of both.
+fn ratio(limit: Span, pmos: Span) -> Option<String> {
+    let least = limit.every_n_per_m? / pmos.some_n_per_m?;
+    let most = limit.some_n_per_m? / pmos.every_n_per_m?;
+    Some(if least == most { format!("{least:.1}") } else { format!("{least:.1}..{most:.1}") })
 }

@@ -18,6 +18,7 @@ mod reproduce;
 mod reproduce_errs;
 mod reproduce_hybrid;
 mod reproduce_scaling;
+mod reproduce_seeds;
 mod reproduce_shaper;
 mod reproduce_summing;
 mod trace_table;

@@ -3,8 +3,8 @@
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::chart;
 use hpu_study::reproduce::{
-    Agreement, CSV_HEADER, Claim, Class, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Trial,
-    Verdict, claims, csv, formats, ladder, scene, sines, table_text,
+    Agreement, CSV_HEADER, Claim, Class, Outcomes, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table,
+    Tables, Trial, Verdict, claims, csv, formats, ladder, scene, sines, table_text,
 };
 
 use crate::looks::assert_readable;
@@ -34,13 +34,26 @@ fn as_told(point: &Point) -> f64 {
     }
 }
 
-fn table_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> (Table, String) {
-    let outcomes: Vec<_> = study.points().into_iter().map(|point| (point, made(&point))).collect();
-    (Table::new(study, 0, &outcomes), csv(study, &outcomes))
+/// The outcomes of a study of one rung at its first seed.
+fn outcomes_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Outcomes {
+    study.points().iter().map(made).enumerate().collect()
 }
 
-fn told() -> Table {
-    table_of(&Study::whole(&[Rung::SHIPPED]), |point| Ok(trial(as_told(point), point))).0
+fn one_seed(study: &Study) -> Study {
+    Study { seeds: 1, ..study.clone() }
+}
+
+fn tables_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Tables {
+    let study = one_seed(study);
+    Tables::new(&study, 0, &outcomes_of(&study, made))
+}
+
+fn table_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Table {
+    tables_of(study, made).first().clone()
+}
+
+fn told() -> Tables {
+    tables_of(&Study::whole(&[Rung::SHIPPED]), |point| Ok(trial(as_told(point), point)))
 }
 
 fn claim(table: &Table, name: &str) -> Claim {
@@ -50,18 +63,18 @@ fn claim(table: &Table, name: &str) -> Claim {
 #[test]
 fn the_whole_study_has_every_trial_of_the_paper_once_and_in_order() {
     let points = Study::whole(&[Rung::SHIPPED]).points();
-    assert_eq!(points.len(), 3 * 8 * 20 * 3);
+    assert_eq!(points.len(), 3 * 8 * 20 * 12 * 3);
     assert!(STIFFNESSES_N_PER_M.is_sorted());
     let key = |point: &Point| {
         let platform = Platform::ALL.iter().position(|platform| *platform == point.platform);
-        (point.rung, point.axis.index(), platform, point.stiffness_n_per_m as u64, point.trial)
+        (point.rung, point.axis.index(), platform, point.stiffness_n_per_m as u64, point.seed, point.trial)
     };
     assert!(points.windows(2).all(|pair| key(&pair[0]) < key(&pair[1])));
 }
 
 #[test]
 fn every_cell_of_every_rung_is_a_scene_that_is_accepted() {
-    let study = Study { trials: 1, stiffnesses_n_per_m: vec![5.0, 40e3], ..Study::whole(&RUNGS) };
+    let study = Study { seeds: 1, trials: 1, stiffnesses_n_per_m: vec![5.0, 40e3], ..Study::whole(&RUNGS) };
     for point in study.points() {
         let overrides = study.overrides(&point);
         if let Err(error) = scene().parse(&overrides) {
@@ -78,7 +91,7 @@ fn a_cell_is_passive_when_all_trials_are_and_white_when_any_was_aborted() {
         stiffnesses_n_per_m: vec![1.0, 2.0, 3.0, 4.0],
         ..Study::whole(&[Rung::SHIPPED])
     };
-    let (table, _) = table_of(&study, |point| {
+    let table = table_of(&study, |point| {
         let verdict = match (point.stiffness_n_per_m as u64, point.trial) {
             (1, _) | (2..=4, 1) => Verdict::Passive { rms_m: 1e-6 },
             (2 | 3, 2) => Verdict::NonPassive { rms_m: 4e-5 },
@@ -94,7 +107,6 @@ fn a_cell_is_passive_when_all_trials_are_and_white_when_any_was_aborted() {
     let mean = cell(2.0).rms_m().unwrap();
     assert!((mean - 16e-6).abs() < 1e-18, "(1 + 40 + 7) / 3 micrometres, not {mean}");
     assert_eq!((cell(3.0).rms_m(), cell(4.0).rms_m()), (None, None), "not recorded");
-    assert_eq!(table.failures(), ["no such trial"]);
     assert_eq!(table.cell(Direction::X, Platform::Pmos1, 1.0), None);
     assert_eq!(table.cell(Direction::Y, Platform::Pmos1, 5.0), None);
 }
@@ -103,7 +115,7 @@ fn a_cell_is_passive_when_all_trials_are_and_white_when_any_was_aborted() {
 fn a_limit_ends_at_the_first_row_that_is_not_passive_and_tells_of_islands_beyond() {
     let study = Study { trials: 1, stiffnesses_n_per_m: vec![1.0, 2.0, 3.0], ..Study::whole(&[Rung::SHIPPED]) };
     let limit = |passive: &[u64]| {
-        let (table, _) = table_of(&study, |point| {
+        let table = table_of(&study, |point| {
             let here = passive.contains(&(point.stiffness_n_per_m as u64));
             Ok(trial(if here { 1e9 } else { 0.5 }, point))
         });
@@ -125,19 +137,19 @@ fn legible_cells_are_those_of_the_paper() {
     assert_eq!(Published::passive(Direction::Z, 750.0), None);
     assert_eq!(Published::passive(Direction::X, 1000.0), None);
 
-    assert_eq!(Agreement::of(&told()), Agreement { legible: 112, same: 112 });
-    let study = Study::whole(&[Rung::SHIPPED]);
-    let soft = table_of(&study, |point| Ok(trial(500.0, point))).0;
-    assert_eq!(Agreement::of(&soft), Agreement { legible: 112, same: 96 }, "x and y at 750 are printed otherwise");
-    let stiff = table_of(&study, |point| Ok(trial(1e6, point))).0;
-    assert_eq!(Agreement::of(&stiff), Agreement { legible: 112, same: 64 });
-    let failed = table_of(&study, |_| Err("broken".into())).0;
-    assert_eq!(Agreement::of(&failed), Agreement { legible: 112, same: 0 }, "a failure agrees with nothing");
+    let of = |made: &dyn Fn(&Point) -> Result<Trial, String>| {
+        Agreement::of(&tables_of(&Study::whole(&[Rung::SHIPPED]), made))
+    };
+    let agreement = |same| Agreement { legible: 112, same, mixed: 0 };
+    assert_eq!(Agreement::of(&told()), agreement(112));
+    assert_eq!(of(&|point| Ok(trial(500.0, point))), agreement(96), "x and y at 750 are printed otherwise");
+    assert_eq!(of(&|point| Ok(trial(1e6, point))), agreement(64));
+    assert_eq!(of(&|_| Err("broken".into())), agreement(0), "a failure agrees with nothing");
 }
 
 #[test]
 fn every_claim_is_met_by_the_table_that_the_paper_tells() {
-    for claim in claims(&told()) {
+    for claim in claims(told().first()) {
         assert_eq!(claim.met, Some(true), "{claim:?}");
         assert!(!claim.found.is_empty(), "{claim:?}");
     }
@@ -149,7 +161,7 @@ fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
     let with = |axis: Direction, platform: Platform, limit: f64| {
         let here =
             |point: &Point| if (point.axis, point.platform) == (axis, platform) { limit } else { as_told(point) };
-        table_of(&study, |point| Ok(trial(here(point), point))).0
+        table_of(&study, |point| Ok(trial(here(point), point)))
     };
     use Direction::{X, Y, Z};
     for (name, axis, platform, limit, said) in [
@@ -169,18 +181,18 @@ fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
     }
     // Best of a family: both fast ones must go.
     let slow = |point: &Point| if point.axis == Direction::X { as_told(point).min(3000.0) } else { as_told(point) };
-    let slow = table_of(&study, |point| Ok(trial(slow(point), point))).0;
+    let slow = table_of(&study, |point| Ok(trial(slow(point), point)));
     assert_eq!((claim(&slow, "d1").met, claim(&slow, "d2").met), (Some(false), Some(true)));
 }
 
 #[test]
 fn a_part_of_the_study_says_nothing_of_what_it_has_not() {
     let study = Study { axes: vec![Direction::X], platforms: vec![Platform::Pmos1], ..Study::whole(&[Rung::SHIPPED]) };
-    let (table, _) = table_of(&study, |point| Ok(trial(750.0, point)));
-    for claim in claims(&table) {
+    let tables = tables_of(&study, |point| Ok(trial(750.0, point)));
+    for claim in claims(tables.first()) {
         assert_eq!(claim.met, (claim.name == "a").then_some(true), "{claim:?}");
     }
-    assert_eq!(Agreement::of(&table), Agreement { legible: 5, same: 5 });
+    assert_eq!(Agreement::of(&tables), Agreement { legible: 5, same: 5, mixed: 0 });
 }
 
 #[test]
@@ -188,7 +200,7 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
     let up_to = |last: f64| {
         let rows = STIFFNESSES_N_PER_M.iter().copied().filter(|row| *row <= last).collect();
         let study = Study { stiffnesses_n_per_m: rows, ..Study::whole(&[Rung::SHIPPED]) };
-        table_of(&study, |point| Ok(trial(as_told(point), point))).0
+        table_of(&study, |point| Ok(trial(as_told(point), point)))
     };
     let told = |table: &Table| {
         let told = claims(table).into_iter().filter_map(|claim| Some((claim.name, claim.met?)));
@@ -198,7 +210,7 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
     assert_eq!(told(&up_to(750.0)), []);
     // From 10 000 N/m on nothing is.
     let study = Study { stiffnesses_n_per_m: vec![10e3, 20e3], ..Study::whole(&[Rung::SHIPPED]) };
-    let table = table_of(&study, |point| Ok(trial(as_told(point), point))).0;
+    let table = table_of(&study, |point| Ok(trial(as_told(point), point)));
     assert_eq!((claim(&table, "b").met, claim(&table, "e").met), (None, None));
     assert_eq!(
         claim(&table, "e").found,
@@ -233,28 +245,29 @@ fn the_text_is_the_table_of_the_paper() {
     assert!(line("RTOS-20").contains("1500 (2.0)"), "{}", line("RTOS-20"));
     assert!(text.contains("112 of 112 legible cells are as printed"));
     let confirmed = text.lines().filter(|line| line.starts_with('(') && line[6..].starts_with("confirmed "));
-    assert_eq!(confirmed.count(), claims(&told()).len(), "{text}");
+    assert_eq!(confirmed.count(), claims(told().first()).len(), "{text}");
 }
 
 #[test]
 fn the_csv_has_a_row_a_trial_and_its_reasons_cannot_break_it() {
     let study = Study {
+        seeds: 1,
         trials: 2,
         axes: vec![Direction::Y],
         platforms: vec![Platform::Rtos(5)],
         stiffnesses_n_per_m: vec![5.0, 60.0],
         ..Study::whole(&[Rung::SHIPPED])
     };
-    let (_, csv) = table_of(&study, |point| match (point.stiffness_n_per_m as u64, point.trial) {
+    let outcomes = outcomes_of(&study, |point| match (point.stiffness_n_per_m as u64, point.trial) {
         (60, 2) => Err("a \"b\", c".into()),
         (5, _) => Ok(Trial { verdict: Verdict::Passive { rms_m: 2.5e-5 }, edges: 1000, why: String::new() }),
         _ => Ok(Trial { verdict: Verdict::HighlyUnstable { at_s: 0.5 }, edges: 1000, why: String::new() }),
     });
-    let expected = "shipped,y,RTOS-5,5,1,passive,2.5e-5,,1000,\n\
-                    shipped,y,RTOS-5,5,2,passive,2.5e-5,,1000,\n\
-                    shipped,y,RTOS-5,60,1,highly_unstable,,0.5,1000,\n\
-                    shipped,y,RTOS-5,60,2,failed,,,,\"a \"\"b\"\", c\"\n";
-    assert_eq!(csv, format!("{CSV_HEADER}{expected}"));
+    let expected = "shipped,y,RTOS-5,5,1,1,passive,2.5e-5,,1000,\n\
+                    shipped,y,RTOS-5,5,1,2,passive,2.5e-5,,1000,\n\
+                    shipped,y,RTOS-5,60,1,1,highly_unstable,,0.5,1000,\n\
+                    shipped,y,RTOS-5,60,1,2,failed,,,,\"a \"\"b\"\", c\"\n";
+    assert_eq!(csv(&study, &outcomes), format!("{CSV_HEADER}{expected}"));
 }
 
 #[test]
@@ -274,14 +287,14 @@ fn a_trial_comes_back_from_its_line_to_the_bit() {
 
 #[test]
 fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
-    let table = told();
-    let draw = |table: &Table| {
-        let rung = |rung: &Rung| ladder::Summary::new(*rung, table.clone());
+    let tables = told();
+    let draw = |tables: &Tables| {
+        let rung = |rung: &Rung| ladder::Summary::new(*rung, tables.clone());
         let rungs: Vec<_> = RUNGS.iter().map(rung).collect();
-        [chart::table_2(table, COMMAND), chart::rms(table, COMMAND), chart::ladder(&rungs, COMMAND)]
+        [chart::table_2(tables, COMMAND), chart::rms(tables, COMMAND), chart::ladder(&rungs, COMMAND)]
     };
-    let pictures = draw(&table);
-    assert_eq!(pictures, draw(&table));
+    let pictures = draw(&tables);
+    assert_eq!(pictures, draw(&tables));
     assert_eq!(pictures.each_ref().map(|picture| picture.name), ["table-2", "rms", "ladder"]);
     for picture in &pictures {
         assert!(picture.svg.contains(COMMAND), "{}", picture.name);
@@ -293,7 +306,7 @@ fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
         .map(|(axis, platform)| {
             let rows = STIFFNESSES_N_PER_M
                 .iter()
-                .filter(|&&row| table.cell(axis, platform, row).unwrap().class == Class::Passive);
+                .filter(|&&row| tables.first().cell(axis, platform, row).unwrap().class == Class::Passive);
             rows.count()
         })
         .sum();
@@ -327,11 +340,11 @@ fn a_picture_of_any_part_of_the_study_is_drawn() {
             ..Study::whole(&[Rung::SHIPPED])
         };
         for made in [Ok(0.0), Err("nothing ran".to_string())] {
-            let (table, _) = table_of(&study, |point| made.clone().map(|limit: f64| trial(limit, point)));
-            for picture in [chart::table_2(&table, COMMAND), chart::rms(&table, COMMAND)] {
+            let tables = tables_of(&study, |point| made.clone().map(|limit: f64| trial(limit, point)));
+            for picture in [chart::table_2(&tables, COMMAND), chart::rms(&tables, COMMAND)] {
                 assert!(picture.svg.contains(COMMAND));
             }
-            let summary = ladder::Summary::new(Rung::SHIPPED, table);
+            let summary = ladder::Summary::new(Rung::SHIPPED, tables);
             assert!(chart::ladder(&[summary], COMMAND).svg.contains("shipped"));
         }
     }
@@ -340,12 +353,13 @@ fn a_picture_of_any_part_of_the_study_is_drawn() {
 #[test]
 fn the_ladder_tells_each_rung_and_each_claim() {
     let study = Study::whole(&[Rung::SHIPPED]);
-    let poor = table_of(&study, |point| Ok(trial(100.0, point))).0;
+    let poor = tables_of(&study, |point| Ok(trial(100.0, point)));
     let rungs = [ladder::Summary::new(RUNGS[0], poor), ladder::Summary::new(RUNGS[6], told())];
-    assert_eq!(rungs[1].met(), (claims(&told()).len(), claims(&told()).len()));
+    let all = claims(told().first()).len();
+    assert_eq!(rungs[1].met(), [all, 0, all]);
     let text = ladder::ladder_text(&rungs);
     let line = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap();
     assert!(line("ideal").contains("48 of 112"), "{}", line("ideal"));
     assert!(line("full arm").contains("112 of 112") && !line("full arm").contains(" - "), "{}", line("full arm"));
-    assert_eq!(ladder::ladder_csv(&rungs).lines().count(), 1 + 2 * claims(&told()).len());
+    assert_eq!(ladder::ladder_csv(&rungs).lines().count(), 1 + 2 * claims(told().first()).len());
 }

@@ -4,7 +4,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::reproduce::beside::{Comparison, Found, Line, beside_text, sums};
 use hpu_study::reproduce::{
-    Finding, Point, RUNGS, Rung, Study, Sum, Table, Trial, Verdict, claims, errs, hybrid, ladder, lag, scaling, shaper,
+    Finding, Point, RUNGS, Rung, Study, Sum, Tables, Trial, Verdict, errs, hybrid, ladder, lag, scaling, shaper,
     summing_up, table_text,
 };
 
@@ -141,9 +141,9 @@ fn the_rows_of_figure_4_say_that_they_are_ramps_of_equal_impulse() {
     }
 }
 
-/// A table in which PMOS-1 and RTOS-1 hold 750 N/m, the others what `others` says.
-fn table(others: impl Fn(Platform) -> f64) -> Table {
-    let study = Study::whole(&[Rung::SHIPPED]);
+/// A table of one seed in which PMOS-1 and RTOS-1 hold 750 N/m, the others what `others` says.
+fn tables(others: impl Fn(Platform) -> f64) -> Tables {
+    let study = Study { seeds: 1, ..Study::whole(&[Rung::SHIPPED]) };
     let trial = |point: &Point| {
         let limit = match point.platform {
             Platform::Pmos1 | Platform::Rtos(1) => 750.0,
@@ -154,8 +154,7 @@ fn table(others: impl Fn(Platform) -> f64) -> Table {
         let verdict = if passive { Verdict::Passive { rms_m } } else { Verdict::NonPassive { rms_m } };
         Ok(Trial { verdict, edges: 1, why: String::new() })
     };
-    let outcomes: Vec<_> = study.points().into_iter().map(|point| (point, trial(&point))).collect();
-    Table::new(&study, 0, &outcomes)
+    Tables::new(&study, 0, &study.points().iter().map(trial).enumerate().collect())
 }
 
 fn told(platform: Platform) -> f64 {
@@ -164,10 +163,9 @@ fn told(platform: Platform) -> f64 {
 
 #[test]
 fn the_drop_test_sums_up_each_claim_in_the_paper_s_words() {
-    let text = table_text(&table(told));
+    let text = table_text(&tables(told));
     let (_, summed) = text.split_once("Summing up: ").expect("a summing-up");
-    let claims = claims(&table(told));
-    for claim in &claims {
+    for claim in tables(told).claims() {
         let Sum { statement, finding, .. } = claim.sum();
         let head = format!(
             "{:<6}{:<16}\"{}\" ({})",
@@ -178,24 +176,24 @@ fn the_drop_test_sums_up_each_claim_in_the_paper_s_words() {
         );
         assert!(summed.contains(&head), "{head}\n{summed}");
     }
-    let finding = |table: &Table, letter: &str| {
-        hpu_study::reproduce::claims(table).iter().find(|claim| claim.name == letter).expect(letter).sum().finding
+    let finding = |tables: &Tables, letter: &str| {
+        tables.claims().iter().find(|claim| claim.first().name == letter).expect(letter).finding()
     };
     for letter in ["a", "b", "c1", "c2", "d1", "d2", "e", "f", "f2", "h"] {
-        assert_eq!(finding(&table(told), letter), Finding::Confirmed, "{letter}");
+        assert_eq!(finding(&tables(told), letter), Finding::Confirmed, "{letter}");
     }
-    let slow = table(|platform| if matches!(platform, Platform::Rtos(_)) { 3000.0 } else { 1500.0 });
+    let slow = tables(|platform| if matches!(platform, Platform::Rtos(_)) { 3000.0 } else { 1500.0 });
     for letter in ["c2", "d1", "d2", "h"] {
         assert_eq!(finding(&slow, letter), Finding::NotConfirmed, "{letter}");
     }
-    let open = table(|_| 40e3);
+    let open = tables(|_| 40e3);
     assert_eq!(finding(&open, "h"), Finding::CannotBeTold, "all rows are passive");
 }
 
 #[test]
 fn the_ladder_sums_up_by_model() {
     let models: [fn(Platform) -> f64; 2] = [told, |_| 750.0];
-    let rungs = models.into_iter().zip(RUNGS).map(|(others, rung)| ladder::Summary::new(rung, table(others)));
+    let rungs = models.into_iter().zip(RUNGS).map(|(others, rung)| ladder::Summary::new(rung, tables(others)));
     let text = ladder::ladder_text(&rungs.collect::<Vec<_>>());
     let (_, summed) = text.split_once("Summing up: ").expect("a summing-up");
     let (_, doubled) = summed.split_once("(c1)").expect("the claim");
