@@ -55,7 +55,8 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     let best: Vec<&Point> = found.best().collect();
     let errors = [("error 0", GREEN), (percent.as_str(), BLUE), ("more error", ORANGE)].into_iter();
     let there = errors.filter(|(_, of)| best.iter().any(|point| style(point.merit.error) == *of));
-    let beaten = [("beaten by another design", Look::Points(TAUPE))];
+    let is_best = |point: &Point| best.iter().any(|other| other.merit == point.merit);
+    let beaten = (!found.points.iter().all(is_best)).then_some(("beaten by another design", Look::Points(TAUPE)));
     let legend: Vec<_> = there.map(|(text, of)| (text, Look::Points(of))).chain(beaten).collect();
     let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
     panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
@@ -84,7 +85,8 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         let (x, y) = at(smallest);
         canvas.dot((x, y), 20, INK, 4);
         let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.lut4);
-        let words = widths(smallest);
+        let capped = if smallest.capped { "; the format holds no stiffer wall" } else { "" };
+        let words = widths(smallest) + capped;
         let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
         // To the right where it has room, and as near as it covers no other design and neither level.
         let is_right = x + 70 + width < panel.right;
