@@ -2,7 +2,7 @@
 
 use hpu_cosim::NetUse;
 
-use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
 use super::panel::{Panel, around};
 use super::series::{BLUE, Look, RUST, SAND};
 use super::words::COMMAND;
@@ -90,16 +90,26 @@ fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
     if used.overflowed > 0 {
         canvas.declare("range used, with overflow", Look::Area(color));
     }
+    let mut y = bottom + 28;
     if used.min <= used.max {
         canvas.fill([(at(used.min), top), (at(used.max).max(at(used.min) + 3), bottom)], color);
-        let range = format!("{} \u{2026} {} of {} \u{2026} {}", used.min, used.max, format.min(), format.max());
-        canvas.text((left, bottom + 28), range.replace('-', "\u{2212}"), 26, QUIET, Anchor::Left);
+        let range = |min: i128, max: i128| format!("{min} \u{2026} {max}").replace('-', "\u{2212}");
+        let (seen, whole) =
+            (range(used.min.into(), used.max.into()), format!("of {}", range(format.min(), format.max())));
+        let line = format!("{seen} {whole}");
+        let fits = |line: &String, size: i32| text_width(line, size) <= right - left;
+        let lines = if fits(&line, 26) { vec![line] } else { vec![seen, whole] };
+        let size = [26, 22].into_iter().find(|size| lines.iter().all(|line| fits(line, *size))).unwrap_or(18);
+        for line in lines {
+            canvas.text((left, y), line, size, QUIET, Anchor::Left);
+            y += 36;
+        }
     }
     if used.overflowed > 0 {
         let text = format!("overflowed: {} of the edges", share(used.overflowed, edges));
-        canvas.text((left, bottom + 64), text, 26, INK, Anchor::Left);
+        canvas.text((left, y), text, 26, INK, Anchor::Left);
     } else if used.rounded > 0 {
         let text = format!("rounded: {} of the edges", share(used.rounded, edges));
-        canvas.text((left, bottom + 64), text, 26, QUIET, Anchor::Left);
+        canvas.text((left, y), text, 26, QUIET, Anchor::Left);
     }
 }

@@ -7,6 +7,7 @@ mod canvas;
 mod drop;
 mod error_by_width;
 mod formats;
+mod labels;
 mod ladder;
 mod limits;
 mod log_panel;

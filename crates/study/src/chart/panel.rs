@@ -34,9 +34,9 @@ pub(super) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     ((first..=last).map(|n| n as f64 * step).collect(), decimals)
 }
 
-/// A tick's label; zero has no sign.
+/// A tick's label; zero has no sign, and many digits are a power of ten.
 fn label(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
+    let text = if value.abs() < 1e7 { format!("{value:.decimals$}") } else { format!("{value:e}") };
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
         text.trim_start_matches('-').to_string()
     } else {
@@ -123,8 +123,14 @@ impl Panel {
         canvas.text((self.right + 130, (self.top + self.bottom) / 2), name, SMALL, INK, Anchor::Up);
     }
 
-    /// A curve through points in order of time, with its markers.
-    pub fn curve(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, style: Style, width: u32) {
+    /// A curve through points in order of time, with its markers; returns the pixels that it joins.
+    pub fn curve(
+        &self,
+        canvas: &mut Canvas,
+        points: impl Iterator<Item = (f64, f64)>,
+        style: Style,
+        width: u32,
+    ) -> Vec<(i32, i32)> {
         let pixels = self.thinned(points.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end));
         // Each kind of marker has places of its own, so that curves upon each other show theirs in turn.
         let mut next = self.left + 40 + style.marker as i32 * PITCH / Marker::COUNT;
@@ -139,15 +145,22 @@ impl Panel {
                 next += PITCH;
             }
         }
-        canvas.line(pixels, style.color, width);
+        canvas.line(pixels.clone(), style.color, width);
         for place in places {
             mark(canvas, place, style, 9);
         }
+        pixels
     }
 
-    /// A value that holds from each point to the next.
-    pub fn steps(&self, canvas: &mut Canvas, points: impl Iterator<Item = (f64, f64)>, style: Style, width: u32) {
-        self.curve(canvas, corners(points), style, width);
+    /// A value that holds from each point to the next; returns the pixels of its corners.
+    pub fn steps(
+        &self,
+        canvas: &mut Canvas,
+        points: impl Iterator<Item = (f64, f64)>,
+        style: Style,
+        width: u32,
+    ) -> Vec<(i32, i32)> {
+        self.curve(canvas, corners(points), style, width)
     }
 
     /// Of each column of pixels the first, least, greatest and last point: the same picture by fewer points.

@@ -3,6 +3,7 @@
 use hpu_signal::Format;
 
 use super::canvas::{Anchor, HEIGHT, INK, WIDTH};
+use super::labels::{self, Label, Surroundings};
 use super::motion::{ANGLE, angle_label, wall};
 use super::panel::{Panel, around};
 use super::series::{BLUE, Look, ORANGE, SAND, SHADE};
@@ -70,20 +71,21 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
             canvas.text((right, bottom.top - 27), "black line: full scale", 26, INK, Anchor::Right);
         }
         let depths = run.words_of(PENETRATION).map(|(_, word)| word as f64);
-        if run.push() == SPRING {
+        let drawn = if run.push() == SPRING {
             let law = (0..=depth_range.end as i64).map(|depth| (depth as f64, run.spring_at(depth) as f64));
             let law = law.take_while(|(_, counts)| spring_range.contains(counts));
-            bottom.steps(&mut canvas, law, ORANGE, 3);
+            bottom.steps(&mut canvas, law, ORANGE, 3)
         } else {
             // A method's force depends on what came before: the path that the run took.
-            bottom.curve(&mut canvas, depths.clone().zip(push(run).map(|(_, counts)| counts)), ORANGE, 2);
-        }
+            bottom.curve(&mut canvas, depths.clone().zip(push(run).map(|(_, counts)| counts)), ORANGE, 2)
+        };
         if let Some((depth, (_, word))) = depths.last().zip(push(run).last()) {
-            let (x, y) = bottom.at(depth, word);
-            canvas.fill([(x - 10, y - 10), (x + 10, y + 10)], INK);
-            let (to, anchor) = if 2 * x < left + right { (x + 22, Anchor::Left) } else { (x - 22, Anchor::Right) };
-            let above = if y - 40 > bottom.top { y - 26 } else { y + 34 };
-            canvas.text((to, above), "ends here", 26, INK, anchor);
+            let end = bottom.at(depth, word);
+            canvas.fill([(end.0 - 10, end.1 - 10), (end.0 + 10, end.1 + 10)], INK);
+            let lines: Vec<_> = drawn.windows(2).map(|pair| (pair[0], pair[1])).collect();
+            let inside = [left + 4, bottom.top + 4, right - 4, bottom.bottom - 4];
+            let around = Surroundings { inside, taken: Vec::new(), dots: &[end], lines: &lines };
+            labels::write(&mut canvas, &[Label { at: end, text: "ends here".into(), needed: true }], &around);
         }
     }
     canvas.render("side-by-side")

@@ -1,6 +1,5 @@
 //! Speed against accuracy: where each way to run a scene stops being true.
 
-mod labels;
 mod plane;
 
 use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
@@ -80,6 +79,7 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
             height: *height,
             inside: inside(contestant),
             style: look(contestant).1,
+            name: label(contestant, true, true),
             label: if is_named { label(contestant, says_steps, on_front) } else { String::new() },
             behind: is_behind(contestant),
             needed: on_front || contestant.step_s.is_none(),

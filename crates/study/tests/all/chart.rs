@@ -4,7 +4,7 @@ use hpu_cosim::scene::{Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session};
 use hpu_study::chart::{Picture, Run, nets, run_pictures, side_by_side};
 
-use crate::looks::{assert_readable, attribute, elements, number, rgb, texts};
+use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 
 const COMMAND: &str = "hpu run wall --set 'wall.stiffness=\"2 N.m/rad\"' -o <here> & there";
 
@@ -55,6 +55,31 @@ fn every_picture_of_every_scene_is_readable_by_all() {
     with_runs(&["wrap-product", "wrap-saturated"], |runs| {
         assert_readable(&side_by_side("Wrap or saturate", runs, COMMAND), "two");
     });
+}
+
+#[test]
+fn the_name_of_the_end_is_not_crossed_by_a_curve() {
+    for names in [["wrap-product", "wrap-saturated"], ["thrown-hybrid", "thrown-conventional"]] {
+        let picture = with_runs(&names, |runs| side_by_side("Two", runs, COMMAND));
+        let push = picture.keys.iter().find(|key| key.name == "spring").expect("a key").color;
+        let lines = elements(&picture.svg)
+            .filter(|(mark, of)| *mark == "polyline" && attribute(of, "stroke").map(rgb) == Some(push));
+        let lines: Vec<Vec<(f64, f64)>> = lines.map(|(_, of)| points(of)).collect();
+        let ends: Vec<_> = texts(&picture.svg).into_iter().filter(|text| text.text == "ends here").collect();
+        assert_eq!(ends.len(), 2, "{names:?}");
+        for end in ends {
+            let [left, top, right, bottom] = end.area;
+            let holds = |x: f64, y: f64| (left..right).contains(&x) && (top..bottom).contains(&y);
+            let crosses = |pair: &[(f64, f64)]| {
+                let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+                let steps = (x2 - x1).abs().max((y2 - y1).abs()).max(1.0) as u32;
+                (0..=steps)
+                    .map(|step| f64::from(step) / f64::from(steps))
+                    .any(|share| holds(x1 + share * (x2 - x1), y1 + share * (y2 - y1)))
+            };
+            assert!(!lines.iter().any(|line| line.windows(2).any(crosses)), "{names:?}: {end:?}");
+        }
+    }
 }
 
 #[test]
@@ -122,12 +147,7 @@ fn curves(picture: &Picture, name: &str) -> Vec<Vec<(f64, f64)>> {
     let key = picture.keys.iter().find(|key| key.name.starts_with(name)).unwrap_or_else(|| panic!("{name}"));
     let own = elements(&picture.svg)
         .filter(|(mark, of)| *mark == "polyline" && attribute(of, "stroke").map(rgb) == Some(key.color));
-    let point = |text: &str| {
-        let (x, y) = text.split_once(',').unwrap();
-        (x.parse().unwrap(), y.parse().unwrap())
-    };
-    let points = own.map(|(_, of)| attribute(of, "points").unwrap().split_whitespace().map(point).collect::<Vec<_>>());
-    points.filter(|points| points.len() > 20).collect()
+    own.map(|(_, of)| points(of)).filter(|points| points.len() > 20).collect()
 }
 
 #[test]

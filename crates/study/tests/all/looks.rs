@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use ab_glyph::{Font, FontRef};
 use hpu_study::chart::Picture;
 
 use crate::colours::{Rgb, SIGHTS, contrast, difference, seen};
@@ -14,7 +15,7 @@ const LEGIBLE: f64 = 4.5;
 /// Colours of paper, ink and grid, and of a band whose name stands in it: they stand for nothing.
 const NEUTRAL: [&str; 5] = ["#FFFFFF", "#22262E", "#5A616C", "#E2E5EA", "#E9E4DC"];
 
-/// A text: what is written, its colour, and left, top, right and bottom of the smallest box that surely holds it.
+/// A text: what is written, its colour, and left, top, right and bottom of the box that it takes.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Text {
     pub text: String,
@@ -40,6 +41,13 @@ pub fn number(mark: &str, name: &str) -> f64 {
     attribute(mark, name).and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("{name} of {mark}"))
 }
 
+/// The points of a line.
+pub fn points(mark: &str) -> Vec<(f64, f64)> {
+    let points = attribute(mark, "points").expect("points").split_whitespace();
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    points.map(|point| point.split_once(',').map(|(x, y)| (number(x), number(y))).expect("a point")).collect()
+}
+
 pub fn rgb(color: &str) -> Rgb {
     let digits = color.strip_prefix('#').unwrap_or_else(|| panic!("{color}"));
     [0, 2, 4].map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap_or_else(|_| panic!("{color}")))
@@ -51,11 +59,20 @@ pub fn rectangle(mark: &str) -> [f64; 4] {
     [x, y, x + width, y + height]
 }
 
+/// The width of a text in DejaVu Sans by the advances of its glyphs, over the size of the font.
+fn width(text: &str, bold: bool) -> f64 {
+    let bytes = if bold { dejavu::sans::bold() } else { dejavu::sans::regular() };
+    let font = FontRef::try_from_slice(bytes).expect("a font");
+    let em = font.units_per_em().expect("a font has an em");
+    text.chars().map(|c| f64::from(font.h_advance_unscaled(font.glyph_id(c)) / em)).sum()
+}
+
 fn text_of(mark: &str) -> Text {
-    let words = mark.split_once('>').map_or("", |(_, text)| text).trim().to_string();
+    let words = mark.split_once('>').map_or("", |(_, text)| text).trim();
+    let entities = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")];
+    let words = entities.iter().fold(words.to_string(), |words, (entity, of)| words.replace(entity, of));
     let (x, y, size) = (number(mark, "x"), number(mark, "y"), number(mark, "font-size"));
-    // Letters are at least a third of their size wide on average.
-    let width = words.chars().count() as f64 * size / 3.0;
+    let width = width(&words, attribute(mark, "font-weight") == Some("bold")) * size;
     let left = match attribute(mark, "text-anchor") {
         Some("start") => x,
         Some("middle") => x - 0.5 * width,

@@ -7,7 +7,7 @@ use hpu_study::chart::{Picture, map_pictures, shares, speed};
 use hpu_study::map::{self, Cell, CellLimits, Curves, Found, Map, Method};
 
 use crate::colours::{SIGHTS, difference, seen};
-use crate::looks::{assert_readable, attribute, elements, number, ramp, rectangle, rgb, texts};
+use crate::looks::{assert_readable, attribute, elements, number, points, ramp, rectangle, rgb, texts};
 
 const COMMAND: &str = "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' -o /tmp/there/out";
 
@@ -100,12 +100,6 @@ fn panels(svg: &str) -> Vec<[f64; 4]> {
     let lines = elements(svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| points(mark));
     let frames = lines.filter(|points| points.len() == 5 && points[0] == points[4]);
     frames.map(|points| [points[0].0, points[0].1, points[2].0, points[2].1]).collect()
-}
-
-fn points(mark: &str) -> Vec<(f64, f64)> {
-    let points = attribute(mark, "points").expect("points").split_whitespace();
-    let number = |text: &str| text.parse::<f64>().expect("a number");
-    points.map(|point| point.split_once(',').map(|(x, y)| (number(x), number(y))).expect("a point")).collect()
 }
 
 #[test]
@@ -327,4 +321,35 @@ fn an_axis_of_plain_numbers_has_the_unit_that_a_scene_takes_them_in() {
             }
         }
     }
+}
+
+#[test]
+fn the_name_of_what_is_allowed_is_covered_by_no_other() {
+    for (fast, off) in [(3e3, 0.87e-2), (4e3, 0.87e-2), (4e3, 1.3e-2), (5e3, 1.3e-2)] {
+        let mut chart = charted();
+        let few =
+            ["events", "clock", "midpoint@1ms+law", "smoothed", "averaged", "loaded", "frictionless", "resistive"];
+        chart.entries.retain(|entry| few.contains(&entry.contestant.name.as_str()));
+        for entry in &mut chart.entries {
+            if entry.contestant.name == "midpoint@1ms+law" {
+                let row = entry.row.as_mut().expect("a row");
+                (row.grade, row.speed) = (Grade::Off(off), speed_of(fast));
+            }
+        }
+        let picture = speed("friction-wall", &chart, COMMAND);
+        assert!(texts(&picture.svg).iter().any(|text| text.text == "midpoint, law, 1 ms"), "{fast}");
+        assert_readable(&picture, &format!("{fast}"));
+    }
+}
+
+#[test]
+fn a_point_below_the_lowest_line_says_its_error() {
+    let mut chart = charted();
+    let entry = chart.entries.iter_mut().find(|entry| entry.contestant.name == "midpoint@20ns").expect("a rung");
+    entry.row.as_mut().expect("a row").grade = Grade::Off(1e-9);
+    let picture = speed("friction-wall", &chart, COMMAND);
+    let texts = texts(&picture.svg);
+    assert!(texts.iter().any(|text| text.text == "midpoint, 20 ns, 1e\u{2212}7 % \u{2193}"), "{texts:#?}");
+    // Not one decade for it alone.
+    assert!(!texts.iter().any(|text| text.text == "1e\u{2212}7"), "{texts:#?}");
 }

@@ -6,9 +6,9 @@ use plotters::style::WHITE;
 
 use super::super::Marker;
 use super::super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
+use super::super::labels::{self, Area, Label, Surroundings};
 use super::super::panel::Panel;
 use super::super::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
-use super::labels::{self, Area, Label, Surroundings};
 
 /// How high a spot stands.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -42,7 +42,9 @@ pub(super) struct Spot {
     pub height: Height,
     pub inside: Inside,
     pub style: Style,
-    /// Its name, if it is to have one.
+    /// Its whole name.
+    pub name: String,
+    /// What stands beside it, if anything is to.
     pub label: String,
     /// Whether the name must be there.
     pub needed: bool,
@@ -112,8 +114,7 @@ impl Plane {
         let speeds = together(spots.iter().map(|spot| spot.speed));
         let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
         let errors = together(spots.iter().filter_map(|spot| match spot.height {
-            // What is wrong by more than all is as wrong as that.
-            Height::At(error) => Some(error.clamp(1e-9, 10.0)),
+            Height::At(error) => Some(error),
             _ => None,
         }));
         let allowed = allowed.unwrap_or(0.1);
@@ -144,16 +145,20 @@ impl Plane {
         }
     }
 
-    /// What a spot's label adds where its place is not its value.
+    /// What the label of a spot off the scale adds: its values, and which way it lies. Empty for any other spot.
     fn beyond(&self, spot: &Spot) -> String {
-        let far = |range: &Range<f64>, value: f64| value < range.start - 1e-9 || value > range.end + 1e-9;
-        match spot.height {
-            _ if far(&self.panel.x, libm::log10(spot.speed)) => format!(", at {} \u{2192}", power(spot.speed)),
-            Height::At(error) if far(&self.panel.y, libm::log10(error.clamp(1e-9, 10.0))) => {
-                format!(", {} %", power(100.0 * error))
-            }
-            _ => String::new(),
-        }
+        let arrow = |range: &Range<f64>, value: f64, [less, more]: [&'static str; 2]| match libm::log10(value) {
+            log if log < range.start - 1e-9 => Some(less),
+            log if log > range.end + 1e-9 => Some(more),
+            _ => None,
+        };
+        let across = arrow(&self.panel.x, spot.speed, ["\u{2190}", "\u{2192}"]);
+        let up = match spot.height {
+            Height::At(error) => arrow(&self.panel.y, error, ["\u{2193}", "\u{2191}"]).map(|arrow| (error, arrow)),
+            _ => None,
+        };
+        let across = across.map_or(String::new(), |arrow| format!(", at {} {arrow}", power(spot.speed)));
+        across + &up.map_or(String::new(), |(error, arrow)| format!(", {} % {arrow}", power(100.0 * error)))
     }
 
     /// Grid, axes and bands; returns where the bands' names stand.
@@ -190,24 +195,27 @@ impl Plane {
         names
     }
 
-    /// Draws the error that is allowed; returns its line.
-    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> ((i32, i32), (i32, i32)) {
+    /// Draws the error that is allowed; returns its line and where its name stands.
+    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> (((i32, i32), (i32, i32)), Area) {
         let (_, y) = self.panel.at(self.panel.x.start, libm::log10(error));
         for x in (LEFT..RIGHT).step_by(28) {
             canvas.line(vec![(x, y), ((x + 16).min(RIGHT), y)], INK, 3);
         }
         canvas.text((RIGHT - 8, y - 20), text, 24, INK, Anchor::Right);
-        ((LEFT, y), (RIGHT, y))
+        let name = [RIGHT - 8 - text_width(text, 24) - 16, y - 36, RIGHT, y - 4];
+        (((LEFT, y), (RIGHT, y)), name)
     }
 }
 
 /// Draws the spots with their ladders and their front.
 pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
     let plane = Plane::new(spots, words.allowed.as_ref().map(|(error, _)| *error));
-    let taken = plane.grid(canvas, words);
+    let mut taken = plane.grid(canvas, words);
     let mut lines = Vec::new();
     if let Some((error, text)) = &words.allowed {
-        lines.push(plane.allowed(canvas, *error, text));
+        let (line, name) = plane.allowed(canvas, *error, text);
+        lines.push(line);
+        taken.push(name);
     }
     let mut families: Vec<&str> = Vec::new();
     for spot in spots {
@@ -255,13 +263,17 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
             }
         }
     }
-    let mut order: Vec<usize> = (0..spots.len()).filter(|index| !spots[*index].label.is_empty()).collect();
-    order.sort_by_key(|index| (!spots[*index].front, !spots[*index].needed));
+    let beyond: Vec<String> = spots.iter().map(|spot| plane.beyond(spot)).collect();
+    let is_named = |index: &usize| !spots[*index].label.is_empty() || !beyond[*index].is_empty();
+    let mut order: Vec<usize> = (0..spots.len()).filter(is_named).collect();
+    order.sort_by_key(|&index| (beyond[index].is_empty(), !spots[index].front, !spots[index].needed));
     let named: Vec<Label> = order
         .into_iter()
         .map(|index| {
-            let Spot { label, needed, .. } = &spots[index];
-            Label { at: pixels[index], text: format!("{label}{}", plane.beyond(&spots[index])), needed: *needed }
+            let (Spot { name, label, needed, .. }, beyond) = (&spots[index], &beyond[index]);
+            // A spot off the scale always says its name and its value.
+            let label = if beyond.is_empty() { label } else { name };
+            Label { at: pixels[index], text: format!("{label}{beyond}"), needed: *needed || !beyond.is_empty() }
         })
         .collect();
     let inside = [LEFT + 4, TOP + 4, RIGHT - 4, BOTTOM - 4];

@@ -1,6 +1,6 @@
 //! Names beside points, where they cover neither each other nor what they name.
 
-use super::super::canvas::{Anchor, Canvas, INK, QUIET, text_width};
+use super::canvas::{Anchor, Canvas, INK, QUIET, text_width};
 
 /// Height of a label's text.
 pub(super) const SIZE: i32 = 24;
