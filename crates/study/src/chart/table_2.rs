@@ -155,7 +155,7 @@ fn key(canvas: &mut Canvas, tables: &Tables) {
         say(canvas, &classes, None, &format!("mixed: passive in {passive} of {seeds} seeds"));
     }
     let lost = "small: lost in the text of the paper, so nothing is compared; of legible cells the text has only the \
-                \u{201c}x\u{201d}, not which others were aborted";
+                \u{201c}x\u{201d}, not which others were aborted; mixed cells have no tick";
     canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
 }
 

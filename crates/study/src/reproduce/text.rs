@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use hpu_cosim::scene::Direction;
+use hpu_cosim::scene::{Direction, Platform};
 
 use super::published::Agreement;
 use super::summing::summing_up;
-use super::table::Class;
-use super::tables::{Repeated, Span, Tables, Tally};
+use super::table::{Class, Table};
+use super::tables::{Repeated, Tables, Tally};
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Point, Study};
 
@@ -160,14 +160,13 @@ fn limits(tables: &Tables) -> String {
     } else {
         " .. stiffest that is passive"
     };
-    text += " (times that of PMOS-1; >= the rows end there)\n";
+    text += " (times that of PMOS-1 at the same seed; >= the rows end there)\n";
     let table = tables.first();
     for &platform in &table.platforms {
         let mut line = format!("{:<9}", platform.name());
         for &axis in &table.axes {
             let Some(limit) = tables.limit(axis, platform) else { continue };
-            let pmos = tables.limit(axis, hpu_cosim::scene::Platform::Pmos1);
-            let ratio = pmos.and_then(|pmos| ratio(limit, pmos)).map_or(String::new(), |ratio| format!("({ratio})"));
+            let ratio = ratio(tables, axis, platform).map_or(String::new(), |ratio| format!("({ratio})"));
             line += &format!("   {} {:>14} {:<12}", axis.name(), limit.to_string(), ratio);
         }
         let _ = writeln!(text, "{}", line.trim_end());
@@ -175,9 +174,12 @@ fn limits(tables: &Tables) -> String {
     text
 }
 
-/// A limit over that of PMOS-1: the least and the greatest that it may be, whatever the seeds of both.
-fn ratio(limit: Span, pmos: Span) -> Option<String> {
-    let least = limit.every_n_per_m? / pmos.some_n_per_m?;
-    let most = limit.some_n_per_m? / pmos.every_n_per_m?;
+/// A limit over that of PMOS-1 at the same seed: the least and the greatest over all seeds.
+fn ratio(tables: &Tables, axis: Direction, platform: Platform) -> Option<String> {
+    let row = |table: &Table, platform| table.limit(axis, platform)?.passive_n_per_m;
+    let ratios = tables.each().iter().map(|table| Some(row(table, platform)? / row(table, Platform::Pmos1)?));
+    let ratios = ratios.collect::<Option<Vec<f64>>>()?;
+    let least = ratios.iter().copied().min_by(f64::total_cmp)?;
+    let most = ratios.iter().copied().max_by(f64::total_cmp)?;
     Some(if least == most { format!("{least:.1}") } else { format!("{least:.1}..{most:.1}") })
 }
