@@ -25,7 +25,7 @@ pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said>
             Origin::Scene => "scene".to_string(),
             Origin::Default => "default".to_string(),
             Origin::Motor(name) => format!("motor {name}"),
-            Origin::Model(name) => format!("model {name}"),
+            Origin::Arm(name) => format!("model {name}"),
         },
         parameter: parameter.clone(),
     });

@@ -11,7 +11,7 @@ use crate::run::Ran;
 pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
     let pictures = match ran.session {
         Ready::Axis(session) => run_pictures(&chart_run(session, ran, command)),
-        Ready::Phantom(session) => chart::drop_pictures(session.scene(), &ran.trace, &ran.summary, command),
+        Ready::Phantom(session) => chart::drop_pictures(session, &ran.trace, &ran.summary, command),
     };
     // What the words of VHDL that differs have lost nobody saw.
     let losses_seen = ran.summary.nets.iter().all(|net| net.losses_seen);

@@ -121,6 +121,9 @@ fn realised(session: &Ready) -> Value {
                 "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
                 "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
                 "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
+                "count_rad": session.count_rad(),
+                "torque_quantum_nm": session.commands().iter().map(|command| command.2).collect::<Vec<_>>(),
+                "apparent_mass_kg": session.apparent_kg(),
             })
         }
     }

@@ -67,6 +67,18 @@ impl<'s> PhantomSession<'s> {
         &self.words
     }
 
+    /// Angle of one count of each joint.
+    #[must_use]
+    pub fn count_rad(&self) -> [f64; 3] {
+        self.plant.count_rad
+    }
+
+    /// The apparent mass at the tip, of a model that has one in place of its links' inertias.
+    #[must_use]
+    pub fn apparent_kg(&self) -> Option<f64> {
+        (self.scene.drop.premium == Premium::OneZero).then_some(APPARENT_KG)
+    }
+
     /// The constant inputs of the datapath, pins at 0.
     #[must_use]
     pub fn input(&self) -> PhantomIn<i64> {

@@ -1,7 +1,7 @@
 //! What the summary of a run says of a PHANToM.
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
-use hpu_cosim::{PhantomSession, Trace};
+use hpu_cosim::{PhantomSession, Rig, Trace};
 use hpu_signal::Notation;
 
 use crate::units::si;
@@ -38,7 +38,7 @@ pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
 }
 
 /// What the words make of stiffness and walls.
-pub fn words(session: &PhantomSession, notation: Notation) -> [String; 2] {
+pub fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
     let (scene, words) = (session.scene(), session.words());
     let formats = &scene.method.config.formats;
     [
@@ -56,5 +56,16 @@ pub fn words(session: &PhantomSession, notation: Notation) -> [String; 2] {
             si(formats.position.to_f64(words.high), "m"),
             si(scene.room.distance_m, "m")
         ),
+        realised(session),
     ]
+}
+
+/// What a count of each encoder and of each DAC is, and the apparent mass.
+fn realised(session: &PhantomSession) -> String {
+    let counts = session.count_rad().map(|count_rad| si(count_rad, "rad")).join(", ");
+    let torques: Vec<String> = session.commands().iter().map(|command| si(command.2, "N.m")).collect();
+    let mass = session
+        .apparent_kg()
+        .map_or(String::new(), |mass_kg| format!("; apparent mass {} at the tip", si(1e3 * mass_kg, "g")));
+    format!("joints 1, 2, 3: a count is {counts}; a DAC count is {}{mass}", torques.join(", "))
 }

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::Write;
 use std::process::Stdio;
 
+use serde_json::Value;
+
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
 #[test]
@@ -269,4 +271,33 @@ fn every_block_of_the_phantom_lists_its_ports() {
         let ports = value["ports"].as_array().expect("ports");
         assert!(ports.iter().any(|listed| listed["name"] == port), "{block} {port}");
     }
+}
+
+#[test]
+fn a_summary_says_what_the_named_model_says_and_what_counts_are_worth() {
+    let summary =
+        |scene: &str, more: &[&str]| json(&run(&[&["run", scene, "--edges", "1000", "--json"], more].concat()));
+    let found = summary("phantom-drop", &["--set", "device.forearm=150 mm"]);
+    let of = |found: &Value, key: &str| {
+        let parameters = found["parameters"].as_array().expect("parameters");
+        parameters.iter().find(|parameter| parameter["key"] == key).unwrap_or_else(|| panic!("{key}")).clone()
+    };
+    assert_eq!(of(&found, "device.upper_arm")["source"], "model premium_1.0");
+    assert_eq!(of(&found, "device.forearm")["source"], "--set");
+    assert_eq!(of(&found, "method.depth_bits")["unit"], "bit");
+    let thrown = summary("popc-held-force", &[]);
+    assert_eq!(of(&thrown, "method.energy_bits")["unit"], "bit");
+    // Encoders of 4000 counts a turn and motors of 0.17 N.m at 32768 DAC counts, behind 115/15, 7 and 7.
+    for (joint, ratio) in [115.0 / 15.0, 7.0, 7.0].into_iter().enumerate() {
+        let near = |key: &str, wanted: f64| {
+            let value =
+                found["realised"][key][joint].as_f64().unwrap_or_else(|| panic!("{key}: {}", found["realised"]));
+            assert!((value / wanted - 1.0).abs() < 1e-12, "{key} of joint {joint}: {value}, {wanted}");
+        };
+        near("count_rad", std::f64::consts::TAU / (4000.0 * ratio));
+        near("torque_quantum_nm", 0.17 * ratio / 32768.0);
+    }
+    assert_eq!(found["realised"]["apparent_mass_kg"], 0.075);
+    let said = stdout(&run(&["run", "phantom-drop", "--edges", "1000"]));
+    assert!(said.contains("a DAC count is 39.775 uN.m, 36.316 uN.m, 36.316 uN.m; apparent mass 75 g"), "{said}");
 }

@@ -130,7 +130,7 @@ pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMeth
                 Some(Observer::Velocity),
             )?,
             credit_j: if s.has("credit") { Some(s.quantity("credit", &q::ENERGY, Positive, None)?) } else { None },
-            energy_bits: s.whole("energy_bits", 8, 48, Some(32), "bit")? as u32,
+            energy_bits: s.bits_within("energy_bits", 8..=48, 32)?,
         },
         "energy_bounding" => {
             let c1 = s.quantity("c1", axis.stiffness, Positive, None)?;
@@ -152,7 +152,7 @@ pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMeth
             LawMethod::EnergyBounding {
                 form,
                 bound_format: s.gain_format("bound_format", (10, 4))?,
-                energy_bits: s.whole("energy_bits", 8, 48, Some(32), "bit")? as u32,
+                energy_bits: s.bits_within("energy_bits", 8..=48, 32)?,
             }
         }
         "passive_spring" => LawMethod::PassiveSpring {

@@ -39,8 +39,8 @@ pub enum Origin {
     Default,
     /// The motor that the scene names.
     Motor(&'static str),
-    /// The model of the device, named or by default.
-    Model(&'static str),
+    /// The model of the arm that the scene names.
+    Arm(&'static str),
 }
 
 /// Parameters in the order in which they are read.

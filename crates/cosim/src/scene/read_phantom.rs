@@ -130,6 +130,7 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
     let axes = Direction::ALL.map(|axis| (axis.name(), axis));
     let arms = [("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)];
     let premium = device.choice("model", &arms, Some(Premium::OneZero))?;
+    let (premium_name, _) = arms[usize::from(premium == Premium::OneFive)];
     let mut lengths_m = match premium {
         Premium::OneZero => ArmModel::premium_1_0().lengths_m,
         Premium::OneFive => ArmModel::premium_1_5().lengths_m,
@@ -141,8 +142,7 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
             );
         }
         *length_m = device.quantity(key, &q::LENGTH, Positive, Some(*length_m))?;
-        let model = arms.iter().find(|(_, arm)| *arm == premium).map_or("", |(name, _)| name);
-        device.note(key, ParameterValue::Number(*length_m), q::LENGTH.si_unit(), Origin::Model(model));
+        device.note(key, ParameterValue::Number(*length_m), q::LENGTH.si_unit(), Origin::Arm(premium_name));
         if !(0.02..=0.5).contains(length_m) {
             return Err(device.error(key, format!("{} m: links of 20 mm to 500 mm are accepted", number(*length_m))));
         }
@@ -199,7 +199,7 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
         }
         Words::PlainQ22 => PhantomConfig::plain_q22(),
     };
-    let depth_width = s.whole("depth_bits", 4, 15, Some(13), "bit")? as u32;
+    let depth_width = s.bits_within("depth_bits", 4..=15, 13)?;
     let length_lsbs = f64::from(config.formats.length_frac).exp2();
     let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
     let config = PhantomConfig { depth_width, lengths, ..config };

@@ -1,5 +1,7 @@
 //! Reading one section of a scene: every reader knows its key's default, range and unit, and says them when it refuses.
 
+use std::ops::RangeInclusive;
+
 use hpu_signal::{Format, FormatError};
 use toml_edit::{Item, TableLike, Value};
 
@@ -189,8 +191,7 @@ impl<'a> Section<'a> {
         self.whole(key, least, most, default, "")
     }
 
-    /// A whole number of a unit.
-    pub fn whole(
+    fn whole(
         &self,
         key: &str,
         least: u64,
@@ -213,7 +214,11 @@ impl<'a> Section<'a> {
 
     /// A width of 2 bits or more: a one-bit port is no vector.
     pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
-        let bits = self.whole(key, 2, u64::from(most), Some(u64::from(default)), "bit")?;
+        self.bits_within(key, 2..=most, default)
+    }
+
+    pub fn bits_within(&self, key: &str, range: RangeInclusive<u32>, default: u32) -> Result<u32, SceneError> {
+        let bits = self.whole(key, (*range.start()).into(), (*range.end()).into(), Some(default.into()), "bit")?;
         Ok(bits as u32)
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Summary, Trace, Verdict};
+use hpu_cosim::{PhantomSession, Rig, Summary, Trace, Verdict};
 
 use super::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
 use super::panel::{Panel, around};
@@ -33,13 +33,13 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
     )
 }
 
-/// The pictures of a drop test.
+/// The pictures of a drop test, by its trace of [`PHANTOM_NETS`](super::PHANTOM_NETS).
 #[must_use]
-pub fn drop_pictures(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {
         return Vec::new();
     }
-    vec![drop(scene, trace, summary, command), force(scene, trace, summary, command)]
+    vec![drop(session.scene(), trace, summary, command), force(session, trace, summary, command)]
 }
 
 /// Times and values of a column of the trace, by `scale`.
@@ -99,21 +99,28 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     canvas.render("drop")
 }
 
-fn force(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -> Picture {
+fn force(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Picture {
+    let scene = session.scene();
     let axis = scene.drop.axis.index();
     let title = format!("{}: {}", scene.name, outcome(summary));
     let mut canvas = page(&title, &conditions(scene, trace), command);
     let came = column(trace, 6 + axis, 1e3);
+    // The commands are the first nets of the trace.
+    let quantum_mnm = 1e3 * session.commands()[axis].2;
+    let asked = trace.times_s().zip(trace.words(axis).iter().map(|word| *word as f64 * quantum_mnm));
     let panels = [
         (0.0..summary.motion_s.max(1e-6), 210, 740, "time in s"),
         (ending(summary), 920, HEIGHT - 150, "time in s: the end of the trial"),
     ];
     for (x, top, bottom, x_label) in panels {
-        let y = around(came.clone().filter(|(t, _)| x.contains(t)).map(|point| point.1).chain([0.0]), 0.08);
+        let shown = came.clone().chain(asked.clone()).filter(|(t, _)| x.contains(t));
+        let y = around(shown.map(|point| point.1).chain([0.0]), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 120, bottom, x, y };
-        let legend = [("of the motor under test, at its joint", Look::Line(BLUE))];
+        let legend = [("commanded", Look::Line(ORANGE)), ("of the motor under test, at its joint", Look::Line(BLUE))];
         panel.frame(&mut canvas, &legend, Some(x_label), "torque in mN\u{b7}m");
-        panel.steps(&mut canvas, came.clone(), BLUE, 3);
+        // The narrow command upon the wide torque: both are seen where they agree.
+        panel.curve(&mut canvas, came.clone(), BLUE, 8);
+        panel.curve(&mut canvas, asked.clone(), ORANGE, 3);
     }
     canvas.render("force")
 }

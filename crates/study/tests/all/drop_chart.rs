@@ -6,7 +6,7 @@ use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Trace, Verdict};
 use hpu_study::chart::{PHANTOM_NETS, Picture, drop_pictures};
 
-use crate::looks::{assert_readable, texts};
+use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 
 const COMMAND: &str = "hpu run drop --set 'room.stiffness=\"2 kN/m\"' -o <here> & there";
 
@@ -25,7 +25,7 @@ fn ran(scene: &PhantomScene, control: &Control) -> (Trace, Summary) {
 
 fn pictures(scene: &PhantomScene) -> (Vec<Picture>, Summary) {
     let (trace, summary) = ran(scene, &Control::default());
-    (drop_pictures(scene, &trace, &summary, COMMAND), summary)
+    (drop_pictures(&PhantomSession::new(scene).unwrap(), &trace, &summary, COMMAND), summary)
 }
 
 /// A trial of each outcome, at a slow clock.
@@ -100,7 +100,7 @@ fn an_interrupted_trial_is_drawn_as_far_as_it_went() {
         let (trace, mut summary) = ran(&scene, &Control::default());
         // As a run is that was stopped there.
         (summary.complete, summary.verdict) = (false, None);
-        let pictures = drop_pictures(&scene, &trace, &summary, COMMAND);
+        let pictures = drop_pictures(&PhantomSession::new(&scene).unwrap(), &trace, &summary, COMMAND);
         assert_eq!(pictures.len(), 2);
         for picture in &pictures {
             assert_eq!(texts(&picture.svg)[0].text, "phantom-drop: interrupted");
@@ -119,7 +119,7 @@ fn a_trial_stopped_before_its_first_row_has_nothing_to_show() {
     let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
     assert!(!summary.complete);
     let empty = session.trace(&PHANTOM_NETS);
-    assert!(drop_pictures(&scene, &empty, &summary, COMMAND).is_empty());
+    assert!(drop_pictures(&session, &empty, &summary, COMMAND).is_empty());
 }
 
 #[test]
@@ -146,5 +146,31 @@ fn the_same_trial_makes_the_same_pictures_and_another_another() {
         assert_eq!((frame.width, frame.height), (2400, 1440));
         let inked = rgb.chunks(3).filter(|pixel| *pixel != [255; 3]).count();
         assert!((10_000..2_500_000).contains(&inked), "{}: {inked}", picture.name);
+    }
+}
+
+#[test]
+fn the_commanded_torque_stands_beside_the_motors_and_agrees_with_it_at_rest() {
+    // On a host the trace has the commands alone.
+    for scene in [passive(), non_passive()] {
+        let pictures = pictures(&scene).0;
+        let lines = |name: &str| {
+            let key =
+                pictures[1].keys.iter().find(|key| key.name.starts_with(name)).unwrap_or_else(|| panic!("{name}"));
+            let own = elements(&pictures[1].svg)
+                .filter(|(mark, of)| *mark == "polyline" && attribute(of, "stroke").map(rgb) == Some(key.color));
+            // The lines of the keys are 5 wide.
+            let curves = own.filter(|(_, of)| number(of, "stroke-width") != 5.0);
+            curves.map(|(_, of)| points(of)).collect::<Vec<_>>()
+        };
+        let (asked, came) = (lines("commanded"), lines("of the motor"));
+        assert_eq!((asked.len(), came.len()), (2, 2), "one in each panel");
+        // Without a lag of the amplifier the motor at rest gives what its DAC asks for.
+        let at_rest = asked.iter().zip(&came).filter(|_| scene.name == "phantom-drop");
+        for (asked, came) in at_rest {
+            assert!((asked[asked.len() - 1].1 - came[came.len() - 1].1).abs() <= 2.0, "{}", scene.name);
+            let highest = |line: &[(f64, f64)]| line.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+            assert!((highest(asked) - highest(came)).abs() <= 2.0, "{}", scene.name);
+        }
     }
 }

@@ -511,8 +511,8 @@ fn links_of_a_named_arm_are_said_by_its_model() {
         (found.unit, found.origin)
     };
     let set = |key: &str, value: &str| vec![(key.to_string(), value.to_string())];
-    assert_eq!(said(&[], "device.upper_arm"), ("m", Origin::Model("premium_1.0")));
-    assert_eq!(said(&set("device.model", "premium_1.5"), "device.forearm"), ("m", Origin::Model("premium_1.5")));
+    assert_eq!(said(&[], "device.upper_arm"), ("m", Origin::Arm("premium_1.0")));
+    assert_eq!(said(&set("device.model", "premium_1.5"), "device.forearm"), ("m", Origin::Arm("premium_1.5")));
     assert_eq!(said(&set("device.forearm", "0.13"), "device.forearm"), ("m", Origin::Set));
     assert_eq!(said(&[], "method.depth_bits"), ("bit", Origin::Default));
 }
