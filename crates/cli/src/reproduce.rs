@@ -18,9 +18,9 @@ use crate::{reproduce_beside, reproduce_cost, reproduce_words};
 /// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where one
 /// draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
 ///
-/// phantom-table-2 takes about three minutes on two cores, phantom-ladder along one axis with one trial (--axes y --trials
-/// 1) as long, along all with three trials many times that, phantom-lag one or two, phantom-cost many: each synthesis
-/// takes up to a few, a core and up to a gigabyte.
+/// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`; with all
+/// axes and trials it takes many times that. phantom-lag takes one or two, phantom-cost many: each synthesis takes up to
+/// a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

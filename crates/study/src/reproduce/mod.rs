@@ -139,7 +139,7 @@ impl Study {
 
     /// The seeds, in their order.
     pub fn all_seeds(&self) -> Range<u64> {
-        self.first_seed..self.first_seed.saturating_add(self.seeds)
+        self.first_seed..self.first_seed + self.seeds
     }
 
     /// What a trial changes of the scene: its place in the table, then its rung's model, then what the user says, last

@@ -4,7 +4,8 @@
 //! that is not. Every cell is run at the first seed. A cell is *near a boundary* when its class, at any seed known so
 //! far, differs from that of a neighbouring row of its column, or from its own at another seed. No wall, below the
 //! softest row, counts as passive; a wall beyond the stiffest row counts as aborted, for the boundary may be just there.
-//! Such a cell is run at every seed; a cell whose seeds disagree so makes its own neighbours near, until no cell is new.
+//! A cell near a boundary is run at every seed. A cell whose seeds disagree makes its neighbours near, until no cell is
+//! new.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -41,8 +42,7 @@ impl Study {
     }
 
     /// The cells near a boundary, as far as these outcomes tell.
-    #[must_use]
-    pub fn near(&self, outcomes: &Outcomes) -> BTreeSet<usize> {
+    fn near(&self, outcomes: &Outcomes) -> BTreeSet<usize> {
         let classes: Vec<_> = (0..self.cells()).map(|cell| self.classes(cell, outcomes)).collect();
         let mut near = BTreeSet::new();
         for (column, rows) in classes.chunks(self.stiffnesses_n_per_m.len().max(1)).enumerate() {
