@@ -117,7 +117,7 @@ fn a_map_says_in_how_many_settled_cells_the_hand_fell_through_the_wall() {
     // The same hand at walls of 0.3 and 1.5 N.m/rad: 0.24 rad behind the first is 0.07 N.m, less than the word holds.
     let axes = ["--x", "wall.stiffness=0.3..1.5 N.m/rad:2", "--y", "wall.position=1.5..1.501 rad:2", "--full"];
     let each = |index: u64| {
-        let set = if index % 2 == 0 { "wall.stiffness=0.3 N.m/rad" } else { "wall.stiffness=1.5 N.m/rad" };
+        let set = if index.is_multiple_of(2) { "wall.stiffness=0.3 N.m/rad" } else { "wall.stiffness=1.5 N.m/rad" };
         let wall = if index < 2 { "wall.position=1.5 rad" } else { "wall.position=1.501 rad" };
         json(&run(&["run", "wrap-product", "--json", "--set", set, "--set", wall]))["product_wraps"].clone()
     };

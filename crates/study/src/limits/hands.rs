@@ -6,6 +6,9 @@ use toml_edit::{DocumentMut, Item};
 
 use super::Unknown;
 
+/// What is changed of a scene.
+pub type Overrides = Vec<(String, String)>;
+
 /// A hand: a spring and a damper to ground.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PublishedHand {
@@ -48,7 +51,7 @@ pub fn published_hands() -> Vec<PublishedHand> {
 /// # Errors
 ///
 /// Why there are none: a hand that cannot be another, a lever that is missing or that a mass has not.
-pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Vec<(String, String)>>), String> {
+pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Overrides>), String> {
     if !matches!(scene.hand, Hand::SpringDamper { .. }) {
         return Err("the scene's hand is no spring and damper on a path; write hand.kind = \"spring_damper\"".into());
     }

@@ -18,7 +18,7 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 use crate::criteria::{self, Criterion, Silent};
 
 pub use characteristic::Damping;
-pub use hands::{PublishedHand, hands_of, published_hands};
+pub use hands::{Overrides, PublishedHand, hands_of, published_hands};
 pub use robust::BoxSet;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};

@@ -9,6 +9,7 @@ use std::str::FromStr;
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{SplitMix64, number};
 
+use super::hands::Overrides;
 use crate::map::{Axis, SceneText};
 
 /// A key of a scene that may have any value between two.
@@ -68,7 +69,7 @@ pub struct World<'a> {
     /// The sides of the box.
     pub unknown: &'a [Unknown],
     /// What makes it a world in the box that is looked at too.
-    pub named: &'a [Vec<(String, String)>],
+    pub named: &'a [Overrides],
 }
 
 /// Sides that a box may have: of each more there are twice as many corners.

@@ -109,6 +109,9 @@ fn decades(values: impl Iterator<Item = f64>, least: Range<f64>) -> Range<f64> {
     (libm::log10(low) + 1e-9).floor()..(libm::log10(high) - 1e-9).ceil()
 }
 
+/// A line's ends.
+type Line = ((i32, i32), (i32, i32));
+
 impl Plane {
     fn new(spots: &[Spot], allowed: Option<f64>) -> Self {
         let speeds = together(spots.iter().map(|spot| spot.speed));
@@ -196,7 +199,7 @@ impl Plane {
     }
 
     /// Draws the error that is allowed; returns its line and where its name stands.
-    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> (((i32, i32), (i32, i32)), Area) {
+    fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> (Line, Area) {
         let (_, y) = self.panel.at(self.panel.x.start, libm::log10(error));
         for x in (LEFT..RIGHT).step_by(28) {
             canvas.line(vec![(x, y), ((x + 16).min(RIGHT), y)], INK, 3);
