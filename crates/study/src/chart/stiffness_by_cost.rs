@@ -56,13 +56,13 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     let errors = [("error 0", GREEN), (percent.as_str(), BLUE), ("more error", ORANGE)].into_iter();
     let there = errors.filter(|(_, of)| best.iter().any(|point| style(point.merit.error) == *of));
     let is_best = |point: &Point| best.iter().any(|other| other.merit == point.merit);
-    let beaten = (!found.points.iter().all(is_best)).then_some(("beaten by another design", Look::Points(TAUPE)));
+    let beaten = (!found.points.iter().all(&is_best)).then_some(("beaten by another design", Look::Points(TAUPE)));
     let legend: Vec<_> = there.map(|(text, of)| (text, Look::Points(of))).chain(beaten).collect();
     let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
     panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
 
     let at = |point: &Point| panel.at(f64::from(point.merit.lut4), point.merit.stiffness);
-    for point in &found.points {
+    for point in found.points.iter().filter(|point| !is_best(point)) {
         mark(&mut canvas, at(point), TAUPE, 5);
     }
     let reference = format!("reference: {}; {} LUT4s", widths(&found.reference), found.reference.merit.lut4);

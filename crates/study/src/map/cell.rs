@@ -1,5 +1,6 @@
 //! A cell: the scene, run and judged.
 
+use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -32,7 +33,7 @@ pub struct Cell {
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
     /// How often the spring's product has wrapped where the motion came to rest in the wall: the hand is through it.
-    pub product_wraps: Option<u64>,
+    pub product_wraps: Option<NonZeroU32>,
     /// Stiffness that the words realise over what the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
     /// Share of the edges at which the net that overflowed most had overflowed.
@@ -180,7 +181,9 @@ impl Cell {
         };
         let product_wraps = match experiment {
             Experiment::Axis(scene) => {
-                scene.words().ok().and_then(|words| product_wraps(scene, &words.realised, &trace, &summary))
+                let words = scene.words().ok();
+                let wraps = words.and_then(|words| product_wraps(scene, &words.realised, &trace, &summary));
+                wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX)))
             }
             Experiment::Phantom(_) => None,
         };

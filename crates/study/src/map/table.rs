@@ -134,7 +134,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
                 cell.displayed_stiffness,
                 cell.displayed_ratio,
                 cell.contact_share,
-                cell.product_wraps.map(|wraps| wraps as f64),
+                cell.product_wraps.map(|wraps| f64::from(wraps.get())),
                 cell.stiffness_error,
                 Some(cell.overflow_share),
             ]

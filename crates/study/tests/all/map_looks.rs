@@ -239,7 +239,7 @@ fn a_map_of_walls_that_the_hand_falls_through_says_so() {
     assert!(!head(&found).contains("wrapped"));
     let settled = (0..found.len()).find(|index| shown(&found, *index) == Some(OutcomeKind::Settled));
     if let Found::Run(Ok(cell)) = &mut found[settled.expect("one settles")] {
-        cell.product_wraps = Some(2);
+        cell.product_wraps = std::num::NonZeroU32::new(2);
     }
     assert!(head(&found).ends_with("; product wrapped in 1 settled cell"), "{}", head(&found));
 }
