@@ -60,15 +60,20 @@ pub struct Remember {
 impl Remember {
     /// The cache. A missing tool, or a folder that cannot be, ends the command.
     pub fn open(&self) -> Result<Cache, Failure> {
-        let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let users = || set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
-        let dir = self.cache.clone().or_else(|| Some(users()?.join("hpu/cost")));
+        let dir = self.cache.clone().or_else(|| cache_folder("cost"));
         let dir = dir.ok_or_else(|| Failure::usage("no HOME to remember costs in; write --cache DIR"))?;
         Cache::open(&dir).map_err(|error| match error {
             CostError::Ghdl(GhdlError::Io(..)) => Failure::usage(format!("{error}; write --cache DIR")),
             _ => error.into(),
         })
     }
+}
+
+/// A folder of ours in the user's cache, if there is one.
+pub fn cache_folder(name: &str) -> Option<PathBuf> {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let users = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
+    Some(users?.join("hpu").join(name))
 }
 
 /// `hpu cost`.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use hpu_rtl::dut::DutError;
 use hpu_rtl::{CostError, GhdlError, ToolError};
 
 /// An exit code.
@@ -91,6 +92,20 @@ impl From<GhdlError> for Failure {
             GhdlError::Io(..) | GhdlError::Scene(_) => Self::file(error),
             // VHDL that GHDL refuses has not passed.
             GhdlError::Failed { .. } => Self::new(Exit::Differs, error),
+        }
+    }
+}
+
+impl From<hpu_cosim::dut::Fault> for Failure {
+    fn from(fault: hpu_cosim::dut::Fault) -> Self {
+        match fault.downcast::<DutError>() {
+            Ok(error) => match *error {
+                DutError::Tool(error) => error.into(),
+                // A design that a tool refuses, or that ends its simulation, has not passed.
+                error @ (DutError::Refused { .. } | DutError::Ended(_)) => Self::new(Exit::Differs, error),
+                error @ DutError::Io(..) => Self::file(error),
+            },
+            Err(fault) => Self::file(fault),
         }
     }
 }

@@ -3,7 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use hpu_rtl::dut::Simulators;
 use hpu_rtl::{Hdl, Setup};
+
+use crate::cost::cache_folder;
+use crate::exit::Failure;
 
 /// The shared library that GHDL calls in a closed loop. The build leaves it where it leaves all libraries, before it
 /// compiles this program; it is empty where nothing but this program's own code was looked at (`cargo check`).
@@ -33,5 +37,11 @@ impl Vhdl {
             None => Hdl::of_folder_or_carried(Path::new("hdl")),
         };
         Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }
+    }
+
+    /// What builds and simulates designs of the user's own.
+    pub fn simulators(&self) -> Result<Simulators, Failure> {
+        let cache = cache_folder("dut").ok_or_else(|| Failure::usage("no HOME to keep built models in"))?;
+        Ok(Simulators { cache, setup: self.setup() })
     }
 }

@@ -153,6 +153,10 @@ fn axis(experiment: Experiment) -> Result<Scene, Failure> {
             let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
             Err(Failure::usage(said))
         }
+        Experiment::Dut(_) => {
+            let said = "limits are those of a scene with a [method]; of a design of yours draw a map: hpu map";
+            Err(Failure::usage(said))
+        }
     }
 }
 

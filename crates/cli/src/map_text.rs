@@ -86,6 +86,7 @@ impl Mapped {
                     (scene.words().ok()?.realised.stiffness_miss?, Some("method.stiffness_format"))
                 }
                 Experiment::Phantom(scene) => (scene.words().ok()?.stiffness_miss?, None),
+                Experiment::Dut(_) => return None,
             })
         });
         let missing: Vec<(Miss, Option<&str>)> = missing.collect();

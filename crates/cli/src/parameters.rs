@@ -75,6 +75,7 @@ pub fn stiffness_miss(experiment: &Experiment) -> Option<Miss> {
     match experiment {
         Experiment::Axis(scene) => scene.words().ok()?.realised.stiffness_miss,
         Experiment::Phantom(scene) => scene.words().ok()?.stiffness_miss,
+        Experiment::Dut(_) => None,
     }
 }
 

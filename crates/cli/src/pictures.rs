@@ -1,6 +1,6 @@
 //! The pictures of a run.
 
-use hpu_cosim::{Ready, Session};
+use hpu_cosim::{AnyRig, Ready, Session};
 use hpu_study::chart::{self, Picture, run_pictures};
 
 use crate::exit::Failure;
@@ -10,8 +10,9 @@ use crate::run::Ran;
 /// Draws and writes them, each as SVG and as PNG.
 pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
     let pictures = match ran.session {
-        Ready::Axis(session) => run_pictures(&chart_run(session, ran, command)),
-        Ready::Phantom(session) => chart::drop_pictures(session, &ran.trace, &ran.summary, command),
+        AnyRig::Ours(Ready::Axis(session)) => run_pictures(&chart_run(session, ran, command)),
+        AnyRig::Ours(Ready::Phantom(session)) => chart::drop_pictures(session, &ran.trace, &ran.summary, command),
+        AnyRig::Dut(_) => Vec::new(),
     };
     // What the words of VHDL that differs have lost nobody saw.
     let losses_seen = ran.summary.nets.iter().all(|net| net.losses_seen);
@@ -21,7 +22,7 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
 
 /// Draws two runs in one figure.
 pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    let [Ready::Axis(one), Ready::Axis(other)] = runs.map(|ran| ran.session) else {
+    let [AnyRig::Ours(Ready::Axis(one)), AnyRig::Ours(Ready::Axis(other))] = runs.map(|ran| ran.session) else {
         return Err(Failure::usage("only scenes of an axis are drawn side by side"));
     };
     let runs = [chart_run(one, runs[0], command), chart_run(other, runs[1], command)];

@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use hpu_cosim::{Control, Ready, Rig, SIGNS};
+use hpu_cosim::{AnyRig, Control, Rig, SIGNS};
 use hpu_rtl::wave::differs;
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
@@ -37,7 +37,7 @@ pub struct Estimate {
 
 impl Estimate {
     /// Of a run with so many nets in its table.
-    pub fn of(session: &Ready, nets: usize, parquet: bool) -> Self {
+    pub fn of(session: &AnyRig, nets: usize, parquet: bool) -> Self {
         let rows = session.edges() / session.stride() + 1;
         let reals = (session.columns().len() + session.commands().len()) as u64;
         let words = nets as u64 + 1;
@@ -164,7 +164,7 @@ impl Files {
 }
 
 /// The columns of words: what actuators are asked for, in the plant's units, then the nets in their own.
-fn words(session: &Ready, nets: &[Signal]) -> Vec<Column> {
+fn words(session: &AnyRig, nets: &[Signal]) -> Vec<Column> {
     let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
         let pick = nets.iter().position(|other| other.name == net)?;
         let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
@@ -185,7 +185,7 @@ fn named(net: &Signal) -> String {
 }
 
 /// The columns of the trace, each with a line about it, by their order in the files.
-pub fn columns(session: &Ready, nets: &[Signal]) -> Vec<(String, String)> {
+pub fn columns(session: &AnyRig, nets: &[Signal]) -> Vec<(String, String)> {
     let row = session.row();
     let time = ("time_s".to_string(), "Time since the reset".to_string());
     let reals = session.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
@@ -197,7 +197,7 @@ impl Rows {
     /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its
     /// unit.
     pub fn begin(
-        session: &Ready,
+        session: &AnyRig,
         nets: &[Signal],
         command: &str,
         parquet: bool,
@@ -205,7 +205,7 @@ impl Rows {
         control: &'static Control,
     ) -> Result<Self, Failure> {
         // A run of VHDL shows this one too.
-        let all = [session.wiring().nets(), vec![differs()]].concat();
+        let all = [session.nets(), vec![differs()]].concat();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
         let (reals, words, told) = (session.columns(), words(session, nets), columns(session, nets));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{Comparison, Driver, Ready, Rig, Summary, Trace, judged_window_s, metric};
+use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, judged_window_s, metric};
 use hpu_rtl::wave::differs;
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
@@ -85,7 +85,7 @@ pub struct Ran<'s> {
     /// What moved the device, as the scene has it.
     pub solver: &'static str,
     /// The scene, ready.
-    pub session: &'s Ready<'s>,
+    pub session: &'s AnyRig<'s>,
     /// What it was.
     pub summary: Summary,
     /// What was recorded.
@@ -156,14 +156,24 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let error = scene.error("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits");
         return Err(if error.is_override() { Failure::usage(error) } else { Failure::file(error) });
     }
-    let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
+    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
-    if session.direct().is_some() && (args.compare || args.driver.is_some()) {
+    if let AnyRig::Dut(_) = session
+        && (args.compare || args.driver.is_some())
+    {
+        let reason =
+            "a design of your own is clocked by its simulator; write dut.engine, and leave out --driver and --compare";
+        return Err(Failure::usage(format!("{}: {reason}", session.name())));
+    }
+    if let AnyRig::Ours(ours) = &session
+        && ours.direct().is_some()
+        && (args.compare || args.driver.is_some())
+    {
         let solver = "a law in floats with this model.solver runs without a clock, so no driver advances it";
         return Err(Failure::usage(format!("{}: {solver}; leave out --driver and --compare", session.name())));
     }
-    if args.compare {
-        return compare(&session, args.json);
+    if let (true, AnyRig::Ours(ours)) = (args.compare, &session) {
+        return compare(ours, args.json);
     }
     let vhdl = (args.driver == Some(DriverArg::Rtl)).then(|| args.hdl.setup());
     let vhdl = vhdl.map(|setup| (loaded.in_vhdl(loaded.scene.edges()), setup));
@@ -210,7 +220,7 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let Some(other) = other {
-            let session = Ready::new(&other.scene).map_err(Failure::file)?;
+            let session = AnyRig::new(&other.scene, &args.hdl.simulators()?)?;
             let command = format!("{command} --beside {}", other.scene.name());
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
             let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None)?;
@@ -222,17 +232,18 @@ fn write(
 }
 
 /// The nets that are drawn and tabled.
-pub fn nets(session: &Ready) -> Vec<Signal> {
+pub fn nets(session: &AnyRig) -> Vec<Signal> {
     let names = match session {
-        Ready::Axis(session) => chart::nets(session.scene()),
-        Ready::Phantom(_) => &PHANTOM_NETS,
+        AnyRig::Ours(Ready::Axis(session)) => chart::nets(session.scene()),
+        AnyRig::Ours(Ready::Phantom(_)) => &PHANTOM_NETS,
+        AnyRig::Dut(session) => return session.nets(),
     };
-    let all = session.wiring().nets();
+    let all = session.nets();
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
 }
 
 /// The nets in the table: those that are drawn, and of VHDL whether it has differed.
-pub fn table(session: &Ready, of_vhdl: bool) -> Vec<Signal> {
+pub fn table(session: &AnyRig, of_vhdl: bool) -> Vec<Signal> {
     let mut nets = nets(session);
     nets.extend(of_vhdl.then(differs));
     nets
@@ -273,7 +284,7 @@ impl Observe for Recorded {
 /// command is for their heads.
 fn simulate<'s>(
     scene: &Experiment,
-    session: &'s Ready<'s>,
+    session: &'s AnyRig<'s>,
     args: &Args,
     vhdl: Option<&(LoopScene, Setup)>,
     folder: Option<(&mut Folder, &str)>,
@@ -283,10 +294,11 @@ fn simulate<'s>(
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
         // The VHDL's own world is what advances.
         Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
-        None if session.direct().is_some() => (session.driver(), solver(scene)),
-        None => match session.driver() {
-            Driver::Events => (Driver::Events, "events"),
-            Driver::Clock => (Driver::Clock, "clock"),
+        None => match session {
+            AnyRig::Ours(ours) if ours.direct().is_some() => (ours.driver(), solver(scene)),
+            AnyRig::Ours(ours) if ours.driver() == Driver::Clock => (Driver::Clock, "clock"),
+            AnyRig::Ours(_) => (Driver::Events, "events"),
+            AnyRig::Dut(_) => (Driver::Clock, "dut"),
         },
     };
     let control = interrupt::heed();
@@ -295,10 +307,11 @@ fn simulate<'s>(
     let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
     let advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
-        with_progress(session.edges(), "edges", control, || match vhdl {
-            None => Ok((session.run(driver, trace, observer, control), None)),
-            Some((scene, setup)) => {
-                let (summary, row) = run_vhdl(scene, setup, session, trace, observer, control)?;
+        with_progress(session.edges(), "edges", control, || match (session, vhdl) {
+            (AnyRig::Dut(dut), _) => Ok((dut.run(true, trace, observer, control)?, None)),
+            (AnyRig::Ours(ours), None) => Ok((ours.run(driver, trace, observer, control), None)),
+            (AnyRig::Ours(ours), Some((scene, setup))) => {
+                let (summary, row) = run_vhdl(scene, setup, ours, trace, observer, control)?;
                 Ok((summary, Some((row, setup.hdl.clone()))))
             }
         })
@@ -351,6 +364,7 @@ fn solver(scene: &Experiment) -> &'static str {
     match scene {
         Experiment::Axis(scene) => scene.model.solver.name(),
         Experiment::Phantom(scene) => scene.model.solver.name(),
+        Experiment::Dut(scene) => scene.model.solver.name(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
 
-use hpu_cosim::{NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
+use hpu_cosim::dut::Wire;
+use hpu_cosim::{AnyRig, NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
 use hpu_rtl::Mismatch;
 use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
@@ -71,6 +72,7 @@ pub fn summary(ran: &Ran) -> Value {
                 "first_difference": row.first.as_ref().map(|first| first_difference(first, ran.session.clock())),
             })
         }),
+        "dut": dut(ran.session),
         "trace": trace(ran),
         "files": ran.files,
     })
@@ -90,6 +92,24 @@ fn first_difference(first: &Mismatch, clock: Clock) -> Value {
     })
 }
 
+/// A design of the user's own: what simulates it, and what its ports are connected to.
+fn dut(session: &AnyRig) -> Option<Value> {
+    let AnyRig::Dut(session) = session else { return None };
+    let wire = |Wire { port, connection }: &Wire| {
+        json!({
+            "port": port.name,
+            "direction": if port.is_input { "in" } else { "out" },
+            "bits": port.format.width(),
+            "connection": connection.name(),
+        })
+    };
+    Some(json!({
+        "top": session.scene().dut.top,
+        "engine": session.engine(),
+        "ports": session.wires().iter().map(wire).collect::<Vec<_>>(),
+    }))
+}
+
 /// The columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
     let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some()));
@@ -98,9 +118,9 @@ fn trace(ran: &Ran) -> Value {
 }
 
 /// The parameters as the scene's words realise them.
-fn realised(session: &Ready) -> Value {
+fn realised(session: &AnyRig) -> Value {
     match session {
-        Ready::Axis(session) => {
+        AnyRig::Ours(Ready::Axis(session)) => {
             let realised = session.words().realised;
             json!({
                 "torque_quantum_nm": realised.torque_quantum_nm,
@@ -113,7 +133,7 @@ fn realised(session: &Ready) -> Value {
                 "sample_rate_hz": realised.sample_rate_hz,
             })
         }
-        Ready::Phantom(session) => {
+        AnyRig::Ours(Ready::Phantom(session)) => {
             let (scene, words) = (session.scene(), session.words());
             let formats = &scene.method.config.formats;
             json!({
@@ -126,6 +146,7 @@ fn realised(session: &Ready) -> Value {
                 "apparent_mass_kg": session.apparent_kg(),
             })
         }
+        AnyRig::Dut(session) => json!({ "count_rad": session.scene().encoder.count_rad() }),
     }
 }
 

@@ -5,8 +5,9 @@ mod phantom;
 
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Device, Metric, OutcomeKind, Scene, Units};
-use hpu_cosim::{NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
+use hpu_cosim::dut::{DutSession, Wire};
+use hpu_cosim::scene::{Device, Metric, OutcomeKind, Units};
+use hpu_cosim::{AnyRig, NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
 use hpu_signal::{Cycle, Notation};
 
 use crate::columns::Column::{Left, Right};
@@ -31,7 +32,7 @@ pub fn summary(ran: &Ran) -> String {
         writeln!(text, "{name:<10} {said}").expect("a string grows");
     };
     let clock = si(ran.session.clock().frequency_hz() as f64, "Hz");
-    row("scene", format!("{}, {} at {clock}", ran.session.name(), ran.session.wiring().name()));
+    row("scene", format!("{}, {} at {clock}", ran.session.name(), ran.session.closed_by()));
     if let Some(found) = &ran.fitted {
         fit::lines(found).into_iter().for_each(|(name, said)| row(name, said));
     }
@@ -48,22 +49,29 @@ pub fn summary(ran: &Ran) -> String {
         row("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
     match ran.session {
-        Ready::Axis(session) => {
+        AnyRig::Ours(Ready::Axis(session)) => {
             if ran.summary.verdict.is_some() {
-                row("motion", motion(session.scene(), &ran.trace));
+                let scene = session.scene();
+                row("motion", motion(&scene.device, scene.wall.position_rad, &ran.trace));
             }
             words(session, ran.notation).into_iter().for_each(|said| row("words", said));
             if let Some(miss) = &session.words().realised.stiffness_miss {
                 row("warning", parameters::missed(miss, Some("method.stiffness_format")));
             }
         }
-        Ready::Phantom(session) => {
+        AnyRig::Ours(Ready::Phantom(session)) => {
             row("platform", phantom::platform(session.scene()));
             row("motion", phantom::motion(session.scene(), &ran.trace));
             phantom::words(session, ran.notation).into_iter().for_each(|said| row("words", said));
             if let Some(miss) = &session.words().stiffness_miss {
                 row("warning", parameters::missed(miss, None));
             }
+        }
+        AnyRig::Dut(session) => {
+            let scene = session.scene();
+            row("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
+            row("dut", format!("{} by {}", scene.dut.top, session.engine()));
+            wires(session).into_iter().for_each(|said| row("port", said));
         }
     }
     if ran.summary.energy.exchanged_j > 0.0 {
@@ -143,15 +151,26 @@ fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> String {
     }
 }
 
-fn motion(scene: &Scene, trace: &Trace) -> String {
-    let units = scene.device.units();
+/// The ports of a design and what they are connected to.
+fn wires(session: &DutSession) -> Vec<String> {
+    let wire = |Wire { port, connection }: &Wire| {
+        let width = port.format.width();
+        let bits = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
+        let arrow = if port.is_input { "<-" } else { "->" };
+        format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), connection.name())
+    };
+    session.wires().iter().map(wire).collect()
+}
+
+fn motion(device: &Device, wall_rad: f64, trace: &Trace) -> String {
+    let units = device.units();
     let peak = trace.greatest(ANGLE);
     format!(
         "ends at {}, peak {}, {} into the wall, {} up to {}, seen every {}",
         si(trace.last(ANGLE).unwrap_or(0.0), units.position),
         si(peak, units.position),
-        si((peak - scene.wall.position_rad).max(0.0), units.position),
-        if matches!(scene.device, Device::Mass(_)) { "force" } else { "torque" },
+        si((peak - wall_rad).max(0.0), units.position),
+        if matches!(device, Device::Mass(_)) { "force" } else { "torque" },
         si(trace.greatest_size(TORQUE), units.effort),
         si(trace.interval_s() / trace.every() as f64, "s")
     )
@@ -202,14 +221,14 @@ fn energy(ran: &Ran) -> [String; 3] {
             j(energy.dissipated_j)
         ),
         match ran.session {
-            Ready::Axis(_) => format!(
+            AnyRig::Ours(Ready::Axis(_)) | AnyRig::Dut(_) => format!(
                 "dissipated in copper {}, diodes {}, viscous friction {}, Coulomb friction {}",
                 j(energy.copper_j),
                 j(energy.diodes_j),
                 j(energy.viscous_j),
                 j(energy.coulomb_j)
             ),
-            Ready::Phantom(_) => format!(
+            AnyRig::Ours(Ready::Phantom(_)) => format!(
                 "dissipated in viscous friction {}, Coulomb friction {}, the transmission {}",
                 j(energy.viscous_j),
                 j(energy.coulomb_j),
@@ -310,8 +329,9 @@ fn position(ran: &Ran) -> &'static str {
 
 fn axis_units(ran: &Ran) -> Option<Units> {
     match ran.session {
-        Ready::Axis(session) => Some(session.scene().device.units()),
-        Ready::Phantom(_) => None,
+        AnyRig::Ours(Ready::Axis(session)) => Some(session.scene().device.units()),
+        AnyRig::Ours(Ready::Phantom(_)) => None,
+        AnyRig::Dut(session) => Some(session.scene().device.units()),
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Ready, Rig};
+use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
@@ -248,6 +248,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let seed = match &loaded.scene {
         Experiment::Axis(scene) => scene.run.seed,
         Experiment::Phantom(scene) => scene.run.seed,
+        Experiment::Dut(scene) => scene.run.seed,
     };
     let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let source = Source::Scene { scene: scene.to_string(), settings, seed };

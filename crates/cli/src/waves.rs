@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use hpu_cosim::Rig;
+use hpu_cosim::{AnyRig, Rig};
 use hpu_rtl::Around;
 use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
 use hpu_signal::{Clock, Cycle, Observe};
@@ -40,7 +40,7 @@ pub struct Waves {
 
 impl Waves {
     /// Begins the files; a run of VHDL has a net more than the wiring.
-    pub fn begin(session: &impl Rig, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
+    pub fn begin(session: &AnyRig, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
         let clock = session.clock();
         let layout = layout(session);
         let layout = if of_vhdl { layout.with_comparison() } else { layout };
@@ -78,8 +78,11 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-fn layout(session: &impl Rig) -> Layout {
-    let layout = Layout::of(session);
+fn layout(session: &AnyRig) -> Layout {
+    let layout = match session {
+        AnyRig::Ours(ours) => Layout::of(ours),
+        AnyRig::Dut(dut) => Layout::of_design(dut),
+    };
     if session.record().clock { layout.with_clock() } else { layout }
 }
 

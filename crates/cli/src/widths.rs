@@ -225,6 +225,9 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
     }))
 }
 
+/// What is said where a verb is about our own words.
+pub const OF_YOURS: &str = "the words of a design of yours are its own; write a scene with a [method]";
+
 /// The tables of sines of a scene.
 fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
     match experiment {
@@ -232,6 +235,7 @@ fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
         Experiment::Axis(scene) => {
             Err(Failure::usage(format!("{}: an axis has no tables of sines; write the scene of a PHANToM", scene.name)))
         }
+        Experiment::Dut(scene) => Err(Failure::usage(format!("{}: {OF_YOURS}", scene.name))),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What one bit more of each width would cost, by Yosys alone.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Ready, Rig};
+use hpu_cosim::{Ready, Wired};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::widths::Field;
 

@@ -8,12 +8,14 @@ use hpu_study::widths::proof::{axis_bounds, gappa, gappa_phantom};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::terminal::print;
+use crate::widths::OF_YOURS;
 
 /// Prints a scene's script, or writes it into a folder.
 pub fn run(experiment: &Experiment, out: Option<&Path>) -> Result<Exit, Failure> {
     let (name, script) = match experiment {
         Experiment::Axis(scene) => (&scene.name, axis_bounds(scene).and_then(|proof| gappa(scene, &proof))),
         Experiment::Phantom(scene) => (&scene.name, gappa_phantom(scene)),
+        Experiment::Dut(scene) => (&scene.name, Err(OF_YOURS.to_string())),
     };
     let script = script.map_err(|why| Failure::file(format!("{name}: {why}")))?;
     match out {

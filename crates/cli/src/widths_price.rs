@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
-use hpu_cosim::{Control, Ready, Rig};
+use hpu_cosim::{Control, Ready, Wired};
 use hpu_rtl::{Cache, Cost, Counts, Hdl, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};

@@ -64,6 +64,7 @@ fn of(experiment: &Experiment) -> Result<Proof, String> {
     let scene = match experiment {
         Experiment::Axis(scene) => scene,
         Experiment::Phantom(scene) => return phantom_bounds(scene),
+        Experiment::Dut(_) => return Err(crate::widths::OF_YOURS.to_string()),
     };
     let mut proof = axis_bounds(scene)?;
     for tried in exhausted(scene, &proof, MOST_INPUTS)? {

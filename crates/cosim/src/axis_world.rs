@@ -103,6 +103,24 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
+    /// The first edge after the present one, up to `limit`, at which anything may change by itself as things stand.
+    pub(crate) fn next_change(&mut self, limit: u64) -> u64 {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        event.map_or(last, |event| event.0)
+    }
+
+    /// The levels of the encoder's lines.
+    pub(crate) fn pins(&self) -> Pins {
+        self.pins
+    }
+
+    /// The encoder's count.
+    pub(crate) fn count(&self) -> i64 {
+        self.encoder.count()
+    }
+
     /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the
     /// duty.
     fn due(&mut self) {

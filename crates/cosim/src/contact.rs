@@ -7,7 +7,8 @@
 //!   `contact`); nets change at ticks alone, so that the count is exact with both drivers;
 //! - of a PHANToM whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
 //! - of an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
-//!   encoder, beyond the wall itself), on the straight line between the ends of a step.
+//!   encoder, beyond the wall itself), on the straight line between the ends of a step;
+//! - of a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
 
 use hpu_signal::{Clock, Cycle, Signal};
 
@@ -31,6 +32,7 @@ pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let rate_hz = match experiment {
         Experiment::Axis(scene) => scene.record.plant_rate_hz,
         Experiment::Phantom(scene) => scene.record.plant_rate_hz,
+        Experiment::Dut(scene) => scene.record.plant_rate_hz,
     };
     let (edges, stride) = (experiment.edges(), stride(clock, rate_hz));
     [window_start(edges, stride), edges].map(|edge| clock.seconds(Cycle(edge)))
@@ -55,7 +57,12 @@ impl Contact {
         let net = |name: &str| nets.iter().position(|net| net.name == name);
         let command = || net("command1").map(|first| first + joint);
         let told = net("penetration").or_else(|| net("contact")).or_else(command);
-        Self { net: told.expect("a loop around a wall"), word: 0, since: 0, from, edges: 0 }
+        Self::of(told.expect("a loop around a wall"), from)
+    }
+
+    /// Of the net that tells, from this edge on.
+    pub(crate) fn of(net: usize, from: u64) -> Self {
+        Self { net, word: 0, since: 0, from, edges: 0 }
     }
 
     /// Takes the words from `edge` on.

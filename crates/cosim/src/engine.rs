@@ -91,7 +91,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             edge: 0,
             ticks: 0,
             output_changes: 0,
-            rows: Rows { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None },
+            rows: Rows::new(stride),
             repeated: None,
         }
     }
@@ -115,10 +115,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// the clock period in seconds.
     #[must_use]
     pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
-        let before = self.rows.before?;
-        let edges = self.edge.checked_sub(self.rows.window).filter(|edges| *edges > 0)?;
-        let after = self.world.torque_and_angle(self.edge);
-        Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
+        self.rows.averages(&self.world, self.edge, edge_s)
     }
 
     /// Edges done.
@@ -280,7 +277,7 @@ impl Observe for Everything {
 }
 
 /// The rows of a run: the plant's outputs every `stride` edges.
-struct Rows {
+pub(crate) struct Rows {
     /// The edge of the next one.
     next: u64,
     stride: u64,
@@ -292,16 +289,37 @@ struct Rows {
 }
 
 impl Rows {
+    /// Rows from edge 0 on.
+    pub(crate) fn new(stride: u64) -> Self {
+        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None }
+    }
+
+    /// The same, with a look at the means of the actuator's torque and of the position from the row at this edge on;
+    /// `measured`, they tell means and extremes.
+    pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {
+        self.window = from;
+        self.row = measured.then(Vec::new);
+        self
+    }
+
+    /// Those means, from the row that was asked for to an edge at which the world stands.
+    pub(crate) fn averages(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<[f64; 2]> {
+        let before = self.before?;
+        let edges = edge.checked_sub(self.window).filter(|edges| *edges > 0)?;
+        let after = world.torque_and_angle(edge);
+        Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
+    }
+
     /// Shows those up to `edge`, which the world must not have left yet.
     #[inline(always)]
-    fn log<O: Observe>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+    pub(crate) fn log<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
         if self.next <= edge {
             self.show(world, edge, observer);
         }
     }
 
     #[inline(never)]
-    fn show<O: Observe>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+    fn show<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
         if (self.next..=edge).contains(&self.window) {
             self.before = Some(world.torque_and_angle(self.window));
         }

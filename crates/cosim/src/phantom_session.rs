@@ -2,7 +2,7 @@
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission};
-use hpu_signal::{Clock, Format, Observe, Ports, Real};
+use hpu_signal::{Clock, Format, Observe, Ports, Real, Signal};
 
 use crate::arm_direct::ArmDirect;
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
@@ -11,7 +11,7 @@ use crate::direct::Direct;
 use crate::engine::{Comparison, Control, Driver};
 use crate::host::{COUNTING, Host};
 use crate::random::SplitMix64;
-use crate::rig::{self, Compare, Rig, TheLoop, Visit};
+use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session::SessionError;
 use crate::summary::{Abort, Summary};
@@ -234,10 +234,6 @@ impl Rig for PhantomSession<'_> {
         self.scene.record
     }
 
-    fn wiring(&self) -> &TheLoop {
-        &self.wiring
-    }
-
     fn reals(&self) -> &'static [Real] {
         &ARM_REALS
     }
@@ -257,6 +253,29 @@ impl Rig for PhantomSession<'_> {
 
     fn has_device(&self) -> bool {
         true
+    }
+
+    fn judged(&self) -> Vec<usize> {
+        let axis = self.scene.drop.axis.index();
+        vec![axis, 3 + axis]
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        judge_drop(trace, 3 + self.scene.drop.axis.index(), aborted)
+    }
+
+    fn closed_by(&self) -> &str {
+        self.wiring.name()
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        self.wiring.nets()
+    }
+}
+
+impl Wired for PhantomSession<'_> {
+    fn wiring(&self) -> &TheLoop {
+        &self.wiring
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
@@ -291,14 +310,5 @@ impl Rig for PhantomSession<'_> {
         let age_s = (late as f64 + 0.5 * period as f64) * edge_s;
         let follows = (!self.scene.platform.is_host() && step > period).then_some(age_s);
         Some(Direct::Arm(ArmDirect { plant: &self.plant, step, edge_s, follows }))
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        let axis = self.scene.drop.axis.index();
-        vec![axis, 3 + axis]
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        judge_drop(trace, 3 + self.scene.drop.axis.index(), aborted)
     }
 }

@@ -49,6 +49,23 @@ pub struct Plant {
     pub(crate) stepping: Option<Stepping>,
 }
 
+/// What of a scene makes its world.
+pub(crate) struct Around<'a> {
+    pub(crate) device: &'a scene::Device,
+    pub(crate) bridge: scene::Bridge,
+    pub(crate) hand: &'a scene::Hand,
+    pub(crate) friction: Friction,
+    pub(crate) winding: Winding,
+    pub(crate) clock: Clock,
+    pub(crate) count_rad: f64,
+    pub(crate) actuator: Actuator,
+    /// Edges of a period of the modulator whose gates drive the device, if they do.
+    pub(crate) modulator: Option<u64>,
+    pub(crate) stepping: Option<Stepping>,
+    /// The farthest that the world looks, in edges.
+    pub(crate) horizon: u64,
+}
+
 impl Plant {
     /// The world of a scene.
     ///
@@ -56,22 +73,38 @@ impl Plant {
     ///
     /// When a parameter is impossible, or a mass has no amplifier.
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
-        let count_rad = scene.encoder.count_rad();
-        let actuator = actuator(scene)?;
-        let modulator = scene.modulator_clocks();
-        // A step may be longer than what is run of it.
-        let (edge_s, horizon) = (scene.clock.period_s(), scene.edges().max(scene.step_clocks()));
-        if let scene::Hand::Capture { edges } = &scene.hand {
+        Self::around(Around {
+            device: &scene.device,
+            bridge: scene.bridge,
+            hand: &scene.hand,
+            friction: scene.model.friction,
+            winding: scene.model.winding,
+            clock: scene.clock,
+            count_rad: scene.encoder.count_rad(),
+            actuator: actuator(scene)?,
+            modulator: scene.modulator_clocks(),
+            stepping: stepping(scene),
+            // A step may be longer than what is run of it.
+            horizon: scene.edges().max(scene.step_clocks()),
+        })
+    }
+
+    /// The world of these parts.
+    pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
+        let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
+        let Around { count_rad, actuator, modulator, stepping, .. } = around;
+        let edge_s = clock.period_s();
+        if let scene::Hand::Capture { edges } = hand {
             let pins = edges
                 .iter()
                 .map(|edge| {
                     let pins = Pins { a: i64::from(edge.a), b: i64::from(edge.b) };
-                    (scene.clock.first_edge_at(edge.picoseconds).0, pins)
+                    (clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
             return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator, edge_s, modulator, stepping: None });
         }
-        let (hand, path) = match &scene.hand {
+        let (hand, path) = match hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
             scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
                 Hand::Spring(Push {
@@ -83,8 +116,8 @@ impl Plant {
             scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
             scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
-        let rubs = scene.model.friction != Friction::None;
-        let axis = match &scene.device {
+        let rubs = friction != Friction::None;
+        let axis = match device {
             scene::Device::Motor(motor) => {
                 let shaft = Motor {
                     resistance_ohm: motor.resistance_ohm,
@@ -95,11 +128,11 @@ impl Plant {
                     coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
                 };
                 let bridge = Bridge {
-                    supply_v: scene.bridge.supply_v,
-                    on_resistance_ohm: scene.bridge.on_resistance_ohm,
-                    diode_drop_v: scene.bridge.diode_drop_v,
+                    supply_v: bridge.supply_v,
+                    on_resistance_ohm: bridge.on_resistance_ohm,
+                    diode_drop_v: bridge.diode_drop_v,
                 };
-                Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match scene.model.winding {
+                Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match winding {
                     Winding::Inductive => axis,
                     Winding::Resistive => axis.without_inductance(),
                 })
@@ -110,23 +143,23 @@ impl Plant {
                 Axis::amplified(body, hand, edge_s, horizon)
             }
         }
-        .and_then(|axis| match scene.model.friction {
+        .and_then(|axis| match friction {
             Friction::Smoothed { speed_rad_per_s } => axis.with_smoothed_friction(speed_rad_per_s),
             Friction::StickSlip | Friction::None => Ok(axis),
         })
         .map_err(|error| PlantError(error.to_string()))?;
-        let (current_a, mut speed_rad_per_s, mut angle_rad) = match &scene.device {
+        let (current_a, mut speed_rad_per_s, mut angle_rad) = match device {
             scene::Device::Motor(motor) => {
                 (motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad)
             }
             scene::Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s, mass.initial_position_m),
         };
-        let knots = knots(path, scene.clock);
+        let knots = knots(path, clock);
         if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping: stepping(scene) })
+        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping })
     }
 
     /// Whether there is a device, and not a recording in its place.

@@ -1,11 +1,11 @@
 //! Any scene, made ready.
 
-use hpu_signal::{Clock, Observe, Real};
+use hpu_signal::{Clock, Observe, Real, Signal};
 
 use crate::direct::Direct;
 use crate::engine::{Comparison, Control, Driver};
 use crate::phantom_session::PhantomSession;
-use crate::rig::{Rig, TheLoop, Visit};
+use crate::rig::{Rig, TheLoop, Visit, Wired};
 use crate::scene::{Experiment, Record};
 use crate::session::{Session, SessionError};
 use crate::summary::{Abort, Summary};
@@ -40,6 +40,10 @@ impl<'s> Ready<'s> {
         match experiment {
             Experiment::Axis(scene) => Session::new(scene).map(Self::Axis),
             Experiment::Phantom(scene) => PhantomSession::new(scene).map(Self::Phantom),
+            Experiment::Dut(scene) => {
+                let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
+                Err(SessionError::Scene(scene.error("dut", reason)))
+            }
         }
     }
 }
@@ -59,10 +63,6 @@ impl Rig for Ready<'_> {
 
     fn record(&self) -> Record {
         forward!(self, rig => rig.record())
-    }
-
-    fn wiring(&self) -> &TheLoop {
-        forward!(self, rig => rig.wiring())
     }
 
     fn reals(&self) -> &'static [Real] {
@@ -89,6 +89,28 @@ impl Rig for Ready<'_> {
         forward!(self, rig => rig.has_device())
     }
 
+    fn judged(&self) -> Vec<usize> {
+        forward!(self, rig => rig.judged())
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        forward!(self, rig => rig.judge(trace, aborted))
+    }
+
+    fn closed_by(&self) -> &str {
+        forward!(self, rig => rig.closed_by())
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        forward!(self, rig => rig.nets())
+    }
+}
+
+impl Wired for Ready<'_> {
+    fn wiring(&self) -> &TheLoop {
+        forward!(self, rig => rig.wiring())
+    }
+
     fn gates_drive(&self) -> bool {
         forward!(self, rig => rig.gates_drive())
     }
@@ -111,13 +133,5 @@ impl Rig for Ready<'_> {
 
     fn driver(&self) -> Driver {
         forward!(self, rig => rig.driver())
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        forward!(self, rig => rig.judged())
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        forward!(self, rig => rig.judge(trace, aborted))
     }
 }

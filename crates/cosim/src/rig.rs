@@ -140,7 +140,7 @@ pub trait Visit<'s> {
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
-/// A scene made ready.
+/// A scene made ready, whatever closes its loop: what recordings, pictures and verdicts ask of it.
 pub trait Rig {
     /// The scene's name.
     fn name(&self) -> &str;
@@ -150,8 +150,10 @@ pub trait Rig {
     fn edges(&self) -> u64;
     /// What a recording shows beside the nets.
     fn record(&self) -> Record;
-    /// The wiring, as it stands before reset.
-    fn wiring(&self) -> &TheLoop;
+    /// What closes the loop, by name.
+    fn closed_by(&self) -> &str;
+    /// The nets.
+    fn nets(&self) -> Vec<Signal>;
     /// The continuous outputs of the world.
     fn reals(&self) -> &'static [Real];
     /// What a row of the trace tells: [`reals`](Self::reals), then what goes on between rows.
@@ -165,25 +167,10 @@ pub trait Rig {
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
     /// Whether there is a device, and not a recording in its place.
     fn has_device(&self) -> bool;
-    /// Does something with the wiring and the world.
-    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
-    /// The driver that the scene asks for by its solver.
-    fn driver(&self) -> Driver;
-    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no
-    /// driver.
-    fn direct(&self) -> Option<Direct<'_>> {
-        None
-    }
     /// The plant's outputs that verdicts and metrics are made of, as indices into [`reals`](Self::reals).
     fn judged(&self) -> Vec<usize>;
     /// What became of the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
-
-    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Rig::run) lets the
-    /// modulator rest.
-    fn gates_drive(&self) -> bool {
-        true
-    }
 
     /// Edges between rows of the trace.
     fn stride(&self) -> u64 {
@@ -192,7 +179,7 @@ pub trait Rig {
 
     /// An empty trace of the plant and of the nets with these names.
     fn trace(&self, nets: &[&str]) -> Trace {
-        let all = self.wiring().nets();
+        let all = self.nets();
         let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
         Trace::new(self.clock(), self.stride(), (0..self.reals().len()).collect(), picks)
     }
@@ -211,6 +198,27 @@ pub trait Rig {
     fn brief_trace(&self) -> Trace {
         Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
     }
+}
+
+/// A scene made ready whose loop is closed by blocks of ours.
+pub trait Wired: Rig {
+    /// The wiring, as it stands before reset.
+    fn wiring(&self) -> &TheLoop;
+    /// Does something with the wiring and the world.
+    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
+    /// The driver that the scene asks for by its solver.
+    fn driver(&self) -> Driver;
+    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no
+    /// driver.
+    fn direct(&self) -> Option<Direct<'_>> {
+        None
+    }
+
+    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Wired::run) lets the
+    /// modulator rest.
+    fn gates_drive(&self) -> bool {
+        true
+    }
 
     /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer.
     ///
@@ -222,8 +230,8 @@ pub trait Rig {
     fn compare(&self, edges: u64) -> Comparison;
 }
 
-/// [`Rig::run`] of any rig.
-pub(crate) fn run<R: Rig>(
+/// [`Wired::run`] of any rig.
+pub(crate) fn run<R: Wired>(
     rig: &R,
     driver: Driver,
     trace: &mut Trace,
@@ -238,7 +246,7 @@ pub(crate) fn run<R: Rig>(
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             // The first output that a PHANToM is judged by is the number of the joint under test.
-            let contact = Contact::new(&rig.wiring().nets(), from, rig.judged()[0]);
+            let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
             let observer = Watch { trace, contact, observer, reals: rig.reals().len() };
             let edge_s = rig.clock().period_s();
             rig.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
@@ -248,7 +256,7 @@ pub(crate) fn run<R: Rig>(
 }
 
 /// A run of a rig's world that another program makes, such as a simulator of VHDL: `play` shows it to the observer as
-/// [`Rig::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as
+/// [`Wired::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as
 /// 0, and judges it.
 ///
 /// # Errors
@@ -261,7 +269,7 @@ pub fn follow<R: Rig, E>(
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
     trace.begin(rig.edges() / rig.stride() + 1);
-    let contact = Contact::new(&rig.wiring().nets(), window_start(rig.edges(), rig.stride()), rig.judged()[0]);
+    let contact = Contact::new(&rig.nets(), window_start(rig.edges(), rig.stride()), rig.judged()[0]);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
     let contact = follow.contact.edges(summary.edges) as f64;
@@ -292,7 +300,7 @@ impl Observe for Follow<'_> {
 }
 
 /// The summary with what the trace of its run says.
-fn judged<R: Rig>(
+pub(crate) fn judged<R: Rig>(
     rig: &R,
     trace: &Trace,
     mut summary: Summary,
@@ -343,7 +351,7 @@ impl Observe for Watch<'_> {
     }
 }
 
-/// [`Rig::compare`] of any rig: so many edges.
+/// [`Wired::compare`] of any rig: so many edges.
 pub(crate) struct Compare(pub(crate) u64);
 
 impl<'s> Visit<'s> for Compare {

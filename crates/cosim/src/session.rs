@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_datapath::LoopIn;
-use hpu_signal::{Clock, Observe, Real};
+use hpu_signal::{Clock, Observe, Real, Signal};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
@@ -12,7 +12,7 @@ use crate::direct::{AxisDirect, Computed, Direct};
 use crate::engine::{Comparison, Control, Driver};
 use crate::method;
 use crate::plant::{Plant, PlantError};
-use crate::rig::{self, Compare, Rig, TheLoop, Visit};
+use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
 use crate::summary::{Abort, Summary};
 use crate::trace::{ANGLE, TORQUE, Trace};
@@ -124,10 +124,6 @@ impl Rig for Session<'_> {
         self.scene.record
     }
 
-    fn wiring(&self) -> &TheLoop {
-        &self.wiring
-    }
-
     fn reals(&self) -> &'static [Real] {
         &self.row()[..AxisWorld::REALS.len()]
     }
@@ -153,6 +149,31 @@ impl Rig for Session<'_> {
 
     fn has_device(&self) -> bool {
         self.plant.has_device()
+    }
+
+    fn judged(&self) -> Vec<usize> {
+        vec![ANGLE, TORQUE]
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        if let Some(Abort { at_s, .. }) = aborted {
+            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
+        }
+        judge(trace, self.scene.encoder.count_rad())
+    }
+
+    fn closed_by(&self) -> &str {
+        self.wiring.name()
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        self.wiring.nets()
+    }
+}
+
+impl Wired for Session<'_> {
+    fn wiring(&self) -> &TheLoop {
+        &self.wiring
     }
 
     fn gates_drive(&self) -> bool {
@@ -215,16 +236,5 @@ impl Rig for Session<'_> {
             step: stepping.edges,
             period: self.scene.period_clocks(),
         }))
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        vec![ANGLE, TORQUE]
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        if let Some(Abort { at_s, .. }) = aborted {
-            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
-        }
-        judge(trace, self.scene.encoder.count_rad())
     }
 }

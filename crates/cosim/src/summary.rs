@@ -151,6 +151,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
     let wall_rad = match experiment {
         Experiment::Axis(scene) => scene.wall.position_rad,
         Experiment::Phantom(_) => 0.0,
+        Experiment::Dut(scene) => scene.wall_rad,
     };
     // A recording has no motion, but its edges and its words count.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {

@@ -8,7 +8,7 @@ use std::io::{self, Cursor, Write};
 use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary};
+use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary, Wired};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe};
 

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Cycle, Observe};
 

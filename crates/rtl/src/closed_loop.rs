@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
 use hpu_cosim::scene::{Experiment, shipped_file};
-use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, follow};
+use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, Wired, follow};
 use hpu_datapath::block_by_name;
 use hpu_signal::{Observe, SignalUse};
 
@@ -31,7 +31,7 @@ use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Header, literal};
 
 /// Name of the shared library.
-const LIBRARY: &str = "libhpu_rtl.so";
+pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
 /// No simulation is so slow: what takes longer for an edge hangs.
 const LONGEST_EDGE: Duration = Duration::from_millis(10);
 
@@ -80,7 +80,7 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
 pub fn run_vhdl(
     scene: &LoopScene,
     setup: &Setup,
-    rig: &impl Rig,
+    rig: &impl Wired,
     trace: &mut Trace,
     observer: &mut dyn Observe,
     control: &Control,
@@ -101,7 +101,7 @@ pub fn run_vhdl(
                 tally
             });
             // One net is more than the wiring has: whether any has differed.
-            let columns = (rig.wiring().nets().len() + 1, rig.row().len());
+            let columns = (rig.nets().len() + 1, rig.row().len());
             let motion = pipe.play(&ended, columns, observer, control);
             (motion, ghdl.join().unwrap_or_else(|panic| resume_unwind(panic)))
         });
@@ -114,9 +114,9 @@ pub fn run_vhdl(
 }
 
 /// The summary of a motion that was played, and why it ended early, if it did.
-fn sum_up(rig: &impl Rig, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
+fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
     let losses_seen = row.mismatches == 0;
-    let nets = rig.wiring().nets().into_iter().zip(&totals.uses).zip(ranges);
+    let nets = rig.nets().into_iter().zip(&totals.uses).zip(ranges);
     let nets = nets.map(|((signal, &usage), &(min, max))| {
         let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
         NetUse { signal, usage, losses_seen }
@@ -185,7 +185,7 @@ impl LoopJob {
                 ("HPU_LOOP_EDGES", edges.to_string()),
             ],
             probe: [probe(session.wiring()), probe_instance(session.wiring())],
-            around: Around::of_loop(wiring.name(), &session.wiring().nets(), session.clock()),
+            around: Around::of_loop(wiring.name(), &session.nets(), session.clock()),
         })
     }
 
@@ -212,16 +212,16 @@ impl LoopJob {
 
 /// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may
 /// differ by scene (a net of one bit is no vector), and then so does the library.
-pub(crate) struct LoopLibraries(Vec<(Vec<Wired>, Library)>);
+pub(crate) struct LoopLibraries(Vec<(Vec<Probed>, Library)>);
 
 /// A wiring with its probe.
 #[derive(Clone, PartialEq)]
-struct Wired {
+struct Probed {
     wiring: &'static str,
     probe: [String; 2],
 }
 
-impl Wired {
+impl Probed {
     fn of(job: &LoopJob) -> Self {
         Self { wiring: job.wiring, probe: job.probe.clone() }
     }
@@ -229,22 +229,22 @@ impl Wired {
 
 impl LoopLibraries {
     pub(crate) fn new(jobs: &[LoopJob], setup: &Setup) -> Result<Self, GhdlError> {
-        let mut groups: Vec<Vec<Wired>> = Vec::new();
-        for wired in jobs.iter().map(Wired::of) {
+        let mut groups: Vec<Vec<Probed>> = Vec::new();
+        for wired in jobs.iter().map(Probed::of) {
             let fits =
-                |group: &&mut Vec<Wired>| group.iter().all(|in_it| in_it.wiring != wired.wiring || *in_it == wired);
+                |group: &&mut Vec<Probed>| group.iter().all(|in_it| in_it.wiring != wired.wiring || *in_it == wired);
             match groups.iter_mut().find(fits) {
                 Some(group) if group.contains(&wired) => {}
                 Some(group) => group.push(wired),
                 None => groups.push(vec![wired]),
             }
         }
-        let analysed = |group: Vec<Wired>| library(&group, setup).map(|library| (group, library));
+        let analysed = |group: Vec<Probed>| library(&group, setup).map(|library| (group, library));
         Ok(Self(groups.into_iter().map(analysed).collect::<Result<_, _>>()?))
     }
 
     fn of(&self, job: &LoopJob) -> &Library {
-        let wired = Wired::of(job);
+        let wired = Probed::of(job);
         let found = self.0.iter().find(|(group, _)| group.contains(&wired));
         &found.expect("the wiring of every job is analysed").1
     }
@@ -285,13 +285,13 @@ fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) ->
 }
 
 /// Analyses the blocks, probed copies of wirings, and their testbenches, and puts the shared library beside them.
-fn library(group: &[Wired], setup: &Setup) -> Result<Library, GhdlError> {
+fn library(group: &[Probed], setup: &Setup) -> Result<Library, GhdlError> {
     let mut packages = vec![
         ("vector_reader.vhd".to_string(), VECTOR_READER.to_string()),
         ("loop_bridge.vhd".to_string(), LOOP_BRIDGE.to_string()),
     ];
     let mut benches = Vec::new();
-    for Wired { wiring: name, probe: [probe, instance] } in group {
+    for Probed { wiring: name, probe: [probe, instance] } in group {
         let by_default = block_by_name(name).expect("a wiring is a block");
         let text = setup.hdl.text(name)?;
         // The last one ends the architecture.
@@ -317,7 +317,7 @@ fn library(group: &[Wired], setup: &Setup) -> Result<Library, GhdlError> {
 }
 
 /// The shared library of this build, which no program carries.
-fn shared_library() -> Result<PathBuf, GhdlError> {
+pub(crate) fn shared_library() -> Result<PathBuf, GhdlError> {
     let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
     let beside = exe.parent().unwrap_or(Path::new("."));
     let places = [beside.join("deps").join(LIBRARY), beside.join(LIBRARY)];

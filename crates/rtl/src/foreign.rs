@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use hpu_cosim::{Ready, Rig};
 
 use crate::closed_loop::Asked;
+use crate::dut::{ASK, Served};
 use crate::lockstep::Lockstep;
 
 thread_local! {
@@ -61,4 +62,82 @@ pub extern "C" fn hpu_loop_net(net: i32, part: i32, word: i32) {
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_loop_edge() {
     LOOP.with_borrow_mut(Lockstep::compare);
+}
+
+thread_local! {
+    /// The design of this process, which GHDL runs in one thread.
+    static DUT: RefCell<Option<Served>> = const { RefCell::new(None) };
+}
+
+fn with_dut<R>(act: impl FnOnce(&mut Served) -> R) -> R {
+    DUT.with_borrow_mut(|dut| act(dut.as_mut().expect("the bench has met hpu")))
+}
+
+/// Whether the bench is to tell what its ports are, and end.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_asks() -> i32 {
+    i32::from(std::env::var_os(ASK).is_some())
+}
+
+/// A port: its bits, and whether they are a signed number.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_port(width: i32, is_signed: i32) {
+    println!("PORT {width} {}", if is_signed == 0 { "unsigned" } else { "signed" });
+}
+
+/// Meets the parent.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_open() -> i32 {
+    DUT.set(Some(Served::open().unwrap_or_else(|error| panic!("hpu does not answer: {error}"))));
+    1
+}
+
+/// Part of the bits at an input.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_input(port: i32, part: i32) -> i32 {
+    with_dut(|dut| dut.input(natural(port), natural(part)))
+}
+
+/// Part of the bits at an output that has so many, -1 when one of them is unknown. Nobody listens before the bench has
+/// met its parent: outputs are told again when they change, and at the reset.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_word(port: i32, part: i32, word: i32, width: i32) {
+    EARLY.with_borrow_mut(|early| {
+        if DUT.with_borrow(Option::is_some) {
+            for (port, part, word, width) in early.drain(..) {
+                with_dut(|dut| dut.tell(port, part, word, width));
+            }
+            with_dut(|dut| dut.tell(natural(port), natural(part), word, width.cast_unsigned()));
+        } else {
+            early.push((natural(port), natural(part), word, width.cast_unsigned()));
+        }
+    });
+}
+
+thread_local! {
+    /// What outputs were at the start of the simulation.
+    static EARLY: RefCell<Vec<(usize, usize, i32, u32)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// After the reset.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_reset() {
+    EARLY.with_borrow_mut(|early| {
+        for (port, part, word, width) in early.drain(..) {
+            with_dut(|dut| dut.tell(port, part, word, width));
+        }
+    });
+    with_dut(|dut| dut.edge(true));
+}
+
+/// Answers, and takes the next request.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_next() -> i32 {
+    with_dut(Served::next).unwrap_or(-1)
+}
+
+/// After an edge: whether an output that drives the device has changed.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_dut_edge() -> i32 {
+    i32::from(with_dut(|dut| dut.edge(false)))
 }

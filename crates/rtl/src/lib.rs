@@ -7,6 +7,7 @@ mod around;
 mod check;
 mod closed_loop;
 mod cost;
+pub mod dut;
 mod foreign;
 mod generated;
 mod ghdl;

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use hpu_cosim::Rig;
+use hpu_cosim::Wired;
 use hpu_signal::{Format, Signal, UNKNOWN};
 
 use crate::around::{AFTER, BEFORE};
@@ -81,7 +81,7 @@ impl<'s> Lockstep<'s> {
     /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is
     /// reached.
     #[must_use]
-    pub fn new(session: &'s impl Rig, edges: u64, late: bool) -> Self {
+    pub fn new(session: &'s impl Wired, edges: u64, late: bool) -> Self {
         let late = late.then(|| (edges, session.edges()));
         let Sides { pair, input, nets, late, homing } =
             session.visit(Pairing { late, modulated: session.gates_drive() });

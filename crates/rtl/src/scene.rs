@@ -1,6 +1,6 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
-use hpu_cosim::{ClosedLoop, Rig, Visit, World};
+use hpu_cosim::{ClosedLoop, Visit, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
@@ -8,7 +8,7 @@ use crate::vector::{Stimulus, Vectors};
 /// Golden vectors over a scene's first edges, after one of reset: the wiring's own first, then those of each instance
 /// in it, by label. A combinational block keeps the rows in which an input has changed.
 #[must_use]
-pub fn scene_vectors(session: &impl Rig, edges: u64) -> Vec<(&'static str, Vectors)> {
+pub fn scene_vectors(session: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
     session.visit(Recorded(edges))
 }
 

@@ -50,8 +50,16 @@ impl Temporary {
     ///
     /// When there can be no folder.
     pub fn folder() -> io::Result<Self> {
-        let parent = std::env::temp_dir();
-        sweep(&parent, |name| name.starts_with(FOLDERS));
+        Self::folder_in(&std::env::temp_dir())
+    }
+
+    /// The same in another folder.
+    ///
+    /// # Errors
+    ///
+    /// When there can be no folder.
+    pub fn folder_in(parent: &Path) -> io::Result<Self> {
+        sweep(parent, |name| name.starts_with(FOLDERS));
         let open = |path: &Path| fs::create_dir(path).and_then(|()| File::open(path));
         Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)
     }

@@ -27,7 +27,7 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// Where to get the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm";
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++";
 
 /// A tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,6 +38,8 @@ pub enum Tool {
     Yosys,
     /// Placement and timing.
     Nextpnr,
+    /// The simulator that makes C++ of Verilog.
+    Verilator,
 }
 
 impl Tool {
@@ -48,6 +50,7 @@ impl Tool {
             Self::Ghdl => "ghdl",
             Self::Yosys => "yosys",
             Self::Nextpnr => "nextpnr-ice40",
+            Self::Verilator => "verilator",
         }
     }
 
@@ -59,6 +62,8 @@ impl Tool {
             // `synth_ice40 -abc9 -device`.
             Self::Yosys => (0, 10),
             Self::Nextpnr => (0, 1),
+            // `--x-initial unique`, and models whose state is one structure.
+            Self::Verilator => (5, 0),
         }
     }
 
@@ -230,7 +235,7 @@ impl Said {
 }
 
 /// The first and the last lines of what a tool said, and of a long line its beginning.
-fn shortened(said: &str) -> String {
+pub(crate) fn shortened(said: &str) -> String {
     let (first, last, columns) = SHOWN;
     let cut = |line: &str| match line.char_indices().nth(columns) {
         Some((end, _)) => format!("{} [...]\n", &line[..end]),
@@ -271,13 +276,13 @@ fn kill(group: i32) {
 }
 
 /// A tool's process and all that it starts; none outlives this.
-struct Group {
-    child: Child,
+pub(crate) struct Group {
+    pub(crate) child: Child,
     id: i32,
 }
 
 impl Group {
-    fn start(command: &mut Command) -> Result<Self, Fault> {
+    pub(crate) fn start(command: &mut Command) -> Result<Self, Fault> {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
         let mut running = running();
         if running.stopped {

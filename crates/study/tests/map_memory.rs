@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::{io, mem};
 
-use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 use hpu_study::map::{self, Axis, CellLimits, Found, Map, Method, Plan};
 
 /// Counts bytes that are in use, and the most that ever were.

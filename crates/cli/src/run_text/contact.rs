@@ -1,6 +1,7 @@
 //! Contact with the wall, as the summary tells it beside the verdict.
 
-use hpu_cosim::{Ready, Session, Verdict};
+use hpu_cosim::scene::Units;
+use hpu_cosim::{AnyRig, Ready, Session, Verdict};
 use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
 use super::ANGLE;
@@ -36,8 +37,7 @@ pub fn line(ran: &Ran) -> Option<String> {
     }
     let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
     let said = format!("{share} of the judged window, {from} to {to}");
-    let Some((session, depth, displayed, ratio)) = displayed(ran) else { return Some(said) };
-    let units = session.scene().device.units();
+    let Some((units, depth, displayed, ratio)) = displayed(ran) else { return Some(said) };
     let of = ratio.map_or(String::new(), |ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
     Some(format!(
         "{said}; {} deep the wall gives {}{of}",
@@ -48,28 +48,37 @@ pub fn line(ran: &Ran) -> Option<String> {
 
 /// Whether an axis saw penetration at any time.
 fn was_touched(ran: &Ran) -> bool {
-    let penetration = ran.summary.nets.iter().find(|net| net.signal.name == "penetration");
+    let told = ["penetration", "wall_contact"];
+    let penetration = ran.summary.nets.iter().find(|net| told.contains(&net.signal.name));
     penetration.is_some_and(|net| net.usage.max > 0)
 }
 
 /// Of a settled contact of an axis: the depth at the end, the stiffness that is displayed, and its ratio to that asked
 /// for.
-pub fn displayed<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, f64, f64, Option<f64>)> {
-    let (Ready::Axis(session), Some(Verdict::Settled { .. })) = (ran.session, ran.summary.verdict) else { return None };
-    let scene = session.scene();
-    let (displayed, ratio) = displayed_stiffness(scene, &ran.trace, ran.summary.averages)?;
-    Some((session, ran.trace.last(ANGLE)? - scene.wall.position_rad, displayed, ratio))
+pub fn displayed(ran: &Ran) -> Option<(Units, f64, f64, Option<f64>)> {
+    let Some(Verdict::Settled { .. }) = ran.summary.verdict else { return None };
+    let (units, wall_rad, asked) = match ran.session {
+        AnyRig::Ours(Ready::Axis(session)) => {
+            let scene = session.scene();
+            (scene.device.units(), scene.wall.position_rad, scene.wall.stiffness_nm_per_rad)
+        }
+        AnyRig::Ours(Ready::Phantom(_)) => return None,
+        // What stiffness a design asks for, it alone knows.
+        AnyRig::Dut(session) => (session.scene().device.units(), session.scene().wall_rad, 0.0),
+    };
+    let (displayed, ratio) = displayed_stiffness((wall_rad, asked), &ran.trace, ran.summary.averages)?;
+    Some((units, ran.trace.last(ANGLE)? - wall_rad, displayed, ratio))
 }
 
 /// How far the device of an axis was past the wall while the datapath saw no contact.
 pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, Unseen)> {
-    let Ready::Axis(session) = ran.session else { return None };
+    let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
     let seen = unseen_contact(session.scene(), &session.words().realised, &ran.trace, &ran.summary);
     seen.map(|unseen| (session, unseen))
 }
 
 /// How often the spring's product has wrapped where a motion came to rest in the wall, if it has.
 pub fn wraps(ran: &Ran) -> Option<u64> {
-    let Ready::Axis(session) = ran.session else { return None };
+    let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
     product_wraps(session.scene(), &session.words().realised, &ran.trace, &ran.summary)
 }

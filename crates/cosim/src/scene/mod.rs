@@ -86,6 +86,7 @@
 //! hand imposes. A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
 
 mod accuracy;
+mod dut;
 mod expect;
 mod law;
 mod model;
@@ -95,6 +96,7 @@ pub mod phantom;
 mod quantity;
 mod read;
 mod read_device;
+mod read_dut;
 mod read_hand;
 mod read_method;
 mod read_model;
@@ -105,6 +107,7 @@ mod source;
 mod words;
 
 pub use accuracy::{Accuracy, Output};
+pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
@@ -139,6 +142,8 @@ pub enum Experiment {
     Axis(Scene),
     /// The three axes of a PHANToM.
     Phantom(PhantomScene),
+    /// One axis, and a design of the user's own.
+    Dut(DutScene),
 }
 
 impl Experiment {
@@ -158,6 +163,9 @@ impl Experiment {
         if source.root().section("device")?.choice("kind", &kinds, None)? {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
+        if source.root().has("dut") {
+            return read_dut::dut_scene(name, source, load).map(Self::Dut);
+        }
         read::scene(name, source, load).map(Self::Axis)
     }
 
@@ -166,7 +174,7 @@ impl Experiment {
     pub fn axis(self) -> Option<Scene> {
         match self {
             Self::Axis(scene) => Some(scene),
-            Self::Phantom(_) => None,
+            Self::Phantom(_) | Self::Dut(_) => None,
         }
     }
 
@@ -175,7 +183,7 @@ impl Experiment {
     pub fn phantom(self) -> Option<PhantomScene> {
         match self {
             Self::Phantom(scene) => Some(scene),
-            Self::Axis(_) => None,
+            Self::Axis(_) | Self::Dut(_) => None,
         }
     }
 
@@ -185,6 +193,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => &scene.name,
             Self::Phantom(scene) => &scene.name,
+            Self::Dut(scene) => &scene.name,
         }
     }
 
@@ -194,6 +203,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => &scene.about,
             Self::Phantom(scene) => &scene.about,
+            Self::Dut(scene) => &scene.about,
         }
     }
 
@@ -203,6 +213,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => scene.clock,
             Self::Phantom(scene) => scene.clock,
+            Self::Dut(scene) => scene.clock,
         }
     }
 
@@ -212,6 +223,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => scene.edges(),
             Self::Phantom(scene) => scene.edges(),
+            Self::Dut(scene) => scene.edges(),
         }
     }
 
@@ -221,6 +233,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => scene.auto,
             Self::Phantom(scene) => scene.auto,
+            Self::Dut(_) => false,
         }
     }
 
@@ -230,6 +243,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => &scene.expect,
             Self::Phantom(scene) => &scene.expect,
+            Self::Dut(scene) => &scene.expect,
         }
     }
 
@@ -239,6 +253,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => &scene.parameters,
             Self::Phantom(scene) => &scene.parameters,
+            Self::Dut(scene) => &scene.parameters,
         }
     }
 
@@ -248,6 +263,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => &scene.accuracy,
             Self::Phantom(scene) => &scene.accuracy,
+            Self::Dut(scene) => &scene.accuracy,
         }
     }
 }

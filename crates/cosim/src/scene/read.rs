@@ -62,7 +62,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         model,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 10e3)?,
-        expect: expect(&root.section("expect")?, axis)?,
+        expect: axis_expect(&root.section("expect")?, axis)?,
         accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
         auto: source.auto,
         parameters: [].into(),
@@ -98,7 +98,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
 }
 
 /// A start that the hand overrules is refused, not ignored.
-fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
+pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
     let starts = ["initial_angle", "initial_position", "initial_speed"];
     match starts.into_iter().find(|key| device.has(key)) {
         Some(key) if matches!(hand, Hand::Prescribed { .. }) => {
@@ -286,7 +286,7 @@ pub(super) fn record(s: &Section, plant_rate_hz: f64) -> Result<Record, SceneErr
     })
 }
 
-fn expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
+pub(super) fn axis_expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
     let names: Vec<&str> = std::iter::once("outcome").chain(Metric::OF_AN_AXIS.map(Metric::name)).collect();
     s.accept(&names)?;
     let outcomes = [

@@ -50,7 +50,7 @@ pub(super) fn step(s: &Section, solver: Solver) -> Result<Option<f64>, SceneErro
     }
 }
 
-fn friction(s: &Section, device: &Device) -> Result<Friction, SceneError> {
+pub(super) fn friction(s: &Section, device: &Device) -> Result<Friction, SceneError> {
     let smoothed = Friction::Smoothed { speed_rad_per_s: 0.0 };
     let kinds = [("stick_slip", Friction::StickSlip), ("smoothed", smoothed), ("none", Friction::None)];
     let kind = s.choice("friction", &kinds, Some(Friction::StickSlip))?;

@@ -98,6 +98,11 @@ impl<'a> Section<'a> {
         self.table.and_then(|table| table.get(key))
     }
 
+    /// The keys that are there.
+    pub fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.table.into_iter().flat_map(|table| table.iter()).map(|(key, _)| key)
+    }
+
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_some()
     }
@@ -277,7 +282,7 @@ fn format_read(text: &str, format: Format) -> String {
 }
 
 /// A value as it was written, between backticks.
-fn shown(item: &Item) -> String {
+pub(super) fn shown(item: &Item) -> String {
     match item {
         Item::Value(Value::String(text)) => format!("`{}`", excerpt(text.value())),
         Item::Value(value) => format!("`{}`", excerpt(value.to_string().trim())),

@@ -6,7 +6,7 @@
 //! an extreme `h S`. `M` and `S` follow from the equations of motion and from how great the states get.
 
 use hpu_cosim::scene::{Device, Experiment, Hand, Scene, shipped};
-use hpu_cosim::{AXIS_ROW, Control, Driver, Ready, Rig, Summary};
+use hpu_cosim::{AXIS_ROW, Control, Driver, Ready, Rig, Summary, Wired};
 use hpu_signal::{Cycle, Observe};
 
 /// Columns of an axis's row.

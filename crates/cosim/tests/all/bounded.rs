@@ -1,7 +1,7 @@
 //! A trace that may hold few rows of a run tells what one that holds them all tells.
 
 use hpu_cosim::scene::{Experiment, Metric, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, metric};
+use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired, metric};
 
 /// A shipped scene under overrides, its rows held whole or within so many values.
 fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, Summary, Trace) {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary};
+use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary, Wired};
 use hpu_signal::{Cycle, Observe};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Experiment {
@@ -87,7 +87,7 @@ fn both_drivers_count_the_same_edges_as_a_look_at_every_edge() {
     let set = [&set[..], &[("device.initial_angle", "1.5")]].concat();
     let Experiment::Axis(scene) = scene("hybrid-wall", &set) else { unreachable!() };
     let session = Session::new(&scene).unwrap();
-    let net = session.wiring().nets().iter().position(|net| net.name == "penetration").unwrap();
+    let net = session.nets().iter().position(|net| net.name == "penetration").unwrap();
     for driver in [Driver::Events, Driver::Clock] {
         // 601 rows, the last 180 of them.
         let mut every = EveryEdge { net, from: 421 * 5000, last: (0, false), edges: 0 };

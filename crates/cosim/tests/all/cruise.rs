@@ -1,7 +1,7 @@
 //! Leaps over whole periods of the modulator: no register may tell them from gates switched one by one.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Visit, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Visit, Wired, World};
 use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 

@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Experiment, Hand, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary};
+use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary, Wired};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Edges that each scene is compared over.
@@ -76,7 +76,7 @@ fn watching_a_run_changes_nothing_of_it() {
     for scene in shipped() {
         let scene = parsed(scene.name, &[]);
         let session = Ready::new(&scene).unwrap();
-        let nets: Vec<&str> = session.wiring().nets().iter().map(|net| net.name).collect();
+        let nets: Vec<&str> = session.nets().iter().map(|net| net.name).collect();
         let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
         let mut dense = Dense::default();
         let watched = session.run(Driver::Events, &mut session.trace(&nets), &mut dense, &Control::default());

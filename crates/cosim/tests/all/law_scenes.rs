@@ -1,7 +1,7 @@
 //! Scenes of the methods: what is refused, and what a datapath in words and its law in floats have in common.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 
 fn experiment(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");

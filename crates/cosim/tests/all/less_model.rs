@@ -1,7 +1,7 @@
 //! Scenes that leave something out: drivers agree on them, and their energy balances.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session};
+use hpu_cosim::{Control, Driver, Rig, Session, Wired};
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();

@@ -2,7 +2,7 @@
 
 use crate::common::{Dense, by_host, law, phantom, run};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, PhantomSession, Rig};
+use hpu_cosim::{Control, PhantomSession, Rig, Wired};
 
 /// Nets of `phantom_io`.
 const HOST: usize = 6;

@@ -2,7 +2,7 @@
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Verdict};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig, Verdict, Wired};
 
 /// The scene's own numbers: mass at the tip with the weight that hangs there, its weight, friction at the tip.
 const WEIGHT_N: f64 = 0.15;

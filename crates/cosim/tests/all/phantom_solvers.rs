@@ -3,7 +3,7 @@
 
 use crate::common::phantom;
 use hpu_cosim::scene::{PhantomScene, Solver, shipped};
-use hpu_cosim::{Control, PhantomSession, Rig, Summary, Trace, Verdict};
+use hpu_cosim::{Control, PhantomSession, Rig, Summary, Trace, Verdict, Wired};
 
 const STEPPED: [Solver; 4] = [Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
 

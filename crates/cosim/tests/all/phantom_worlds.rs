@@ -3,7 +3,7 @@
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::{PhantomScene, Platform};
-use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Summary, Verdict, Visit, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Summary, Verdict, Visit, Wired, World};
 use hpu_datapath::Wiring;
 
 /// Edges that each is compared over: 6 ms.

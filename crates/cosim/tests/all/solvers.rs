@@ -1,7 +1,7 @@
 //! Every solver: drivers agree on stepped worlds, and what a scene shows comes to the exact flow's as the step shrinks.
 
 use hpu_cosim::scene::{Device, Experiment, Metric, Scene, Solver, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, metric};
+use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
 const METHODS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_cosim::scene::{Device, Experiment, Scene, shipped};
-use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, World};
+use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, Wired, World};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 
@@ -198,7 +198,7 @@ pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
 }
 
 fn command(session: &Session) -> usize {
-    session.wiring().nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
+    session.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
 }
 
 /// The shipped scenes of an axis.

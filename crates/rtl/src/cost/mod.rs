@@ -16,7 +16,7 @@ mod cache;
 mod entry;
 mod error;
 mod said;
-mod verilog;
+pub(crate) mod verilog;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -227,6 +227,7 @@ fn run(
         Tool::Ghdl => "write Verilog of",
         Tool::Yosys => "synthesise",
         Tool::Nextpnr => "place",
+        Tool::Verilator => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
     let said = said.map_err(|error| CostError::of(block, error))?;

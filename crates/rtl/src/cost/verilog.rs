@@ -12,19 +12,28 @@ use crate::vector::literal;
 /// The block and what it instantiates.
 pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {
     let text = synth(block, library, "verilog")?;
-    let text = with_slices(&with_literals(&text))
+    repaired(&text, || synth(block, library, "vhdl"))?.ok_or_else(|| CostError::Failed {
+        tool: Tool::Ghdl,
+        block: block.name().to_string(),
+        said: UNTOLD.to_string(),
+    })
+}
+
+/// Why Verilog could not be put right.
+pub(crate) const UNTOLD: &str = "its Verilog lacks the choice `others`, and its VHDL does not tell it";
+
+/// GHDL's Verilog with what it gets wrong put right, by the VHDL of the same netlist where that is needed; `None` where
+/// that does not tell it.
+pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) -> Result<Option<String>, E> {
+    let text = with_slices(&with_literals(text))
         // A concatenation with a word of no bits, which is no Verilog.
         .replace("{0'b, ", "{")
         .replace(", 0'b}", "}");
     let text: String = declared_once(&text).map(|line| with_sign(line) + "\n").collect();
     if !text.lines().any(|line| line.trim().starts_with("case (")) {
-        return Ok(text);
+        return Ok(Some(text));
     }
-    with_defaults(&text, &synth(block, library, "vhdl")?).ok_or_else(|| CostError::Failed {
-        tool: Tool::Ghdl,
-        block: block.name().to_string(),
-        said: "its Verilog lacks the choice `others`, and its VHDL does not tell it".to_string(),
-    })
+    Ok(with_defaults(&text, &vhdl()?))
 }
 
 fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<String, CostError> {

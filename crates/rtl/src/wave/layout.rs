@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{Rig, Visit, World};
+use hpu_cosim::{Rig, Visit, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
@@ -161,9 +161,21 @@ impl Layout {
 
     /// The hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
-    pub fn of(session: &impl Rig) -> Self {
+    pub fn of(session: &impl Wired) -> Self {
         let reals = if session.has_device() { session.reals() } else { &[] };
         session.visit(Laying { reals })
+    }
+
+    /// The ports of a design of the user's own in a scope of its name, and its world.
+    #[must_use]
+    pub fn of_design(session: &impl Rig) -> Self {
+        let nets = session.nets();
+        let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
+        let scopes = vec![
+            Scope::new(session.closed_by(), true, nets.iter().enumerate().map(net)),
+            Scope::new("plant", false, session.reals().iter().enumerate().map(Var::real)),
+        ];
+        Self { scopes, nets, reals: session.reals().to_vec(), tied: Vec::new(), channels: None }
     }
 
     /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs

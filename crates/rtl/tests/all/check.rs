@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 use hpu_rtl::wave::{mismatch_gtkw, mismatch_vcd};
 use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
 use hpu_signal::{Cycle, Observe};
@@ -151,7 +151,7 @@ impl First {
     /// By the driver that ticks every edge.
     fn of(names: &[&str], experiment: &Experiment) -> Option<u64> {
         let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
-        let nets = rig.wiring().nets();
+        let nets = rig.nets();
         let nets = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
         let mut first = Self { nets, at: None };
         rig.run(Driver::Clock, &mut rig.brief_trace(), &mut first, &Control::default());

@@ -4,7 +4,7 @@
 use std::io::Cursor;
 
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{Control, Driver, PhantomSession, Rig};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig, Wired};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Cycle, Observe};
 
@@ -57,7 +57,7 @@ fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
         session.run(Driver::Events, &mut session.trace(&[]), &mut fst, &control);
 
         // 50 MHz: 20000 ps an edge.
-        let (nets, wiring) = (session.wiring().nets(), session.wiring().name());
+        let (nets, wiring) = (session.nets(), session.wiring().name());
         let mut expected = Changes::new();
         for (cycle, words) in &shown.nets {
             for (net, &word) in nets.iter().zip(words) {

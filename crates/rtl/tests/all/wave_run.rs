@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use hpu_cosim::replay::read_capture;
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Rig, Session, Summary};
+use hpu_cosim::{Control, Driver, Rig, Session, Summary, Wired};
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe};

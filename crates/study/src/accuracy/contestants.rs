@@ -91,6 +91,7 @@ pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
             all.extend(speaking.map(|criterion| Contestant::criterion(criterion.name)));
         }
         Experiment::Phantom(scene) => all.extend(of_a_phantom(scene)),
+        Experiment::Dut(_) => {}
     }
     all
 }

@@ -13,7 +13,7 @@
 //! | `verdict` | 0 when right, infinite when wrong |
 
 use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
-use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, metric};
+use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
 /// Rows of a recording that a run may hold.
@@ -150,7 +150,7 @@ impl Outputs {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
         let (motion, of_axis) = match experiment {
-            Experiment::Axis(_) => (trace.angles_rad(), true),
+            Experiment::Axis(_) | Experiment::Dut(_) => (trace.angles_rad(), true),
             Experiment::Phantom(scene) => (trace.real(scene.drop.axis.index()), false),
         };
         let of_axis = |which| if of_axis { number(which).unwrap_or(0.0) } else { 0.0 };

@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
-use hpu_cosim::{Control, Driver, Rig};
+use hpu_cosim::{Control, Driver, Rig, Wired};
 
 use super::contestants::{Contestant, contestants, named};
 use super::found::{Chart, Entry, Grade, Row, Speed};

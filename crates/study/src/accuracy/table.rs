@@ -20,7 +20,7 @@ pub fn grade_name(grade: Grade) -> &'static str {
 #[must_use]
 pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
     match experiment {
-        Experiment::Axis(_) => &Output::OF_AN_AXIS,
+        Experiment::Axis(_) | Experiment::Dut(_) => &Output::OF_AN_AXIS,
         Experiment::Phantom(_) => &Output::OF_A_PHANTOM,
     }
 }

@@ -33,6 +33,7 @@ pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
     match experiment {
         Experiment::Axis(scene) => axis(scene, &mut list),
         Experiment::Phantom(scene) => phantom(scene, &mut list),
+        Experiment::Dut(_) => {}
     }
     list.0
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, PASSIVE_RMS_M, Rig, Verdict};
+use hpu_cosim::{Control, PASSIVE_RMS_M, Rig, Verdict, Wired};
 
 use crate::accuracy::{Outputs, ready};
 

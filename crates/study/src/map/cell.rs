@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict};
+use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
 
 use crate::watch::limited;
 
@@ -176,7 +176,10 @@ impl Cell {
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
         let displayed = match (experiment, verdict) {
-            (Experiment::Axis(scene), Verdict::Settled { .. }) => displayed_stiffness(scene, &trace, summary.averages),
+            (Experiment::Axis(scene), Verdict::Settled { .. }) => {
+                let wall = (scene.wall.position_rad, scene.wall.stiffness_nm_per_rad);
+                displayed_stiffness(wall, &trace, summary.averages)
+            }
             _ => None,
         };
         let product_wraps = match experiment {
@@ -185,7 +188,7 @@ impl Cell {
                 let wraps = words.and_then(|words| product_wraps(scene, &words.realised, &trace, &summary));
                 wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX)))
             }
-            Experiment::Phantom(_) => None,
+            Experiment::Phantom(_) | Experiment::Dut(_) => None,
         };
         Ok(Some(Self {
             outcome: summary.outcome().ok_or("a recording has no verdict")?,
@@ -226,7 +229,7 @@ fn stiffness_error(experiment: &Experiment) -> Option<f64> {
         Experiment::Axis(scene) if scene.wall.stiffness_nm_per_rad > 0.0 => {
             scene.words().ok().map(|words| words.realised.stiffness_error)
         }
-        Experiment::Axis(_) => None,
+        Experiment::Axis(_) | Experiment::Dut(_) => None,
         Experiment::Phantom(scene) => scene.words().ok().and_then(|words| words.stiffness_miss).map(|miss| miss.error),
     }
 }
@@ -239,7 +242,7 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
     if !settled || scene.method.saturate || matches!(scene.method.kind, Loop::Law(_)) {
         return None;
     }
-    displayed_stiffness(scene, trace, summary.averages)?;
+    displayed_stiffness((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad), trace, summary.averages)?;
     let depth = trace.angles_rad().last()? - scene.wall.position_rad;
     let full = realised.torque_quantum_nm * f64::from(scene.method.pwm.bits).exp2();
     let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
@@ -250,14 +253,17 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
 /// last three tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched
 /// all that while.
 #[must_use]
-pub fn displayed_stiffness(scene: &Scene, trace: &Trace, averages: Option<[f64; 2]>) -> Option<(f64, Option<f64>)> {
+pub fn displayed_stiffness(
+    (wall_rad, asked): (f64, f64),
+    trace: &Trace,
+    averages: Option<[f64; 2]>,
+) -> Option<(f64, Option<f64>)> {
     let angles_rad = trace.angles_rad();
     let rows = (angles_rad.len() * 3 / 10).max(2).min(angles_rad.len());
-    if angles_rad[angles_rad.len() - rows..].iter().any(|angle_rad| *angle_rad <= scene.wall.position_rad) {
+    if angles_rad[angles_rad.len() - rows..].iter().any(|angle_rad| *angle_rad <= wall_rad) {
         return None;
     }
     let [torque_nm, angle_rad] = averages?;
-    let displayed = -torque_nm / (angle_rad - scene.wall.position_rad);
-    let asked = scene.wall.stiffness_nm_per_rad;
+    let displayed = -torque_nm / (angle_rad - wall_rad);
     displayed.is_finite().then_some((displayed, (asked > 0.0).then_some(displayed / asked)))
 }

@@ -61,6 +61,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
     let middle = map.point(map.layer() / 2);
     let (position, stiffness) = match map.experiment(middle) {
         Ok(Experiment::Axis(scene)) => (scene.device.units().position, scene.device.units().stiffness),
+        Ok(Experiment::Dut(scene)) => (scene.device.units().position, scene.device.units().stiffness),
         Ok(Experiment::Phantom(_)) => ("m", "N/m"),
         Err(_) => ("as the device's positions", "as the device's stiffnesses"),
     };

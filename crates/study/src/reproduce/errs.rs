@@ -109,7 +109,7 @@ fn measure(
 fn scene(name: &str, set: &[(&str, &str)]) -> Result<Scene, String> {
     match shipped_scene(name, set)? {
         Experiment::Axis(scene) => Ok(scene),
-        Experiment::Phantom(_) => Err(format!("{name} is no axis")),
+        Experiment::Phantom(_) | Experiment::Dut(_) => Err(format!("{name} is no axis")),
     }
 }
 

@@ -1,7 +1,7 @@
 //! One run of a mass on a rail, for a line of a comparison: its verdict in words, and what its trace tells.
 
 use hpu_cosim::scene::{OutcomeKind, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict};
+use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
 
 use super::beside::shipped_scene;
 

@@ -1,7 +1,7 @@
 //! One drop trial: the scene, run and judged.
 
 use hpu_cosim::scene::{Shipped, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome};
+use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome, Wired};
 
 /// The shipped scene of a drop trial.
 pub const SCENE: &str = "phantom-drop";

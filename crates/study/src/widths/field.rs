@@ -91,6 +91,7 @@ impl Field {
                 Vec::new()
             }
             Experiment::Phantom(_) => Self::OF_A_PHANTOM.to_vec(),
+            Experiment::Dut(_) => Vec::new(),
         }
     }
 
@@ -191,6 +192,7 @@ impl Field {
                     _ => width(config.period_width),
                 }
             }
+            Experiment::Dut(_) => 0,
         }
     }
 
@@ -207,6 +209,7 @@ impl Field {
         let frac =
             |format: Format| Format::new(format.is_signed(), format.int(), bits).map_err(|error| error.to_string());
         match &mut other {
+            Experiment::Dut(_) => return Err("the words of a design of yours are its own".into()),
             Experiment::Axis(scene) => {
                 let method = &mut scene.method;
                 match self {

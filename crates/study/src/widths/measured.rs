@@ -1,7 +1,7 @@
 //! What happened to every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
-use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Visit, World, law_as_asked};
+use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Visit, Wired, World, law_as_asked};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -96,11 +96,12 @@ pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
                 asked.push(("stiffness", Asked::Share(stiffness)));
             }
         }
+        Experiment::Dut(_) => {}
     }
     let inputs = wiring.block().inputs().len();
     let law = match experiment {
         Experiment::Axis(scene) => law_of(scene).map(|law| (law, wiring.latency())),
-        Experiment::Phantom(_) => None,
+        Experiment::Phantom(_) | Experiment::Dut(_) => None,
     };
     Beside::new(&wiring.nets(), inputs, &wiring.instances(), &asked, law)
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 
 use hpu_cosim::scene::{Experiment, Output};
-use hpu_cosim::{Control, Rig};
+use hpu_cosim::{Control, Rig, Wired};
 use hpu_signal::Format;
 
 use super::field::Field;

@@ -1,7 +1,7 @@
 //! Pictures: whole, deterministic, and telling what the run did.
 
 use hpu_cosim::scene::{Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session};
+use hpu_cosim::{Control, Driver, Rig, Session, Wired};
 use hpu_study::chart::{Picture, Run, nets, run_pictures, side_by_side};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};

@@ -2,7 +2,7 @@
 //! that are made to fool the choice do not.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
-use hpu_cosim::{Control, Ready, Rig};
+use hpu_cosim::{Control, Ready, Rig, Wired};
 use hpu_study::accuracy::{Outputs, usual, worst};
 use hpu_study::fit::{Fit, fit, models, overrides, simplifications};
 use hpu_study::map::SceneText;

@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{bits, contains, experiment, of};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, SplitMix64};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig, SplitMix64, Wired};
 use hpu_datapath::phantom::{
     CommandScaler, CubeRoom, PhantomForward, PhantomTorque, TrigTable, command_scaler, cube_room, phantom_forward,
     phantom_torque,

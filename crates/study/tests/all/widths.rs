@@ -1,7 +1,7 @@
 //! What happened to every signal, against closed forms and against what other observers saw.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Ready, Rig, SplitMix64};
+use hpu_cosim::{Control, Ready, Rig, SplitMix64, Wired};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
 use hpu_study::chart::ranges;
@@ -88,7 +88,7 @@ fn recorded(experiment: &Experiment) -> (Vec<&'static str>, Vec<(u64, Vec<i64>)>
     let mut words = Words(Vec::new());
     let mut trace = ready.trace(&[]);
     ready.run(ready.driver(), &mut trace, &mut words, &Control::default());
-    (ready.wiring().nets().iter().map(|net| net.name).collect(), words.0)
+    (ready.nets().iter().map(|net| net.name).collect(), words.0)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the tests of PHANToM scenes share: running them densely, and the textbook's law in floats.
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene, Platform, shipped};
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary};
+use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Wired};
 use hpu_signal::{Cycle, Observe};
 
 /// A shipped scene, changed.

@@ -1,7 +1,7 @@
 //! What the gallery's tests of one axis share.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace};
+use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Wired};
 
 /// A shipped scene, changed.
 pub fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {

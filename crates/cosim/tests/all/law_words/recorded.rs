@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Rig, Session, SplitMix64};
+use hpu_cosim::{Control, Driver, Rig, Session, SplitMix64, Wired};
 use hpu_datapath::Generic;
 use hpu_signal::{Cycle, Format, Observe};
 
@@ -120,7 +120,7 @@ impl Push {
         let scene = Scene::parse("push.toml", &text, &[], &mut |_| unreachable!("no file is named"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-        let (words, nets) = (session.words(), session.wiring().nets());
+        let (words, nets) = (session.words(), session.nets());
         let period = words.period.unsigned_abs();
         let mut seen = Boundaries { period, next: 0, last: Vec::new(), rows: Vec::new() };
         let run = session.run(Driver::Events, &mut session.trace(&[]), &mut seen, &Control::default());

@@ -1,7 +1,7 @@
 //! The text's own numbers.
 
 use hpu_cosim::scene::{Experiment, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig};
+use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 
 use super::super::beside::{Found, Line};
 use super::{axis, line};

@@ -1,7 +1,7 @@
 //! Every input tried: the combinational blocks whose inputs, within what is proved of them, are few.
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Rig, Session, Visit, World};
+use hpu_cosim::{Session, Visit, Wired, World};
 use hpu_datapath::{Generic, Instance, Wiring};
 use hpu_signal::Format;
 

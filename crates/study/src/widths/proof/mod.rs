@@ -29,7 +29,7 @@ mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
-use hpu_cosim::{Rig, Session, TheLoop};
+use hpu_cosim::{Rig, Session, TheLoop, Wired};
 use hpu_signal::Format;
 
 use device::{Motion, Shaft};
@@ -145,7 +145,7 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
         Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
     }
     let session = Session::new(scene).map_err(|error| error.to_string())?;
-    let (words, nets) = (session.words(), session.wiring().nets());
+    let (words, nets) = (session.words(), session.nets());
     let settings = Settings::new(words, scene.device.units().position);
     let mut assumptions = vec![format!("a clock of {} Hz, words as the scene sets them", scene.clock.frequency_hz())];
     if scene.model.solver.is_fixed_step() {

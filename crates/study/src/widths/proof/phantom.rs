@@ -15,7 +15,7 @@ use super::{Bound, How, Proof};
 pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
     let session = PhantomSession::new(scene).map_err(|error| error.to_string())?;
     let (words, config) = (session.words(), scene.method.config);
-    let nets = session.wiring().nets();
+    let nets = session.nets();
     if scene.platform.is_host() {
         let remark = "a host computes the forces, in floats: all words of the net".to_string();
         let rows = nets.iter().map(|net| by_format(net, &remark)).collect();

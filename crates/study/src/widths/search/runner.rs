@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, Scene};
-use hpu_cosim::{Control, Driver, Rig, Summary};
+use hpu_cosim::{Control, Driver, Rig, Summary, Wired};
 use hpu_signal::SignalUse;
 
 use super::memory::{Depth, Gains, Ran};

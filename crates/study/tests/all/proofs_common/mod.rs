@@ -1,7 +1,7 @@
 //! What the tests of the proofs share: scenes under overrides, and a shaft that moves at random within limits.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Pins, Rig, Session, SplitMix64, Summary};
+use hpu_cosim::{Control, Driver, Pins, Rig, Session, SplitMix64, Summary, Wired};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Signal, SignalUse};
 use hpu_study::widths::proof::{Bound, Proof};

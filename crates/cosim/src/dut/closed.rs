@@ -1,0 +1,299 @@
+//! The loop of a design and its world.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use hpu_datapath::LoopOut;
+use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
+
+use super::connect::{Given, Misdriven};
+use super::{Change, DutSession, Fault, Simulation};
+use crate::axis_world::AxisWorld;
+use crate::contact::{Contact, window_start};
+use crate::engine::{Control, Rows};
+use crate::rig::{Rig, judged};
+use crate::schedule::Schedule;
+use crate::summary::{NetUse, Summary};
+use crate::trace::Trace;
+use crate::world::World;
+
+/// Edges that are looked ahead, at the least and at the most. The world's look costs as much as a hundred edges or so of
+/// a design; a simulator is to answer in a fraction of a second.
+const LOOK: [u64; 2] = [64, 1 << 14];
+
+/// The state of the loop.
+struct Closed<'a> {
+    session: &'a DutSession<'a>,
+    world: AxisWorld<'a>,
+    simulation: Box<dyn Simulation>,
+    start: i64,
+    /// The words of the ports, unknown ones `None`, and their bits.
+    words: Vec<Option<i64>>,
+    bits: Vec<u64>,
+    /// What the nets were last shown as: the ports, then whether the wall is touched.
+    shown: Vec<i64>,
+    /// The edge at which that was.
+    told: u64,
+    uses: Vec<SignalUse>,
+    changes: Vec<Change>,
+    driven: (LoopOut<i64>, i64),
+    edge: u64,
+    output_changes: u64,
+    /// Whether anybody looks at the nets.
+    watched: bool,
+}
+
+impl DutSession<'_> {
+    /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer:
+    /// motion, energy and verdict are those of the design in its own loop. The summary tells the ranges of the ports where
+    /// that is asked for, or somebody looks at them.
+    ///
+    /// # Errors
+    ///
+    /// When the simulator fails, an output that drives the device has an unknown bit, or both switches of a leg are
+    /// closed.
+    pub fn run(
+        &self,
+        ranges: bool,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+        control: &Control,
+    ) -> Result<Summary, Fault> {
+        let began = Instant::now();
+        let (end, stride) = (self.edges(), self.stride());
+        trace.begin(end / stride + 1);
+        let from = window_start(end, stride);
+        let watched = ranges || observer.watches() || trace.follows(0..self.wires.nets.len());
+        let measured = trace.keeps_beyond(self.reals().len()) || observer.measures();
+        let seen = Seen { trace, contact: Contact::of(self.wires.wires.len(), from), observer };
+        let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), seen };
+        let mut closed = self.begin(watched)?;
+        if measured {
+            closed.world.measure(stride);
+        }
+        closed.tell(0, &mut watch);
+        let complete = closed.run(end, &mut watch, control)?;
+        let (edge, world) = (closed.edge, &closed.world);
+        watch.log(world, edge);
+        let Watch { rows, seen } = watch;
+        let contact = seen.contact.edges(edge) as f64;
+        let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
+        let summary = Summary {
+            verdict: None,
+            contact_share: None,
+            aborted: None,
+            complete,
+            edges: edge,
+            motion_s: 0.0,
+            wall_s: began.elapsed().as_secs_f64(),
+            ticks: edge,
+            encoder_edges: world.encoder_edges(),
+            output_changes: closed.output_changes,
+            mode_changes: world.mode_changes(),
+            steps: 0,
+            redecided: world.redecided(),
+            energy: world.audit(),
+            averages: if complete { rows.averages(world, edge, self.clock().period_s()) } else { None },
+            nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
+        };
+        let over = world.over();
+        Ok(judged(self, seen.trace, summary, contact, over))
+    }
+
+    /// The loop at edge 0: reset done.
+    fn begin(&self, watched: bool) -> Result<Closed<'_>, Fault> {
+        let world = AxisWorld::new(&self.plant, 0, Schedule::default());
+        let wires = &self.wires.wires;
+        let start = world.count();
+        let given = given(&world, start);
+        let mut words: Vec<Option<i64>> = wires.iter().map(|wire| Some(self.wires.word(wire, given))).collect();
+        let bits = |word: &Option<i64>, format: hpu_signal::Format| word.map_or(0, |word| format.bits(word));
+        let bits: Vec<_> = words.iter().zip(&self.wires.nets).map(|(word, net)| bits(word, net.format)).collect();
+        let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
+        let mut changes = Vec::new();
+        let simulation = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
+        // Until the simulator tells it, no output has a word.
+        words.iter_mut().zip(wires).filter(|(_, wire)| !wire.port.is_input).for_each(|(word, _)| *word = None);
+        let mut closed = Closed {
+            session: self,
+            world,
+            simulation,
+            start,
+            shown: Vec::new(),
+            told: 0,
+            uses: vec![SignalUse { min: i64::MAX, max: i64::MIN, rounded: 0, overflowed: 0 }; self.wires.nets.len()],
+            words,
+            bits,
+            changes,
+            driven: (LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 }, 0),
+            edge: 0,
+            output_changes: 0,
+            watched,
+        };
+        closed.take_changes(0, None);
+        closed.drive()?;
+        Ok(closed)
+    }
+}
+
+/// What the world shows of itself now.
+fn given(world: &AxisWorld, start: i64) -> Given {
+    let pins = world.pins();
+    Given { count: world.count(), start, a: pins.a, b: pins.b }
+}
+
+/// The trace, the contact and the observer.
+struct Seen<'a> {
+    trace: &'a mut Trace,
+    contact: Contact,
+    observer: &'a mut dyn Observe,
+}
+
+/// All that looks at a run: rows of the plant, and who sees them and the nets, in the order of edges.
+struct Watch<'a> {
+    rows: Rows,
+    seen: Seen<'a>,
+}
+
+impl Watch<'_> {
+    /// The rows up to an edge, which the world has not left yet.
+    fn log(&mut self, world: &AxisWorld, edge: u64) {
+        self.rows.log(world, edge, &mut self.seen);
+    }
+}
+
+impl Observe for Seen<'_> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.contact.see(cycle.0, words);
+        self.trace.nets(cycle, words);
+        self.observer.nets(cycle, words);
+    }
+
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.trace.reals(cycle, values);
+        self.observer.reals(cycle, values);
+    }
+}
+
+impl Closed<'_> {
+    fn run(&mut self, end: u64, watch: &mut Watch, control: &Control) -> Result<bool, Fault> {
+        let [least, most] = LOOK;
+        let mut look = least;
+        let mut events = 0;
+        while self.edge < end && self.world.over().is_none() {
+            events += 1;
+            if !control.goes_on(self.edge, events) {
+                return Ok(false);
+            }
+            let next = self.world.next_change((self.edge + look).min(end));
+            // Up to the edge before, the design has the inputs that it has now.
+            let calm = next - self.edge - 1;
+            let before = self.edge;
+            if calm > 0 && self.clock(calm, watch)? {
+                let here = self.edge;
+                self.world.advance(here, |world, edge| watch.log(world, edge - 1));
+                self.drive()?;
+            } else {
+                self.world.advance(next, |world, edge| watch.log(world, edge - 1));
+                let is_sensed = self.sense();
+                let changed = self.clock(1, watch)?;
+                if is_sensed && self.told < self.edge {
+                    self.tell(self.edge, watch);
+                }
+                if changed {
+                    self.drive()?;
+                }
+            }
+            look = (2 * (self.edge - before)).clamp(least, most);
+        }
+        Ok(true)
+    }
+
+    /// Clocks the design for some edges, or to the first at which an output that drives the device changes; whether one
+    /// did.
+    fn clock(&mut self, edges: u64, watch: &mut Watch) -> Result<bool, Fault> {
+        self.changes.clear();
+        let before = self.edge;
+        let done = self.simulation.clock(&self.bits, edges, self.watched, &mut self.changes)?;
+        self.edge += done;
+        let drives = |change: &Change| self.session.wires.wires[change.port].connection.drives();
+        let changed = self.changes.iter().any(drives);
+        self.output_changes += u64::from(changed);
+        self.take_changes(before, Some(watch));
+        Ok(changed)
+    }
+
+    /// Takes the changes of outputs, edge by edge. The world stands where it was before them, as it was driven.
+    fn take_changes(&mut self, before: u64, mut watch: Option<&mut Watch>) {
+        let mut changes = std::mem::take(&mut self.changes);
+        for at in changes.chunk_by(|one, two| one.edge == two.edge) {
+            for &Change { port, bits, .. } in at {
+                let format = self.session.wires.nets[port].format;
+                self.words[port] = bits.map(|bits| format.from_bits(bits));
+            }
+            if let (true, Some(watch)) = (self.watched, &mut watch) {
+                let edge = before + at[0].edge;
+                watch.log(&self.world, edge - 1);
+                self.tell(edge, watch);
+            }
+        }
+        changes.clear();
+        self.changes = changes;
+    }
+
+    /// The inputs at the edge to come, which is the world's; whether there is anything new to show.
+    fn sense(&mut self) -> bool {
+        let given = given(&self.world, self.start);
+        let session = self.session;
+        let mut changed = false;
+        for (index, wire) in session.wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input) {
+            let word = session.wires.word(wire, given);
+            if self.words[index] != Some(word) {
+                self.words[index] = Some(word);
+                self.bits[index] = session.wires.nets[index].format.bits(word);
+                changed = true;
+            }
+        }
+        changed || self.touched() != self.shown.last().is_some_and(|word| *word != 0)
+    }
+
+    fn touched(&self) -> bool {
+        self.session.wires.touches(given(&self.world, self.start))
+    }
+
+    /// Shows the nets after an edge.
+    fn tell(&mut self, edge: u64, watch: &mut Watch) {
+        self.told = edge;
+        self.shown.clear();
+        self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
+        self.shown.push(i64::from(self.touched()));
+        for (usage, &word) in self.uses.iter_mut().zip(&self.shown) {
+            if word != UNKNOWN {
+                (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
+            }
+        }
+        watch.seen.nets(Cycle(edge), &self.shown);
+    }
+
+    /// The words of the outputs drive the device from the present edge on.
+    fn drive(&mut self) -> Result<(), Fault> {
+        let at = self.session.clock().seconds(Cycle(self.edge));
+        let driven = self.session.wires.drive(&self.words).map_err(|fault| match fault {
+            Misdriven::Unknown(port) => format!(
+                "output `{port}` has an unknown bit (X, Z or U) at clock edge {} ({at:e} s), where it drives the device; \
+                 let the reset or an initial value set it",
+                self.edge
+            ),
+            Misdriven::Short(leg) => format!(
+                "both switches of the {leg} leg are closed at clock edge {} ({at:e} s), which shorts the supply; check \
+                 dead time and polarity (\"not bridge.{leg}_low\")",
+                self.edge
+            ),
+        })?;
+        if driven != self.driven || self.edge == 0 {
+            self.driven = driven;
+            self.world.drive(driven.0, &[driven.1]);
+        }
+        Ok(())
+    }
+}

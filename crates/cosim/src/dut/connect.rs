@@ -1,0 +1,264 @@
+//! The ports of a design and what they are connected to: checked once, then words one way and drives the other.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+
+use hpu_datapath::LoopOut;
+use hpu_signal::{Format, Signal};
+
+use super::{Design, Fault, Port};
+use crate::scene::{Connection, Driving, DutScene, Encoder, Line, SceneError};
+
+/// A port and what it is connected to.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Wire {
+    /// The port.
+    pub port: Port,
+    /// What it is connected to.
+    pub connection: Connection,
+}
+
+/// All connections of a design, in the order of its ports without clocks and reset.
+pub(super) struct Wires {
+    pub(super) wires: Vec<Wire>,
+    /// The ports as nets, and after them whether the wall is touched.
+    pub(super) nets: Vec<Signal>,
+    driving: Driving,
+    floats: bool,
+    /// Counts of a revolution, if it has an index.
+    revolution: Option<i64>,
+    /// The wall in counts from angle 0.
+    wall: i64,
+    count_rad: f64,
+}
+
+/// What the world shows of itself.
+#[derive(Clone, Copy)]
+pub(super) struct Given {
+    /// The encoder's count, from angle 0, and that at the start.
+    pub(super) count: i64,
+    pub(super) start: i64,
+    /// Its lines.
+    pub(super) a: i64,
+    pub(super) b: i64,
+}
+
+/// A design that drives both switches of a leg, or does not say what it drives.
+#[derive(Debug)]
+pub(super) enum Misdriven {
+    /// The name of the port with an unknown bit.
+    Unknown(String),
+    /// The leg whose switches are both closed.
+    Short(&'static str),
+}
+
+impl Wires {
+    pub(super) fn new(scene: &DutScene, design: &dyn Design) -> Result<Self, Fault> {
+        let dut = &scene.dut;
+        let ports = design.ports();
+        let same = |one: &str, two: &str| {
+            if design.ignores_case() { one.eq_ignore_ascii_case(two) } else { one == two }
+        };
+        let find = |key: &str, name: &str| -> Result<&Port, SceneError> {
+            ports.iter().find(|port| same(&port.name, name)).ok_or_else(|| {
+                let all: Vec<_> = ports.iter().map(|port| shown(port)).collect();
+                scene.error(key, format!("`{}` has no port `{name}`; it has {}", dut.top, all.join(", ")))
+            })
+        };
+        for clock in &dut.clocks {
+            let key =
+                if dut.clocks.len() == 1 { "dut.clock".to_string() } else { format!("dut.clocks.{}", clock.port) };
+            line(scene, &key, find(&key, &clock.port)?)?;
+        }
+        if let Some(reset) = &dut.reset {
+            line(scene, "dut.reset.port", find("dut.reset.port", &reset.port)?)?;
+        }
+        for (name, connection) in &dut.ports {
+            let key = format!("dut.ports.{name}");
+            check(scene, &key, find(&key, name)?, *connection)?;
+        }
+        let timing = dut.clocks.iter().map(|clock| &clock.port).chain(dut.reset.iter().map(|reset| &reset.port));
+        let timing: Vec<_> = timing.collect();
+        let mut wires = Vec::new();
+        for port in ports.iter().filter(|port| !timing.iter().any(|name| same(name, &port.name))) {
+            let connection =
+                dut.ports.iter().find(|(name, _)| same(name, &port.name)).map(|(_, connection)| *connection);
+            if connection.is_none() && port.is_input {
+                let reason = format!(
+                    "the input {} is connected to nothing; connect it to what the world gives (encoder.a, encoder.b, \
+                     encoder.index, encoder.count, encoder.angle, wall.count) or to a whole number",
+                    shown(port)
+                );
+                return Err(scene.error("dut.ports", reason).into());
+            }
+            wires.push(Wire { port: port.clone(), connection: connection.unwrap_or(Connection::Open) });
+        }
+        let net = |wire: &Wire| {
+            let format = wire.connection.format().unwrap_or(wire.port.format);
+            let unit = match wire.connection {
+                Connection::Count | Connection::Wall => "count",
+                Connection::Angle(_) => "rad",
+                _ => "1",
+            };
+            Signal::new(kept(&wire.port.name), format, unit, kept(&wire.connection.name()))
+        };
+        let mut nets: Vec<_> = wires.iter().map(net).collect();
+        nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
+        let revolution = match scene.encoder {
+            Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
+            Encoder::Linear { .. } => None,
+        };
+        Ok(Self {
+            wires,
+            nets,
+            driving: dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
+            floats: dut.floats,
+            revolution,
+            wall: scene.wall_counts(),
+            count_rad: scene.encoder.count_rad(),
+        })
+    }
+
+    /// Whether the wall is touched.
+    pub(super) fn touches(&self, given: Given) -> bool {
+        given.count > self.wall
+    }
+
+    /// The word of an input.
+    pub(super) fn word(&self, wire: &Wire, given: Given) -> i64 {
+        let format = wire.connection.format().unwrap_or(wire.port.format);
+        match wire.connection {
+            Connection::Line(line, inverted) => {
+                let level = match line {
+                    Line::A => given.a,
+                    Line::B => given.b,
+                    _ => i64::from(self.revolution.is_some_and(|counts| given.count.rem_euclid(counts) == 0)),
+                };
+                level ^ i64::from(inverted)
+            }
+            Connection::Count => format.wrap((given.count - given.start).into()),
+            Connection::Wall => format.wrap((self.wall - given.start).into()),
+            Connection::Angle(format) => {
+                format.wrap((given.count as f64 * self.count_rad / format.lsb()).round() as i128)
+            }
+            Connection::Constant(word) => format.wrap(word.into()),
+            Connection::Duty(..) | Connection::Force(..) | Connection::Open => 0,
+        }
+    }
+
+    /// What the words of the outputs, in the order of the wires, make of gates and command.
+    pub(super) fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
+        let of = |wanted: Line| -> Result<Option<bool>, Misdriven> {
+            let is = |(index, wire): (usize, &Wire)| match wire.connection {
+                Connection::Line(line, inverted) if line == wanted => Some((index, inverted)),
+                _ => None,
+            };
+            let Some((index, inverted)) = self.wires.iter().enumerate().find_map(is) else { return Ok(None) };
+            let word = words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?;
+            Ok(Some((word != 0) != inverted))
+        };
+        let level = |line| Ok(of(line)?.unwrap_or(false));
+        let mut gates = LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 };
+        let mut set = |[minus_high, minus_low, plus_high, plus_low]: [bool; 4]| {
+            gates = LoopOut {
+                a_high: minus_high.into(),
+                a_low: minus_low.into(),
+                b_high: plus_high.into(),
+                b_low: plus_low.into(),
+            };
+        };
+        match self.driving {
+            Driving::Gates => {
+                let all = [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow];
+                let [minus_high, minus_low, plus_high, plus_low] =
+                    [level(all[0])?, level(all[1])?, level(all[2])?, level(all[3])?];
+                if minus_high && minus_low {
+                    return Err(Misdriven::Short("minus"));
+                }
+                if plus_high && plus_low {
+                    return Err(Misdriven::Short("plus"));
+                }
+                set([minus_high, minus_low, plus_high, plus_low]);
+            }
+            Driving::Legs => {
+                let (minus, plus) = (level(Line::Minus)?, level(Line::Plus)?);
+                set([minus, !minus, plus, !plus]);
+            }
+            Driving::PulseAndDirection => {
+                let (pulse, forward) = (level(Line::Pwm)?, level(Line::Direction)?);
+                set(match (pulse, forward) {
+                    (true, true) => [false, true, true, false],
+                    (true, false) => [true, false, false, true],
+                    (false, _) => [false, !self.floats, false, !self.floats],
+                });
+            }
+            Driving::Duty | Driving::Force => {}
+        }
+        if of(Line::Enable)? == Some(false) {
+            set([false; 4]);
+        }
+        let mut command = 0;
+        for (wire, word) in self.wires.iter().zip(words) {
+            if let Connection::Duty(format, offset) | Connection::Force(format, offset) = wire.connection {
+                let word = word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))?;
+                let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
+                let most = format.lsb().recip() as i64;
+                // A positive command pushes against the positive direction; beyond its full scale nothing can push.
+                command = -word.clamp(-most, most);
+            }
+        }
+        Ok((gates, command))
+    }
+}
+
+/// A port as messages show it.
+fn shown(port: &Port) -> String {
+    let way = if port.is_input { "in" } else { "out" };
+    let width = port.format.width();
+    format!("{} ({way}, {width} bit{})", port.name, if width == 1 { "" } else { "s" })
+}
+
+/// A clock or a reset is an input of one bit.
+fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
+    if port.is_input && port.format.width() == 1 {
+        return Ok(());
+    }
+    Err(scene.error(key, format!("{} is no input of one bit", shown(port))))
+}
+
+/// Whether a port can be connected so.
+fn check(scene: &DutScene, key: &str, port: &Port, connection: Connection) -> Result<(), SceneError> {
+    let width = port.format.width();
+    let refused = |reason: String| Err(scene.error(key, reason));
+    if connection.is_given() != port.is_input {
+        let should = if port.is_input { "the world gives nothing there" } else { "the design gives it" };
+        return refused(format!("{} cannot be connected to {}: {should}", shown(port), connection.name()));
+    }
+    match connection {
+        Connection::Constant(word) => {
+            let holds = |format: Format| format.holds(word.into());
+            if holds(Format::unsigned(width)) || width > 1 && holds(Format::signed(width)) {
+                return Ok(());
+            }
+            refused(format!("{word} does not fit {}", shown(port)))
+        }
+        _ => match connection.format() {
+            Some(format) if format.width() != width => {
+                refused(format!("{} has not the {} bit(s) of {}", shown(port), format.width(), connection.name()))
+            }
+            _ => Ok(()),
+        },
+    }
+}
+
+/// A name that stays: signals are named for the length of the program, and a design has a handful of them.
+fn kept(name: &str) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(known) = names.get(name) {
+        return known;
+    }
+    let name: &'static str = name.to_string().leak();
+    names.insert(name);
+    name
+}

@@ -1,0 +1,236 @@
+//! A loop that a design of the user's own closes.
+//!
+//! A simulator of the design is asked to clock some edges with the same inputs, up to the first after which an output
+//! that drives the device has another word ([`Simulation::clock`]). The world tells how far its inputs certainly stay
+//! as they are, and flows exactly to wherever the design has come. So the design closes its own loop, edge by edge, and
+//! simulator and world meet only where something changes.
+//!
+//! At a clock edge the design samples its inputs as the world is at that instant; its outputs after the edge drive the
+//! world until the next one. An output that changes between two edges of the fastest clock is seen at the next.
+
+mod closed;
+mod connect;
+
+use std::error::Error;
+use std::sync::Arc;
+
+use hpu_signal::{Clock, Format, Real, Signal};
+
+use crate::actuator::{Actuator, Shaping};
+use crate::axis_world::AxisWorld;
+use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
+use crate::plant::{Around, Plant};
+use crate::rig::Rig;
+use crate::scene::{Connection, Device, Driving, DutScene, Record, SceneError};
+use crate::summary::Abort;
+use crate::trace::{ANGLE, TORQUE, Trace};
+use crate::verdict::{Verdict, judge};
+use crate::world::World;
+use connect::Wires;
+
+pub use connect::Wire;
+
+/// Why a design could not be simulated: what its simulator says, or what the design did.
+pub type Fault = Box<dyn Error + Send + Sync>;
+
+/// A port of a design, as it was elaborated.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Port {
+    /// Its name.
+    pub name: String,
+    /// Whether it is an input.
+    pub is_input: bool,
+    /// Its bits, and whether they are a signed number.
+    pub format: Format,
+}
+
+/// A design that can be simulated.
+pub trait Design: Send + Sync {
+    /// Its ports.
+    fn ports(&self) -> &[Port];
+    /// Whether names of ports that differ in case alone are the same.
+    fn ignores_case(&self) -> bool;
+    /// What simulates it, in words.
+    fn engine(&self) -> &str;
+    /// A simulation at the end of the reset, all clocks low: with the bits of each port (those of outputs are of no
+    /// matter), and whether each port is an output that drives the device. Adds the bits of the outputs.
+    ///
+    /// # Errors
+    ///
+    /// When there is no simulator, or it fails.
+    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault>;
+}
+
+/// A design that is being simulated.
+pub trait Simulation {
+    /// Clocks as many edges of the fastest clock, with these bits at the ports that are inputs, up to the first after
+    /// which an output that drives the device has another word; the edges done. Adds the changes of outputs on the way:
+    /// of all of them where `all` is asked for, else of those that drive.
+    ///
+    /// # Errors
+    ///
+    /// When the simulator fails, ends, or does not answer.
+    fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault>;
+}
+
+/// A change of an output.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Change {
+    /// After which edge, counted from 1; 0 after the reset.
+    pub edge: u64,
+    /// Index of the port.
+    pub port: usize,
+    /// Its bits; `None` when one of them is unknown.
+    pub bits: Option<u64>,
+}
+
+/// What builds designs: another crate, which knows simulators.
+pub trait Designs: Sync {
+    /// Builds the design of a scene.
+    ///
+    /// # Errors
+    ///
+    /// When a tool is missing, or refuses the design.
+    fn build(&self, scene: &DutScene) -> Result<Arc<dyn Design>, Fault>;
+}
+
+/// A scene with a design of the user's own, made ready.
+pub struct DutSession<'s> {
+    scene: &'s DutScene,
+    plant: Plant,
+    design: Arc<dyn Design>,
+    wires: Wires,
+}
+
+impl<'s> DutSession<'s> {
+    /// Makes a scene ready: its design is built, and its ports are connected.
+    ///
+    /// # Errors
+    ///
+    /// When the design cannot be built, a port is missing, has another width or direction than its connection, or is
+    /// connected to nothing; when the device makes no plant.
+    pub fn new(scene: &'s DutScene, designs: &dyn Designs) -> Result<Self, Fault> {
+        let design = designs.build(scene)?;
+        let wires = Wires::new(scene, &*design)?;
+        let around = Around {
+            device: &scene.device,
+            bridge: scene.bridge,
+            hand: &scene.hand,
+            friction: scene.model.friction,
+            winding: scene.model.winding,
+            clock: scene.clock,
+            count_rad: scene.encoder.count_rad(),
+            actuator: actuator(scene)?,
+            modulator: None,
+            stepping: None,
+            horizon: scene.edges(),
+        };
+        Ok(Self { plant: Plant::around(around)?, scene, design, wires })
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &DutScene {
+        self.scene
+    }
+
+    /// What simulates the design, in words.
+    #[must_use]
+    pub fn engine(&self) -> &str {
+        self.design.engine()
+    }
+
+    /// Its ports, and what they are connected to.
+    #[must_use]
+    pub fn wires(&self) -> &[Wire] {
+        &self.wires.wires
+    }
+
+    fn is_mass(&self) -> bool {
+        matches!(self.scene.device, Device::Mass(_))
+    }
+}
+
+/// What drives the scene's device: a command of 1 asks for one ulp of the design's word, against the positive direction.
+fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
+    let format = |scene: &DutScene| {
+        scene.dut.ports.iter().find_map(|(_, connection)| match connection {
+            Connection::Duty(format, _) | Connection::Force(format, _) => Some(*format),
+            _ => None,
+        })
+    };
+    let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+    Ok(match (driving, format(scene), scene.amplifier) {
+        (Driving::Duty, Some(format), _) => Actuator::Averaged { full_scale: format.lsb().recip(), latch: None },
+        (Driving::Force, Some(format), Some(amplifier)) => {
+            let hold = |hold_s| scene.clock.edges(hold_s).max(1);
+            let shaping = amplifier
+                .shaper
+                .map(|shaper| Shaping::new(shaper.cutoff_hz, scene.clock.period_s(), hold(shaper.hold_s)));
+            Actuator::Amplified { quantum_n: amplifier.full_scale_n * format.lsb(), shaping }
+        }
+        _ => Actuator::Switching,
+    })
+}
+
+impl Rig for DutSession<'_> {
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    fn clock(&self) -> Clock {
+        self.scene.clock
+    }
+
+    fn edges(&self) -> u64 {
+        self.scene.edges()
+    }
+
+    fn record(&self) -> Record {
+        self.scene.record
+    }
+
+    fn closed_by(&self) -> &str {
+        &self.scene.dut.top
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        self.wires.nets.clone()
+    }
+
+    fn reals(&self) -> &'static [Real] {
+        &self.row()[..AxisWorld::REALS.len()]
+    }
+
+    fn row(&self) -> &'static [Real] {
+        if self.is_mass() { &RAIL_ROW } else { &AXIS_ROW }
+    }
+
+    fn columns(&self) -> Vec<usize> {
+        (0..self.row().len()).filter(|column| !(self.is_mass() && CURRENTS.contains(column))).collect()
+    }
+
+    /// None: what a word of somebody else's asks for, nobody here knows.
+    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
+        Vec::new()
+    }
+
+    fn drawn(&self) -> Vec<[usize; 3]> {
+        vec![TORQUE_BETWEEN]
+    }
+
+    fn has_device(&self) -> bool {
+        true
+    }
+
+    fn judged(&self) -> Vec<usize> {
+        vec![ANGLE, TORQUE]
+    }
+
+    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        if let Some(Abort { at_s, .. }) = aborted {
+            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
+        }
+        judge(trace, self.scene.encoder.count_rad())
+    }
+}

@@ -1,0 +1,363 @@
+//! A design of the user's own: its files, and what its ports are connected to.
+
+use std::fmt;
+
+use hpu_signal::Format;
+
+use super::source::{Places, SceneError};
+use super::{Accuracy, Amplifier, Bridge, Device, Encoder, Expect, Hand, Model, Parameter, Record, Run};
+
+use std::sync::Arc;
+
+use hpu_signal::Clock;
+
+/// One experiment of an axis whose loop a design of the user's own closes; in SI units.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DutScene {
+    /// Name: that of the file, without folder and extension.
+    pub name: String,
+    /// What the scene shows and what to look for.
+    pub about: String,
+    /// What the hand holds.
+    pub device: Device,
+    /// The encoder on the shaft, or along the rail.
+    pub encoder: Encoder,
+    /// The H-bridge of a motor.
+    pub bridge: Bridge,
+    /// The force amplifier of a mass.
+    pub amplifier: Option<Amplifier>,
+    /// The fastest clock of the design.
+    pub clock: Clock,
+    /// The design.
+    pub dut: Dut,
+    /// Where the wall stands that the design renders.
+    pub wall_rad: f64,
+    /// What moves the device.
+    pub hand: Hand,
+    /// How much is modelled of the device.
+    pub model: Model,
+    /// How long it runs.
+    pub run: Run,
+    /// What is recorded.
+    pub record: Record,
+    /// What is expected of the run.
+    pub expect: Expect,
+    /// By what it would be compared.
+    pub accuracy: Accuracy,
+    /// Every parameter of the run, as the scene was read, and who said it.
+    pub parameters: Arc<[Parameter]>,
+    pub(super) places: Places,
+}
+
+impl DutScene {
+    /// Duration in clock edges.
+    #[must_use]
+    pub fn edges(&self) -> u64 {
+        self.clock.edges(self.run.duration_s)
+    }
+
+    /// The wall's position in counts of the encoder, from angle 0.
+    #[must_use]
+    pub fn wall_counts(&self) -> i64 {
+        (self.wall_rad / self.encoder.count_rad()).round() as i64
+    }
+
+    /// An error at one of the scene's keys.
+    #[must_use]
+    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.places.error(key, reason)
+    }
+}
+
+/// A design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Dut {
+    /// Its files in the order in which they are compiled: name and content.
+    pub files: Vec<(String, Arc<[u8]>)>,
+    /// The VHDL library that they are compiled into.
+    pub library: String,
+    /// Its topmost entity or module.
+    pub top: String,
+    /// Which VHDL it is written in.
+    pub standard: Standard,
+    /// What simulates it.
+    pub engine: Engine,
+    /// Its clocks.
+    pub clocks: Vec<DutClock>,
+    /// Its reset, if it has one.
+    pub reset: Option<DutReset>,
+    /// Generics or parameters, and their values as the language writes them.
+    pub generics: Vec<(String, Generic)>,
+    /// Ports, and what they are connected to.
+    pub ports: Vec<(String, Connection)>,
+    /// Whether a leg that `bridge.pwm` has off is open instead of braking.
+    pub floats: bool,
+}
+
+/// Which VHDL.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Standard {
+    /// VHDL-93.
+    Vhdl93,
+    /// VHDL-2008.
+    Vhdl2008,
+}
+
+/// What simulates a design.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Engine {
+    /// Verilator where it can, else GHDL.
+    Auto,
+    /// GHDL.
+    Ghdl,
+    /// Verilator, after GHDL's synthesis for VHDL.
+    Verilator,
+}
+
+impl Engine {
+    /// `dut.engine`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Ghdl => "ghdl",
+            Self::Verilator => "verilator",
+        }
+    }
+}
+
+/// A clock of a design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DutClock {
+    /// Its port.
+    pub port: String,
+    /// Cycles of the scene's clock in one of its own.
+    pub divide: u32,
+}
+
+/// The reset of a design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DutReset {
+    /// Its port.
+    pub port: String,
+    /// Whether it resets at 0.
+    pub active_low: bool,
+    /// For how many cycles of the slowest clock it is active before the run.
+    pub clocks: u32,
+}
+
+/// The value of a generic or parameter.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Generic {
+    /// A whole number.
+    Integer(i64),
+    /// True or false.
+    Flag(bool),
+    /// A text.
+    Text(String),
+}
+
+impl fmt::Display for Generic {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Integer(value) => value.fmt(f),
+            Self::Flag(value) => value.fmt(f),
+            Self::Text(value) => f.write_str(value),
+        }
+    }
+}
+
+/// A line of one bit between world and design.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Line {
+    /// Encoder line A.
+    A,
+    /// Encoder line B.
+    B,
+    /// The encoder's index: 1 at one count of a revolution.
+    Index,
+    /// The high switch of the leg at the motor's plus terminal.
+    PlusHigh,
+    /// The low switch there.
+    PlusLow,
+    /// The high switch of the leg at the minus terminal.
+    MinusHigh,
+    /// The low switch there.
+    MinusLow,
+    /// The plus leg: high at 1, low at 0.
+    Plus,
+    /// The minus leg.
+    Minus,
+    /// The motor is driven.
+    Pwm,
+    /// The direction in which it is driven: positive at 1.
+    Direction,
+    /// At 0 all switches are open.
+    Enable,
+}
+
+impl Line {
+    /// All of them.
+    pub const ALL: [Self; 12] = [
+        Self::A,
+        Self::B,
+        Self::Index,
+        Self::PlusHigh,
+        Self::PlusLow,
+        Self::MinusHigh,
+        Self::MinusLow,
+        Self::Plus,
+        Self::Minus,
+        Self::Pwm,
+        Self::Direction,
+        Self::Enable,
+    ];
+
+    /// As scenes call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A => "encoder.a",
+            Self::B => "encoder.b",
+            Self::Index => "encoder.index",
+            Self::PlusHigh => "bridge.plus_high",
+            Self::PlusLow => "bridge.plus_low",
+            Self::MinusHigh => "bridge.minus_high",
+            Self::MinusLow => "bridge.minus_low",
+            Self::Plus => "bridge.plus",
+            Self::Minus => "bridge.minus",
+            Self::Pwm => "bridge.pwm",
+            Self::Direction => "bridge.direction",
+            Self::Enable => "bridge.enable",
+        }
+    }
+
+    /// Whether the world gives it, and the design takes it.
+    #[must_use]
+    pub fn is_given(self) -> bool {
+        matches!(self, Self::A | Self::B | Self::Index)
+    }
+}
+
+/// What a port is connected to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Connection {
+    /// A line, through an inverter or not.
+    Line(Line, bool),
+    /// The encoder's count, from 0 at the start, modulo the port's range.
+    Count,
+    /// The encoder's angle, whole counts, as a word of this format, modulo its range.
+    Angle(Format),
+    /// The wall's position in counts from the start.
+    Wall,
+    /// A word that stays.
+    Constant(i64),
+    /// The mean voltage of the bridge over its supply, as a word of this format; in offset binary or not.
+    Duty(Format, bool),
+    /// The amplifier's force over its full scale, as a word of this format; in offset binary or not.
+    Force(Format, bool),
+    /// Nothing: an output that nobody reads.
+    Open,
+}
+
+impl Connection {
+    /// As scenes call it.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Line(line, inverted) => format!("{}{}", if inverted { "not " } else { "" }, line.name()),
+            Self::Count => "encoder.count".to_string(),
+            Self::Angle(_) => "encoder.angle".to_string(),
+            Self::Wall => "wall.count".to_string(),
+            Self::Constant(word) => word.to_string(),
+            Self::Duty(..) => "bridge.duty".to_string(),
+            Self::Force(..) => "amplifier.force".to_string(),
+            Self::Open => "open".to_string(),
+        }
+    }
+
+    /// Whether the port is an input of the design.
+    #[must_use]
+    pub fn is_given(self) -> bool {
+        match self {
+            Self::Line(line, _) => line.is_given(),
+            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) => true,
+            Self::Duty(..) | Self::Force(..) | Self::Open => false,
+        }
+    }
+
+    /// Whether its word drives the device.
+    #[must_use]
+    pub fn drives(self) -> bool {
+        !self.is_given() && self != Self::Open
+    }
+
+    /// The format that its words have, where the connection says so.
+    #[must_use]
+    pub fn format(self) -> Option<Format> {
+        match self {
+            Self::Angle(format) | Self::Duty(format, _) | Self::Force(format, _) => Some(format),
+            Self::Line(..) => Some(Format::BIT),
+            Self::Count | Self::Wall | Self::Constant(_) | Self::Open => None,
+        }
+    }
+}
+
+/// How a design drives its device.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Driving {
+    /// By the four switches of the bridge.
+    Gates,
+    /// By its two legs.
+    Legs,
+    /// By a pulse and a direction.
+    PulseAndDirection,
+    /// By a word for the mean voltage.
+    Duty,
+    /// By a word for the force.
+    Force,
+}
+
+impl Dut {
+    /// The lines that are connected.
+    pub fn lines(&self) -> impl Iterator<Item = Line> + '_ {
+        self.ports.iter().filter_map(|(_, connection)| match connection {
+            Connection::Line(line, _) => Some(*line),
+            _ => None,
+        })
+    }
+
+    /// How it drives its device.
+    ///
+    /// # Errors
+    ///
+    /// What is missing, or too much.
+    pub fn driving(&self) -> Result<Driving, String> {
+        let has = |line: Line| self.lines().any(|connected| connected == line);
+        let ways = [
+            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow][..]),
+            (Driving::Legs, &[Line::Plus, Line::Minus]),
+            (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
+        ];
+        let words = self.ports.iter().filter_map(|(_, connection)| match connection {
+            Connection::Duty(..) => Some(Driving::Duty),
+            Connection::Force(..) => Some(Driving::Force),
+            _ => None,
+        });
+        let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
+        let all: Vec<_> = words.chain(begun).collect();
+        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and bridge.minus; \
+                       or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, amplifier.force";
+        match all[..] {
+            [] => Err(format!("no output drives the device; connect {choices}")),
+            [way] => {
+                let lines = ways.iter().find(|(of, _)| *of == way).map_or(&[][..], |(_, lines)| lines);
+                match lines.iter().find(|line| !has(**line)) {
+                    Some(missing) => Err(format!("nothing is connected to {}; connect {choices}", missing.name())),
+                    None => Ok(way),
+                }
+            }
+            _ => Err(format!("the device is driven in more than one way; connect only one of: {choices}")),
+        }
+    }
+}

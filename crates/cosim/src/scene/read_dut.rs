@@ -1,0 +1,340 @@
+//! Reading a scene with a design of the user's own.
+
+use std::sync::Arc;
+
+use hpu_signal::Format;
+use toml_edit::{Item, TableLike, Value};
+
+use super::accuracy::{Output, accuracy};
+use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Standard};
+use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
+use super::parameter::{Origin, ParameterValue};
+use super::parts::{Device, Hand};
+use super::read::{axis_expect, clock, imposed, record, run, scene_name};
+use super::read_device::{amplifier, bridge, device, encoder};
+use super::read_hand::{Load, hand};
+use super::read_model::friction;
+use super::section::Sense::Any;
+use super::section::{Section, shown};
+use super::source::{SceneError, Source};
+
+pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutScene, SceneError> {
+    let root = source.root();
+    if root.has("method") {
+        let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";
+        return Err(root.error("method", reason));
+    }
+    root.accept(&[
+        "about",
+        "device",
+        "encoder",
+        "bridge",
+        "amplifier",
+        "clock",
+        "dut",
+        "wall",
+        "hand",
+        "model",
+        "run",
+        "record",
+        "expect",
+        "accuracy",
+    ])?;
+    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
+    let (device, axis) = device(&root.section("device")?)?;
+    let hand = hand(&root.section("hand")?, axis, load)?;
+    if let Hand::Capture { .. } = hand {
+        return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
+    }
+    imposed(&root.section("device")?, &hand)?;
+    let wall = root.section("wall")?;
+    wall.accept(&["position"])?;
+    let clock = clock(&root.section("clock")?)?;
+    let mut scene = DutScene {
+        name: scene_name(file),
+        about,
+        device,
+        encoder: encoder(&root.section("encoder")?, &device, true)?,
+        amplifier: amplifier(&root, &device, true)?,
+        bridge: bridge(&root.section("bridge")?)?,
+        clock,
+        dut: dut(&root.section("dut")?, load)?,
+        wall_rad: wall.quantity("position", axis.position, Any, None)?,
+        hand,
+        model: model(&root.section("model")?, &device)?,
+        run: run(&root.section("run")?, clock)?,
+        record: record(&root.section("record")?, 10e3)?,
+        expect: axis_expect(&root.section("expect")?, axis)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
+        parameters: [].into(),
+        places: source.places.clone(),
+    };
+    let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+    match (driving, &scene.device) {
+        (Driving::Force, Device::Motor(_)) => {
+            return Err(
+                scene.error("dut.ports", "a motor hangs on a bridge and has no amplifier.force; write bridge.duty")
+            );
+        }
+        (Driving::Force, Device::Mass(_)) | (_, Device::Motor(_)) => {}
+        (_, Device::Mass(_)) => {
+            return Err(scene.error("dut.ports", "a mass has an amplifier and no bridge; connect amplifier.force"));
+        }
+    }
+    if driving == Driving::Duty {
+        scene.model.bridge = BridgeModel::Averaged;
+    }
+    if scene.dut.lines().any(|line| line == Line::Index) && matches!(scene.device, Device::Mass(_)) {
+        return Err(scene.error("dut.ports", "the encoder of a mass has no index; leave encoder.index out"));
+    }
+    scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
+    Ok(scene)
+}
+
+/// What of the device is modelled.
+fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
+    s.accept(&["friction", "friction_speed"])?;
+    Ok(Model {
+        solver: Solver::Events,
+        step_s: None,
+        datapath: Datapath::Words,
+        bridge: BridgeModel::Switching,
+        winding: Winding::Inductive,
+        friction: friction(s, device)?,
+        encoder: EncoderModel::Quantised,
+        delay_s: 0.0,
+    })
+}
+
+fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
+    s.accept(&[
+        "files",
+        "library",
+        "top",
+        "standard",
+        "engine",
+        "clock",
+        "clocks",
+        "reset",
+        "generics",
+        "parameters",
+        "ports",
+        "off",
+    ])?;
+    let standards = [("93", Standard::Vhdl93), ("2008", Standard::Vhdl2008)];
+    let engines = [Engine::Auto, Engine::Ghdl, Engine::Verilator].map(|engine| (engine.name(), engine));
+    let name = |key: &str, what: &str| -> Result<String, SceneError> {
+        let text = s.text(key, what)?;
+        if is_name(text) { Ok(text.to_string()) } else { Err(s.error(key, format!("`{text}` is not {what}"))) }
+    };
+    let dut = Dut {
+        files: files(s, load)?,
+        library: if s.has("library") { name("library", "the name of a VHDL library")? } else { "work".to_string() },
+        top: name("top", "the name of the topmost entity or module")?,
+        standard: s.choice("standard", &standards, Some(Standard::Vhdl2008))?,
+        engine: s.choice("engine", &engines, Some(Engine::Auto))?,
+        clocks: clocks(s)?,
+        reset: if s.has("reset") { Some(reset(&s.section("reset")?)?) } else { None },
+        generics: generics(s)?,
+        ports: ports(&s.section("ports")?)?,
+        floats: s.choice("off", &[("brake", false), ("float", true)], Some(false))?,
+    };
+    one_use(s, &dut)?;
+    Ok(dut)
+}
+
+/// Whether HDL takes it as a name: letters, digits, underscores; so that no name can be more than one.
+fn is_name(text: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '$';
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(plain)
+}
+
+fn files(s: &Section, load: Load) -> Result<Vec<(String, Arc<[u8]>)>, SceneError> {
+    const WHAT: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
+    let array = s.get("files").and_then(Item::as_array);
+    let Some(array) = array.filter(|array| !array.is_empty()) else {
+        return Err(s.error("files", format!("missing; write {WHAT}")));
+    };
+    let mut files: Vec<(String, Arc<[u8]>)> = Vec::new();
+    for (index, value) in array.iter().enumerate() {
+        let key = format!("files[{index}]");
+        let Some(name) = value.as_str().filter(|name| !name.trim().is_empty()) else {
+            return Err(s.error(&key, format!("write {WHAT}")));
+        };
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        if !["vhd", "vhdl", "v", "sv", "vh", "svh"].contains(&extension) {
+            let reason = format!("`{name}` is neither VHDL (.vhd, .vhdl) nor Verilog (.v, .sv, .vh, .svh)");
+            return Err(s.error(&key, reason));
+        }
+        let base = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
+        if files.iter().any(|(other, _)| base(other) == base(name)) {
+            return Err(s.error(&key, format!("a file of the name `{}` is there already", base(name))));
+        }
+        let bytes = load(name).map_err(|error| {
+            s.error(&key, format!("cannot read `{name}` ({error}); write a path from the scene's folder"))
+        })?;
+        files.push((name.to_string(), bytes.into()));
+    }
+    let is_vhdl = |name: &str| name.ends_with(".vhd") || name.ends_with(".vhdl");
+    if files.iter().any(|(name, _)| is_vhdl(name)) && !files.iter().all(|(name, _)| is_vhdl(name)) {
+        return Err(s.error("files", "VHDL and Verilog in one design; hpu takes either"));
+    }
+    let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
+    s.note("files", ParameterValue::Text(names.join(", ")), "", Origin::Scene);
+    Ok(files)
+}
+
+/// `clock = "clk"`, or `[dut.clocks]` with how many cycles of the scene's clock one of theirs is.
+fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
+    const WHAT: &str =
+        "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1";
+    match (s.has("clock"), s.has("clocks")) {
+        (true, false) => Ok(vec![DutClock { port: s.text("clock", WHAT)?.to_string(), divide: 1 }]),
+        (false, true) => {
+            let all = s.section("clocks")?;
+            let clocks = all.keys().map(|port| {
+                let divide = all.integer(port, 1, 1 << 16, None)? as u32;
+                Ok(DutClock { port: port.to_string(), divide })
+            });
+            let clocks = clocks.collect::<Result<Vec<_>, SceneError>>()?;
+            if !clocks.iter().any(|clock| clock.divide == 1) {
+                let reason =
+                    "no clock has 1: clock.frequency is that of the fastest one, the others are divided from it";
+                return Err(s.error("clocks", reason));
+            }
+            Ok(clocks)
+        }
+        (false, false) => Err(s.error("clock", format!("no clock; write {WHAT}"))),
+        (true, true) => Err(s.error("clocks", "clock and clocks are both there; leave one out")),
+    }
+}
+
+fn reset(s: &Section) -> Result<DutReset, SceneError> {
+    s.accept(&["port", "active", "clocks"])?;
+    Ok(DutReset {
+        port: s.text("port", "the port of the reset")?.to_string(),
+        active_low: s.choice("active", &[("high", false), ("low", true)], Some(false))?,
+        clocks: s.integer("clocks", 1, 1 << 16, Some(4))? as u32,
+    })
+}
+
+fn generics(s: &Section) -> Result<Vec<(String, Generic)>, SceneError> {
+    let mut all = Vec::new();
+    for key in ["generics", "parameters"] {
+        let section = s.section(key)?;
+        for name in section.keys() {
+            let value = match section.get(name) {
+                Some(Item::Value(Value::Integer(number))) => Generic::Integer(*number.value()),
+                Some(Item::Value(Value::Boolean(flag))) => Generic::Flag(*flag.value()),
+                Some(Item::Value(Value::String(text))) => Generic::Text(text.value().clone()),
+                other => {
+                    let reason = format!(
+                        "{} is no value of a generic; write a whole number, true, false or a text",
+                        other.map_or_else(String::new, shown)
+                    );
+                    return Err(section.error(name, reason));
+                }
+            };
+            section.note(name, ParameterValue::Text(value.to_string()), "", Origin::Scene);
+            all.push((name.to_string(), value));
+        }
+    }
+    Ok(all)
+}
+
+fn ports(s: &Section) -> Result<Vec<(String, Connection)>, SceneError> {
+    s.keys()
+        .map(|port| {
+            let (connection, shown) = connection(s, port)?;
+            s.note(port, ParameterValue::Text(shown), "", Origin::Scene);
+            Ok((port.to_string(), connection))
+        })
+        .collect()
+}
+
+/// What a port is connected to, and how that is told.
+fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneError> {
+    let item = s.get(port).expect("the key of a section");
+    if let Some(number) = item.as_integer() {
+        return Ok((Connection::Constant(number), number.to_string()));
+    }
+    if let Some(flag) = item.as_bool() {
+        return Ok((Connection::Constant(flag.into()), flag.to_string()));
+    }
+    if let Some(text) = item.as_str() {
+        let (text, inverted) = text.strip_prefix("not ").map_or((text, false), |rest| (rest, true));
+        if let Some(line) = Line::ALL.into_iter().find(|line| line.name() == text.trim()) {
+            let connection = Connection::Line(line, inverted);
+            return Ok((connection, connection.name()));
+        }
+        let connection = match (text.trim(), inverted) {
+            ("encoder.count", false) => Connection::Count,
+            ("wall.count", false) => Connection::Wall,
+            ("open", false) => Connection::Open,
+            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force"), false) => {
+                let reason = format!("{word} needs a format; write {{ is = \"{word}\", format = \"(1,0,11)\" }}");
+                return Err(s.error(port, reason));
+            }
+            _ => return Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted()))),
+        };
+        return Ok((connection, connection.name()));
+    }
+    if item.as_table_like().is_some_and(|table: &dyn TableLike| !table.is_empty()) {
+        let own = s.section(port)?;
+        own.accept(&["is", "format", "offset_binary"])?;
+        let is = own.text("is", "\"encoder.angle\", \"bridge.duty\" or \"amplifier.force\"")?;
+        let text = own.text("format", "the word's format, as in \"(1,0,11)\"")?;
+        let format: Format =
+            text.parse().map_err(|error: hpu_signal::FormatError| own.error("format", error.to_string()))?;
+        let offset = own.flag("offset_binary", false)?;
+        if !(2..=32).contains(&format.width()) {
+            return Err(own.error("format", format!("{format} has {} bits; accepted: 2 to 32", format.width())));
+        }
+        if offset && !format.is_signed() {
+            return Err(own.error(
+                "offset_binary",
+                format!("{format} has no sign; offset binary is a signed word whose highest bit is inverted"),
+            ));
+        }
+        let connection = match is {
+            "encoder.angle" if !offset => Connection::Angle(format),
+            "bridge.duty" => Connection::Duty(format, offset),
+            "amplifier.force" => Connection::Force(format, offset),
+            _ => return Err(own.error("is", format!("`{is}` has no format; {}", accepted()))),
+        };
+        let binary = if offset { ", offset binary" } else { "" };
+        return Ok((connection, format!("{is} {format}{binary}")));
+    }
+    Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted())))
+}
+
+/// What a port can be connected to.
+fn accepted() -> String {
+    let lines: Vec<_> = Line::ALL.iter().map(|line| line.name()).collect();
+    format!(
+        "accepted: {}, each also after \"not \"; encoder.count, wall.count, open, a whole number; \
+         {{ is = \"bridge.duty\", format = \"(1,0,11)\" }}, and so encoder.angle and amplifier.force",
+        lines.join(", ")
+    )
+}
+
+/// Every port is named once, and no line of the world is driven by two.
+fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
+    let clocks = dut.clocks.iter().map(|clock| &clock.port);
+    for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {
+        if dut.ports.iter().any(|(other, _)| other == port) {
+            return Err(s.error(&format!("ports.{port}"), "it is a clock or the reset already; leave it out here"));
+        }
+    }
+    for (index, (port, connection)) in dut.ports.iter().enumerate().filter(|(_, (_, connection))| connection.drives()) {
+        let same = |other: &Connection| match (other, connection) {
+            (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
+            (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
+        };
+        if let Some((other, _)) = dut.ports[..index].iter().find(|(_, other)| same(other)) {
+            let reason = format!("two drivers: `{other}` and `{port}` are both connected to {}", connection.name());
+            return Err(s.error(&format!("ports.{port}"), reason));
+        }
+    }
+    Ok(())
+}

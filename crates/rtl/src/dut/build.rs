@@ -1,0 +1,109 @@
+//! Folders of built models, by the SHA-256 of what they are built of.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hpu_cosim::scene::{Dut, DutScene};
+use sha2::{Digest, Sha256};
+
+use super::{DutError, Simulators};
+use crate::temporary::Temporary;
+use crate::tool::TIMEOUT;
+
+/// Goes up when other things are built of the same design by the same tools.
+const FLOW: &str = "1";
+
+/// The name of the file in a folder that is complete.
+const WHOLE: &str = "whole";
+
+impl Simulators {
+    /// How long a tool may run.
+    pub(super) fn limit(&self) -> Duration {
+        self.setup.timeout.unwrap_or(TIMEOUT)
+    }
+
+    /// The folder of what `make` builds of a design in an empty one, once: of the design, of the parts of the scene that
+    /// its model depends on, and of what `tools` tells.
+    pub(super) fn built(
+        &self,
+        scene: &DutScene,
+        tools: &str,
+        make: impl FnOnce(&Path) -> Result<(), DutError>,
+    ) -> Result<PathBuf, DutError> {
+        let folder = self.cache.join(key(scene, tools));
+        if folder.join(WHOLE).is_file() {
+            return Ok(folder);
+        }
+        let io = |path: &Path| {
+            let path = path.to_path_buf();
+            move |error| DutError::Io(path, error)
+        };
+        fs::create_dir_all(&self.cache).map_err(io(&self.cache))?;
+        let work = Temporary::folder_in(&self.cache).map_err(io(&self.cache))?;
+        make(work.path())?;
+        fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
+        // Another program may have built the same meanwhile; either is as good.
+        match fs::rename(work.path(), &folder) {
+            Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
+            Err(_) if folder.exists() => {
+                // The folder of a build that was not whole.
+                fs::remove_dir_all(&folder).map_err(io(&folder))?;
+                fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
+            }
+            moved => moved.map_err(io(&folder)).map(|()| folder),
+        }
+    }
+}
+
+/// What a model depends on.
+fn key(scene: &DutScene, tools: &str) -> String {
+    let Dut { files, library, top, standard, clocks, reset, generics, .. } = &scene.dut;
+    let mut hash = Sha256::new();
+    let mut field = |text: &[u8]| {
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text);
+    };
+    [FLOW, tools, library, top].iter().for_each(|text| field(text.as_bytes()));
+    field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {}", scene.clock.frequency_hz()).as_bytes());
+    for (name, content) in files {
+        field(name.as_bytes());
+        field(content);
+    }
+    hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// The name of a file without its folders.
+pub(super) fn base(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// Writes the design's files into a folder.
+pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
+    dut.files.iter().try_for_each(|(name, content)| write(folder, base(name), content))
+}
+
+/// Writes a file into a folder.
+pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), DutError> {
+    let path = folder.join(name);
+    fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
+}
+
+/// Cycles of the fastest clock after which all clocks are where they began, and those of the reset, if there is one.
+pub(super) fn cycles(dut: &Dut) -> (u64, u64) {
+    let common = dut.clocks.iter().fold(1, |common, clock| lcm(common, clock.divide.into()));
+    (common, dut.reset.as_ref().map_or(0, |reset| common * u64::from(reset.clocks)))
+}
+
+fn lcm(one: u64, two: u64) -> u64 {
+    let (mut a, mut b) = (one, two);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    one / a * two
+}

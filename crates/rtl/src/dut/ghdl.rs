@@ -1,0 +1,306 @@
+//! A design by GHDL: its files as they are, and a bench that talks to hpu through VHPIDIRECT.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
+use hpu_cosim::scene::{Dut, DutScene, Generic, Standard};
+use hpu_signal::Format;
+
+use super::build::{base, cycles, write, write_files};
+use super::interface::{Interface, Item, entities, interface};
+use super::process::{ANSWER, Process};
+use super::{DutError, Simulators};
+use crate::closed_loop::{LIBRARY, shared_library};
+use crate::temporary::Temporary;
+use crate::tool::{Tool, run};
+
+/// The bench's entity, and the package by which it talks.
+const BENCH: &str = "hpu_dut_bench";
+const BRIDGE: &str = include_str!("../../../../testbench/vhdl/hpu_dut_bridge.vhd");
+
+/// A design that was analysed.
+pub(super) struct Analysed {
+    folder: Temporary,
+    dut: Dut,
+    ports: Vec<Port>,
+    engine: String,
+    limit: Duration,
+}
+
+impl Simulators {
+    /// A design in GHDL; `why` is added to what is said of the engine.
+    pub(super) fn ghdl(&self, scene: &DutScene, why: &str) -> Result<Analysed, DutError> {
+        let version = Tool::Ghdl.version().map_err(DutError::Tool)?;
+        let (folder, ports) = self.elaborated(scene)?;
+        let engine = format!("GHDL {version}{why}");
+        let limit = self.setup.timeout.unwrap_or(ANSWER);
+        Ok(Analysed { folder, dut: scene.dut.clone(), ports, engine, limit })
+    }
+
+    /// The ports of a design in VHDL, as elaborated.
+    pub(super) fn ports_of_vhdl(&self, scene: &DutScene) -> Result<Vec<Port>, DutError> {
+        self.elaborated(scene).map(|(_, ports)| ports)
+    }
+
+    /// Analyses a design with its bench, and asks it for its ports.
+    fn elaborated(&self, scene: &DutScene) -> Result<(Temporary, Vec<Port>), DutError> {
+        let dut = &scene.dut;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        write_files(dut, folder.path())?;
+        self.analyse(dut, folder.path())?;
+        let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
+        let texts: Vec<_> = texts.iter().map(|text| &**text).collect();
+        let refused = |said: String| DutError::Refused { tool: Tool::Ghdl, top: dut.top.clone(), said };
+        let interface = interface(&texts, &dut.top).ok_or_else(|| {
+            let all = entities(&texts);
+            refused(format!("no file declares the entity `{}`; there are {}", dut.top, all.join(", ")))
+        })?;
+        if let Some((name, _)) = dut.generics.iter().find(|(name, _)| !has(&interface.generics, name)) {
+            let all: Vec<_> = interface.generics.iter().map(|generic| generic.name.as_str()).collect();
+            let all = if all.is_empty() { "none".to_string() } else { all.join(", ") };
+            return Err(refused(format!("`{}` has no generic `{name}`; it has {all}", dut.top)));
+        }
+        if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
+            return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
+        }
+        let bench = bench(scene, &interface);
+        write(folder.path(), "hpu_dut_bridge.vhd", bridge(dut.standard).as_bytes())?;
+        write(folder.path(), "hpu_dut_bench.vhd", bench.as_bytes())?;
+        let mut command = self.ghdl_command("-a", dut, folder.path());
+        command.args(["hpu_dut_bridge.vhd", "hpu_dut_bench.vhd"]);
+        let say = |error| DutError::of(&dut.top, error);
+        run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
+        if self.setup.library.is_empty() {
+            let shared = shared_library().map_err(|error| DutError::Ended(error.to_string()))?;
+            fs::copy(&shared, folder.path().join(LIBRARY)).map_err(|error| DutError::Io(shared, error))?;
+        } else {
+            write(folder.path(), LIBRARY, self.setup.library)?;
+        }
+        let mut command = simulate(dut, folder.path());
+        command.env(ASK, "");
+        let said = run(Tool::Ghdl, "tell its ports", command, self.limit()).map_err(say)?;
+        let told: Vec<Format> = said.out.lines().filter_map(format).collect();
+        let ports = interface.ports.iter().zip(&told);
+        let ports: Vec<_> = ports
+            .map(|(item, format)| Port { name: item.name.clone(), is_input: item.mode == "in", format: *format })
+            .collect();
+        if told.len() != interface.ports.len() {
+            return Err(refused(format!("it did not tell its ports:\n{}{}", said.out, said.err)));
+        }
+        Ok((folder, ports))
+    }
+
+    /// Analyses the design's own files.
+    pub(super) fn analyse(&self, dut: &Dut, folder: &Path) -> Result<(), DutError> {
+        let mut command = self.ghdl_command("-a", dut, folder);
+        command.arg(format!("--work={}", dut.library));
+        command.args(dut.files.iter().map(|(name, _)| base(name)));
+        let analysed = run(Tool::Ghdl, "analyse a design", command, self.limit());
+        analysed.map(|_| ()).map_err(|error| DutError::of(&dut.top, error))
+    }
+
+    pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
+        let mut command = Command::new(Tool::Ghdl.name());
+        command.args([verb, standard(dut.standard), "-Wno-hide", "-Wno-library"]).current_dir(folder);
+        command
+    }
+}
+
+/// In the environment of a bench that is to tell its ports and end.
+pub(crate) const ASK: &str = "HPU_DUT_PORTS";
+
+fn standard(standard: Standard) -> &'static str {
+    match standard {
+        Standard::Vhdl93 => "--std=93",
+        Standard::Vhdl2008 => "--std=08",
+    }
+}
+
+/// The run of a bench.
+fn simulate(dut: &Dut, folder: &Path) -> Command {
+    let mut command = Command::new(Tool::Ghdl.name());
+    command.args(["--elab-run", standard(dut.standard), "-Wno-hide", BENCH]).current_dir(folder);
+    // Words are unknown before the reset; what reaches the device is looked at anyway.
+    command.arg("--ieee-asserts=disable-at-0");
+    command
+}
+
+/// The format of a port from the line that its bench prints.
+fn format(line: &str) -> Option<Format> {
+    let (width, sign) = line.strip_prefix("PORT ")?.split_once(' ')?;
+    let width = width.parse().ok()?;
+    Some(if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) })
+}
+
+fn has(items: &[Item], name: &str) -> bool {
+    items.iter().any(|item| item.name.eq_ignore_ascii_case(name))
+}
+
+/// The bridge's package in a standard: since 2008 vectors of resolved and unresolved bits are one type.
+fn bridge(standard: Standard) -> String {
+    let (mut text, mut skips) = (String::new(), false);
+    for line in BRIDGE.lines() {
+        match line.trim() {
+            "-- only 93" => skips = standard == Standard::Vhdl2008,
+            "-- end" => skips = false,
+            _ if skips => {}
+            _ => text += &format!("{line}\n"),
+        }
+    }
+    text
+}
+
+/// The bench: a signal a port, of the port's own type.
+fn bench(scene: &DutScene, interface: &Interface) -> String {
+    let dut = &scene.dut;
+    let mut constants = String::new();
+    for generic in &interface.generics {
+        let set = dut.generics.iter().find(|(name, _)| name.eq_ignore_ascii_case(&generic.name));
+        let value = match set {
+            Some((_, Generic::Text(text))) if generic.kind.to_lowercase().contains("string") => format!("\"{text}\""),
+            Some((_, value)) => value.to_string(),
+            None => generic.default.clone().unwrap_or_default(),
+        };
+        if !value.is_empty() {
+            let _ = writeln!(constants, "  constant {} : {} := {value};", generic.name, generic.kind);
+        }
+    }
+    let same = |one: &str, two: &str| one.eq_ignore_ascii_case(two);
+    let is_timing = |name: &str| {
+        dut.clocks.iter().any(|clock| same(&clock.port, name)) || dut.reset.iter().any(|reset| same(&reset.port, name))
+    };
+    let (mut signals, mut map, mut kinds, mut gives, mut tells) =
+        (String::new(), Vec::new(), String::new(), String::new(), String::new());
+    let mut wire = 0;
+    for (index, port) in interface.ports.iter().enumerate() {
+        let signal = format!("hpu_{index}");
+        // An initial value, as an unconnected input has it, would hide that nobody drives it.
+        let _ = writeln!(signals, "  signal {signal} : {};", port.kind);
+        map.push(format!("{} => {signal}", port.name));
+        let _ = writeln!(kinds, "      hpu_dut_kind({signal});");
+        if is_timing(&port.name) {
+            continue;
+        }
+        if port.mode == "in" {
+            let _ = writeln!(gives, "      hpu_dut_give({signal}, {wire});");
+        } else {
+            let _ = writeln!(tells, "  hpu_dut_tell({wire}, {signal});");
+        }
+        wire += 1;
+    }
+    let signal = |port: &str| {
+        let index = interface.ports.iter().position(|item| same(&item.name, port));
+        // A port that is not there is refused once all are known.
+        index.map(|index| format!("hpu_{index}"))
+    };
+    let levels: String = dut
+        .clocks
+        .iter()
+        .filter_map(|clock| {
+            let (signal, divide) = (signal(&clock.port)?, clock.divide);
+            Some(format!(
+                "    if half mod {} < {divide} then {signal} <= '1'; else {signal} <= '0'; end if;\n",
+                2 * divide
+            ))
+        })
+        .collect();
+    let (mut active, mut passive) = (String::new(), String::new());
+    if let Some((reset, signal)) = dut.reset.as_ref().and_then(|reset| Some((reset, signal(&reset.port)?))) {
+        let level = |high: bool| if high { "'1'" } else { "'0'" };
+        active = format!("    {signal} <= {};\n", level(!reset.active_low));
+        passive = format!("    {signal} <= {};\n", level(reset.active_low));
+    }
+    let generic_map = interface
+        .generics
+        .iter()
+        .filter(|generic| generic.default.is_some() || dut.generics.iter().any(|(name, _)| same(name, &generic.name)));
+    let generic_map: Vec<_> = generic_map.map(|generic| format!("{0} => {0}", generic.name)).collect();
+    let generic_map =
+        if generic_map.is_empty() { String::new() } else { format!(" generic map ({})", generic_map.join(", ")) };
+    let (common, reset_cycles) = cycles(dut);
+    let half_fs = (0.5e15 / scene.clock.frequency_hz() as f64).round().max(1.0);
+    let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
+    format!(
+        "{library}{context}use work.hpu_dut_bridge.all;
+
+entity {BENCH} is
+end entity;
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+architecture test of {BENCH} is
+{constants}{signals}begin
+
+  dut : entity {of}.{top}{generic_map} port map ({map});
+
+{tells}
+  process
+    constant HALF_PERIOD : time := {half_fs} fs;
+    variable half        : natural := {before};
+    variable edges       : integer;
+
+    procedure step is
+    begin
+      half := (half + 1) mod {period};
+  {levels}    wait for HALF_PERIOD;
+    end procedure;
+  begin
+    if hpu_dut_asks /= 0 then
+{kinds}      wait;
+    end if;
+    if hpu_dut_open /= 0 then
+{gives}    end if;
+{active}    half := half - 1;
+    step;
+    for cycle in 1 to {reset_cycles} loop
+      step;
+      step;
+    end loop;
+{passive}    hpu_dut_reset;
+    loop
+      edges := hpu_dut_next;
+      exit when edges < 0;
+{gives}      for cycle in 1 to edges loop
+        step;
+        step;
+        exit when hpu_dut_edge /= 0;
+      end loop;
+    end loop;
+    wait;
+  end process;
+
+end architecture;
+",
+        context = interface.context,
+        of = dut.library,
+        top = dut.top,
+        map = map.join(", "),
+        before = 2 * common - 1,
+        period = 2 * common,
+    )
+}
+
+impl Design for Analysed {
+    fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    fn ignores_case(&self) -> bool {
+        true
+    }
+
+    fn engine(&self) -> &str {
+        &self.engine
+    }
+
+    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
+        let command = simulate(&self.dut, self.folder.path());
+        let process = Process::start(Tool::Ghdl, command, None, self.limit, (words, drives), changes)?;
+        Ok(Box::new(process))
+    }
+}

@@ -1,0 +1,165 @@
+// A design as a process that answers requests: see crates/rtl/src/dut/wire.rs.
+//
+// Two models are clocked side by side, whose unknown values were made up differently, until their states are the same:
+// from there on they cannot differ. An output in which they differ depends on a value that nobody has set.
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <unistd.h>
+#include <vector>
+
+#include "Vdut.h"
+#include "Vdut___024root.h"
+#include "verilated.h"
+
+namespace {
+
+constexpr int DESCRIPTOR = 3;
+constexpr size_t PORTS = @PORTS@;
+constexpr const char* NAMES[] = {@NAMES@};
+constexpr bool OUTPUTS[] = {@OUTPUTS@};
+constexpr bool MAKES_UP = @MAKES_UP@;
+using Bits = std::vector<uint64_t>;
+
+void put(Vdut& top, const Bits& bits) {
+@PUTS@}
+
+void get(const Vdut& top, Bits& bits) {
+@GETS@}
+
+void levels(Vdut& top, uint64_t half) {
+@LEVELS@}
+
+void reset(Vdut& top, bool active) {
+@RESETS@}
+
+bool same(const Vdut___024root& one, const Vdut___024root& two) {
+@SAME@  return !MAKES_UP;
+}
+
+// The parent's end, or nobody's any more.
+bool take(uint64_t* words, size_t count) {
+  char* to = reinterpret_cast<char*>(words);
+  size_t left = count * sizeof(uint64_t);
+  while (left != 0) {
+    const ssize_t got = read(DESCRIPTOR, to, left);
+    if (got <= 0) return false;
+    to += got;
+    left -= got;
+  }
+  return true;
+}
+
+bool tell(const std::vector<uint64_t>& words) {
+  const char* from = reinterpret_cast<const char*>(words.data());
+  size_t left = words.size() * sizeof(uint64_t);
+  while (left != 0) {
+    const ssize_t put = write(DESCRIPTOR, from, left);
+    if (put <= 0) return false;
+    from += put;
+    left -= put;
+  }
+  return true;
+}
+
+struct Model {
+  explicit Model(int seed) {
+    context->randReset(2);
+    context->randSeed(seed);
+    top = std::make_unique<Vdut>(context.get(), "top");
+  }
+  // The inputs, while the clocks come to the second half of a cycle, and the edge of the next one.
+  void cycle(const Bits& bits, uint64_t half) {
+    put(*top, bits);
+    levels(*top, half - 1);
+    top->eval();
+    levels(*top, half);
+    top->eval();
+    context->timeInc(2);
+  }
+  std::unique_ptr<VerilatedContext> context = std::make_unique<VerilatedContext>();
+  std::unique_ptr<Vdut> top;
+};
+
+}  // namespace
+
+int main() {
+  uint64_t ports = 0;
+  if (!take(&ports, 1) || ports != PORTS) return 1;
+  Bits drives(PORTS), bits(PORTS), now(PORTS), before(PORTS), other(PORTS);
+  if (!take(drives.data(), PORTS) || !take(bits.data(), PORTS)) return 1;
+  Model model(1);
+  auto twin = std::make_unique<Model>(2);
+  // All clocks rise at the halves that this divides.
+  constexpr uint64_t COMMON = 2 * @COMMON@;
+  uint64_t half = COMMON - 2, edges = 0, look = 1;
+
+  auto initial = [&](Model& one) {
+    put(*one.top, bits);
+    reset(*one.top, true);
+    levels(*one.top, COMMON - 1);
+    one.top->eval();
+  };
+  initial(model);
+  initial(*twin);
+  for (uint64_t cycle = 0; cycle < @RESET_CYCLES@; ++cycle) {
+    half += 2;
+    model.cycle(bits, half);
+    twin->cycle(bits, half);
+  }
+  reset(*model.top, false);
+  reset(*twin->top, false);
+  get(*model.top, now);
+
+  std::vector<uint64_t> answer{0, 0};
+  for (size_t port = 0; port < PORTS; ++port)
+    if (OUTPUTS[port]) answer.insert(answer.end(), {0, port, now[port], 1});
+  before = now;
+  for (;;) {
+    answer[1] = (answer.size() - 2) / 4;
+    if (!tell(answer)) return 0;
+    uint64_t head[2];
+    if (!take(head, 2) || !take(bits.data(), PORTS)) return 0;
+    uint64_t done = 0;
+    answer.assign(2, 0);
+    for (bool changed = false; !changed && done < head[0];) {
+      ++done;
+      ++edges;
+      half += 2;
+      model.cycle(bits, half);
+      get(*model.top, now);
+      if (model.context->gotFinish()) {
+        std::fprintf(stderr, "the design ended the simulation ($finish) at clock edge %llu\n",
+                     static_cast<unsigned long long>(edges));
+        return 1;
+      }
+      if (twin) {
+        twin->cycle(bits, half);
+        get(*twin->top, other);
+        for (size_t port = 0; port < PORTS; ++port)
+          if (OUTPUTS[port] && now[port] != other[port]) {
+            std::fprintf(stderr,
+                         "output `%s` depends on a value that nothing has set: with two random initial states it is "
+                         "%llx and %llx after clock edge %llu\n",
+                         NAMES[port], static_cast<unsigned long long>(now[port]),
+                         static_cast<unsigned long long>(other[port]), static_cast<unsigned long long>(edges));
+            return 1;
+          }
+        if (edges >= look) {
+          look = edges + (edges < 4096 ? edges : 4096);
+          if (same(*model.top->rootp, *twin->top->rootp)) twin.reset();
+        }
+      }
+      for (size_t port = 0; port < PORTS; ++port) {
+        if (!OUTPUTS[port] || now[port] == before[port]) continue;
+        before[port] = now[port];
+        changed |= drives[port] != 0;
+        if (head[1] != 0 || drives[port] != 0) answer.insert(answer.end(), {done, port, now[port], 1});
+      }
+    }
+    answer[0] = done;
+  }
+}

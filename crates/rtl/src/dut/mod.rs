@@ -1,0 +1,117 @@
+//! Designs of the user's own: built and simulated by GHDL or Verilator, each as a process of its own that answers one
+//! request: clock some edges with these inputs.
+//!
+//! A built model is kept in a folder by the SHA-256 of the design's files, its generics, its interface to the world and
+//! the tools.
+
+mod build;
+mod ghdl;
+mod interface;
+mod process;
+mod verilator;
+mod wire;
+
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hpu_cosim::dut::{Design, Designs, Fault};
+use hpu_cosim::scene::{DutScene, Engine};
+
+use crate::hdl::Setup;
+use crate::tool::{Tool, ToolError};
+
+pub(crate) use ghdl::ASK;
+pub(crate) use wire::Served;
+
+/// Why a design could not be built or simulated.
+#[derive(Debug)]
+pub enum DutError {
+    /// A tool is missing, or did not do what it was asked.
+    Tool(ToolError),
+    /// A tool refused the design, in its own words, shortened.
+    Refused {
+        /// The tool.
+        tool: Tool,
+        /// The design's topmost unit.
+        top: String,
+        /// What it said.
+        said: String,
+    },
+    /// The simulation ended, or did not answer.
+    Ended(String),
+    /// A file could not be read or written.
+    Io(PathBuf, std::io::Error),
+}
+
+impl fmt::Display for DutError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Tool(error) => error.fmt(f),
+            Self::Refused { tool, top, said } => write!(f, "{} refuses `{top}`:\n{}", tool.name(), said.trim_end()),
+            Self::Ended(said) => f.write_str(said.trim_end()),
+            Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for DutError {}
+
+impl DutError {
+    /// What a tool did not do with a design: refused it, or failed by itself.
+    fn of(top: &str, error: ToolError) -> Self {
+        if error.refused() {
+            return Self::Refused { tool: error.tool, top: top.to_string(), said: error.said };
+        }
+        Self::Tool(error)
+    }
+}
+
+/// The simulators at hand.
+#[derive(Clone, Debug)]
+pub struct Simulators {
+    /// Where built models are kept.
+    pub cache: PathBuf,
+    /// The shared library that GHDL calls, and how long a tool may run.
+    pub setup: Setup,
+}
+
+impl Designs for Simulators {
+    fn build(&self, scene: &DutScene) -> Result<Arc<dyn Design>, Fault> {
+        let is_vhdl = is_vhdl(&scene.dut);
+        let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
+            (Engine::Ghdl, false) => {
+                return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
+            }
+            (Engine::Ghdl, true) => self.ghdl(scene, "").map(|design| Arc::new(design) as Arc<dyn Design>),
+            (Engine::Verilator, _) | (Engine::Auto, false) => self.verilator(scene).map(|design| Arc::new(design) as _),
+            (Engine::Auto, true) => match self.verilator(scene) {
+                Ok(design) => Ok(Arc::new(design) as _),
+                // What GHDL itself refuses is refused; what only the way through Verilog does not take, GHDL simulates.
+                Err(DutError::Tool(error)) if error.tool != Tool::Verilator || !error.is_unusable() => {
+                    Err(DutError::Tool(error))
+                }
+                Err(error) => {
+                    let why = match &error {
+                        DutError::Tool(_) => "; there is no Verilator".to_string(),
+                        error => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
+                    };
+                    self.ghdl(scene, &why).map(|design| Arc::new(design) as _)
+                }
+            },
+        };
+        built.map_err(Into::into)
+    }
+}
+
+/// What is said after the head of a message, on one line.
+fn first_line(said: &str) -> String {
+    let mut lines = said.lines();
+    let (head, next) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
+    format!("{} {}", head.trim_end_matches(':'), next.trim()).trim().to_string()
+}
+
+/// Whether a design is VHDL.
+fn is_vhdl(dut: &hpu_cosim::scene::Dut) -> bool {
+    dut.files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
+}

@@ -1,0 +1,167 @@
+//! A simulator as a process that answers requests.
+
+use std::io::{self, Read};
+use std::os::fd::AsRawFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::Command;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use hpu_cosim::dut::{Change, Fault, Simulation};
+
+use super::DutError;
+use super::wire::{DESCRIPTOR, put, take_answer};
+use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, shortened};
+
+/// How long an answer may take, unless a tool's time is limited otherwise: it clocks at most some ten thousand edges.
+pub(super) const ANSWER: Duration = Duration::from_secs(20);
+/// Bytes that are kept of what a simulator prints: as many of its beginning.
+const KEPT: usize = 1 << 14;
+/// How long the last words of a process that has ended are waited for.
+const LAST_WORDS: Duration = Duration::from_secs(2);
+
+/// A simulator that runs.
+pub(super) struct Process {
+    tool: Tool,
+    group: Group,
+    stream: UnixStream,
+    said: Arc<Mutex<Vec<u8>>>,
+    readers: Vec<JoinHandle<()>>,
+    limit: Duration,
+    /// Edges clocked so far.
+    edge: u64,
+    request: Vec<u64>,
+    /// What goes with the process.
+    _keep: Option<Box<dyn Send>>,
+}
+
+impl Process {
+    /// Starts a simulator and lets it come through its reset.
+    pub(super) fn start(
+        tool: Tool,
+        mut command: Command,
+        keep: Option<Box<dyn Send>>,
+        limit: Duration,
+        (words, drives): (&[u64], &[bool]),
+        changes: &mut Vec<Change>,
+    ) -> Result<Self, Fault> {
+        let step = "simulate a design";
+        let not_started = |error| ToolError::new(tool, step, ToolFault::NotStarted(error), "");
+        let (ours, theirs) = UnixStream::pair().map_err(not_started).map_err(DutError::Tool)?;
+        let descriptor = theirs.as_raw_fd();
+        let given = move || {
+            // SAFETY: between fork and exec, on descriptors that are this process's own.
+            let done = unsafe {
+                if descriptor == DESCRIPTOR {
+                    libc::fcntl(descriptor, libc::F_SETFD, 0)
+                } else {
+                    libc::dup2(descriptor, DESCRIPTOR)
+                }
+            };
+            if done < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+        };
+        // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
+        unsafe { command.pre_exec(given) };
+        let mut group =
+            Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, step, fault, "")))?;
+        drop(theirs);
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let mut readers = Vec::new();
+        if let Some(out) = group.child.stdout.take() {
+            readers.push(listen(out, Arc::clone(&said)));
+        }
+        if let Some(err) = group.child.stderr.take() {
+            readers.push(listen(err, Arc::clone(&said)));
+        }
+        ours.set_read_timeout(Some(limit)).map_err(not_started).map_err(DutError::Tool)?;
+        let mut process =
+            Self { tool, group, stream: ours, said, readers, limit, edge: 0, request: Vec::new(), _keep: keep };
+        process.request.push(words.len() as u64);
+        process.request.extend(drives.iter().map(|drives| u64::from(*drives)));
+        process.request.extend_from_slice(words);
+        process.ask(changes)?;
+        Ok(process)
+    }
+
+    fn ask(&mut self, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        let answer = put(&mut self.stream, &self.request)
+            .and_then(|()| take_answer(&mut io::BufReader::with_capacity(1 << 14, &mut self.stream), changes));
+        self.request.clear();
+        match answer {
+            Ok(done) => {
+                self.edge += done;
+                Ok(done)
+            }
+            Err(error) => Err(self.ended(&error).into()),
+        }
+    }
+
+    /// Why it does not answer.
+    fn ended(&mut self, error: &io::Error) -> DutError {
+        let tool = self.tool.name();
+        if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
+            let limit_s = self.limit.as_secs_f64();
+            let said = self.last_words();
+            return DutError::Ended(format!(
+                "the design does not end a step: {tool} gave no answer for {limit_s} s after clock edge {}{said}",
+                self.edge
+            ));
+        }
+        let start = Instant::now();
+        let status = loop {
+            match self.group.child.try_wait() {
+                Ok(None) if start.elapsed() < LAST_WORDS => thread::sleep(Duration::from_millis(5)),
+                Ok(status) => break status,
+                Err(_) => break None,
+            }
+        };
+        let how = match status {
+            Some(status) => match (status.code(), status.signal()) {
+                (Some(code), _) => format!("with code {code}"),
+                (_, Some(signal)) => format!("by signal {signal}"),
+                _ => "by itself".to_string(),
+            },
+            None => format!("its answers ({error})"),
+        };
+        let said = self.last_words();
+        DutError::Ended(format!("the simulation by {tool} ended {how} after clock edge {}{said}", self.edge))
+    }
+
+    /// What it printed, shortened.
+    fn last_words(&mut self) -> String {
+        let start = Instant::now();
+        while self.readers.iter().any(|reader| !reader.is_finished()) && start.elapsed() < LAST_WORDS / 4 {
+            thread::sleep(Duration::from_millis(5));
+        }
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        let said = String::from_utf8_lossy(&said).into_owned();
+        if said.trim().is_empty() { "; it said nothing".to_string() } else { format!(":\n{}", shortened(&said)) }
+    }
+}
+
+impl Simulation for Process {
+    fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        self.request.extend([edges, u64::from(all)]);
+        self.request.extend_from_slice(words);
+        self.ask(changes)
+    }
+}
+
+/// Keeps the beginning and the end of what is printed.
+fn listen(mut from: impl Read + Send + 'static, said: Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
+    thread::spawn(move || {
+        let mut buffer = [0; 4096];
+        while let Ok(length) = from.read(&mut buffer)
+            && length > 0
+        {
+            let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
+            said.extend_from_slice(&buffer[..length]);
+            if said.len() > 4 * KEPT {
+                let end = said.len() - KEPT;
+                said.drain(KEPT..end);
+            }
+        }
+    })
+}

@@ -1,0 +1,317 @@
+//! A design by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
+use hpu_cosim::scene::{Dut, DutScene, Generic};
+use hpu_signal::Format;
+
+use super::build::{base, cycles, write, write_files};
+use super::process::{ANSWER, Process};
+use super::{DutError, Simulators};
+use crate::cost::verilog::{UNTOLD, repaired};
+use crate::tool::{Said, Tool, run};
+
+/// The file in which a built model tells its ports.
+const PORTS: &str = "ports";
+/// The program that a model becomes.
+const MODEL: &str = "obj/model";
+/// The widest port.
+const MOST_BITS: u32 = 64;
+
+/// A design that was built.
+pub(super) struct Verilated {
+    folder: PathBuf,
+    ports: Vec<Port>,
+    is_vhdl: bool,
+    engine: String,
+    limit: Duration,
+}
+
+impl Simulators {
+    pub(super) fn verilator(&self, scene: &DutScene) -> Result<Verilated, DutError> {
+        let dut = &scene.dut;
+        let is_vhdl = super::is_vhdl(dut);
+        let version = format!("Verilator {}", Tool::Verilator.version().map_err(DutError::Tool)?);
+        let tools = if is_vhdl {
+            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version().map_err(DutError::Tool)?)
+        } else {
+            version
+        };
+        let folder = self.built(scene, &tools, |folder| {
+            write_files(dut, folder)?;
+            let (sources, top) = if is_vhdl {
+                (self.synthesised(dut, folder)?, dut.top.to_lowercase())
+            } else {
+                (sources(dut), dut.top.clone())
+            };
+            self.verilate(dut, folder, &sources, &top, !is_vhdl)
+        })?;
+        let path = folder.join(PORTS);
+        let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
+        let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
+        if is_vhdl {
+            // Synthesis knows bits alone; the entity knows which are signed numbers.
+            let elaborated = self.ports_of_vhdl(scene)?;
+            for port in &mut ports {
+                if let Some(same) = elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name))
+                    && same.format.width() == port.format.width()
+                {
+                    port.format = same.format;
+                }
+            }
+        }
+        Ok(Verilated { folder, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
+    }
+
+    /// VHDL as Verilog, put right.
+    fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
+        self.analyse(dut, folder)?;
+        let synth = |language: &str| -> Result<Said, DutError> {
+            let mut command = self.ghdl_command("--synth", dut, folder);
+            command.arg(format!("--work={}", dut.library));
+            command.arg(format!("--out={language}"));
+            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&dut.top);
+            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(&dut.top, error))
+        };
+        let text = synth("verilog")?.out;
+        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.clone(), said: UNTOLD.to_string() };
+        let verilog = repaired(&text, || synth("vhdl").map(|said| said.out))?.ok_or_else(untold)?;
+        write(folder, "synthesised.v", verilog.as_bytes())?;
+        Ok(vec!["synthesised.v".to_string()])
+    }
+
+    /// Verilog as a program.
+    fn verilate(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+        sources: &[String],
+        top: &str,
+        generics: bool,
+    ) -> Result<(), DutError> {
+        let say = |error| DutError::of(&dut.top, error);
+        let mut command = Command::new(Tool::Verilator.name());
+        command.current_dir(folder);
+        command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", "unique", "--x-initial", "unique"]);
+        command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
+        command.args(["-CFLAGS", "-std=c++17 -O3 -ffp-contract=off", "-I.", "--top-module", top]);
+        if generics {
+            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+        }
+        command.args(sources).arg("main.cpp");
+        run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
+        let header = read(&folder.join("obj/Vdut.h"))?;
+        let root = read(&folder.join("obj/Vdut___024root.h"))?;
+        let found = fields(&header);
+        let signed = self.signed(dut, folder, sources, top, generics)?;
+        for field in &found {
+            if field.width > MOST_BITS {
+                let said =
+                    format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
+                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.clone(), said });
+            }
+        }
+        write(folder, "main.cpp", main_cpp(dut, &found, &state(&root)).as_bytes())?;
+        let mut make = Command::new("make");
+        make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]);
+        make.args(["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O3"]);
+        run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)?;
+        let lines = found.iter().map(|field| {
+            let way = if field.is_input { "in" } else { "out" };
+            let sign = if signed.contains(&field.name) { "signed" } else { "unsigned" };
+            format!("{} {way} {} {sign}\n", field.name, field.width)
+        });
+        write(folder, PORTS, lines.collect::<String>().as_bytes())
+    }
+
+    /// The ports that are signed numbers, from Verilator's own account of the design.
+    fn signed(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+        sources: &[String],
+        top: &str,
+        generics: bool,
+    ) -> Result<Vec<String>, DutError> {
+        let mut command = Command::new(Tool::Verilator.name());
+        command.current_dir(folder).args([
+            "--xml-only",
+            "--xml-output",
+            "design.xml",
+            "-Wno-lint",
+            "-Wno-style",
+            "-Wno-fatal",
+        ]);
+        command.args(["-I.", "--top-module", top]);
+        if generics {
+            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+        }
+        command.args(sources);
+        run(Tool::Verilator, "tell of a design", command, self.limit())
+            .map_err(|error| DutError::of(&dut.top, error))?;
+        let xml = read(&folder.join("design.xml"))?;
+        let signed: Vec<_> = xml
+            .lines()
+            .filter(|line| line.contains("signed=\"true\""))
+            .filter_map(|line| attribute(line, "id"))
+            .collect();
+        let is_signed = |line: &&str| attribute(line, "dtype_id").is_some_and(|id| signed.contains(&id));
+        let ports = xml.lines().filter(|line| line.contains("<var ") && line.contains(" dir=\"")).filter(is_signed);
+        Ok(ports.filter_map(|line| attribute(line, "origName")).map(str::to_string).collect())
+    }
+}
+
+/// The files that are compiled; headers are read where they are included.
+fn sources(dut: &Dut) -> Vec<String> {
+    let names = dut.files.iter().map(|(name, _)| base(name).to_string());
+    names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
+}
+
+/// A parameter as Verilator takes it.
+fn literal(value: &Generic) -> String {
+    match value {
+        Generic::Flag(flag) => i32::from(*flag).to_string(),
+        Generic::Integer(number) => number.to_string(),
+        Generic::Text(text) => format!("\"{text}\""),
+    }
+}
+
+fn read(path: &Path) -> Result<String, DutError> {
+    fs::read_to_string(path).map_err(|error| DutError::Io(path.to_path_buf(), error))
+}
+
+/// The value of an attribute on a line of XML.
+fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
+    let (_, rest) = line.split_once(&format!(" {name}=\""))?;
+    rest.split_once('"').map(|(value, _)| value)
+}
+
+/// A port from its line.
+fn port(line: &str) -> Option<Port> {
+    let [name, way, width, sign] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+    let width = width.parse().ok()?;
+    let format = if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
+    Some(Port { name: name.to_string(), is_input: way == "in", format })
+}
+
+/// A port as the C++ has it.
+struct Field {
+    /// In the design, and in C++.
+    name: String,
+    field: String,
+    is_input: bool,
+    width: u32,
+}
+
+/// The ports, from lines such as `VL_IN8(&clk,0,0);`.
+fn fields(header: &str) -> Vec<Field> {
+    let field = |line: &str| {
+        let line = line.trim();
+        let (way, rest) = line.split_once('(')?;
+        let is_input = match way.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') {
+            "VL_IN" => true,
+            "VL_OUT" => false,
+            _ => return None,
+        };
+        let parts: Vec<_> = rest.trim_end_matches(");").split(',').collect();
+        let field = parts.first()?.trim_start_matches('&').to_string();
+        let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
+        // Names that C++ has for itself are marked; two underscores are written as a code.
+        let name = field.trim_start_matches("__SYM__").replace("___05F", "__");
+        Some(Field { name, field, is_input, width: u32::try_from(high? - low? + 1).ok()? })
+    };
+    header.lines().filter_map(field).collect()
+}
+
+/// The variables of the flattened design, and whether some of them are values that were made up for X.
+struct State {
+    variables: Vec<String>,
+    makes_up: bool,
+}
+
+fn state(root: &str) -> State {
+    let kinds = ["CData/*", "SData/*", "IData/*", "QData/*", "VlWide<", "VlUnpacked<"];
+    let variable = |line: &str| {
+        let line = line.trim();
+        let is_one = kinds.iter().any(|kind| line.starts_with(kind)) && line.ends_with(';') && !line.contains('(');
+        is_one.then(|| line.trim_end_matches(';').rsplit(' ').next().unwrap_or_default().to_string())
+    };
+    let all: Vec<_> = root.lines().filter_map(variable).collect();
+    let made_up = |name: &String| name.contains("__Vxrand");
+    State { makes_up: all.iter().any(made_up), variables: all.into_iter().filter(|name| !made_up(name)).collect() }
+}
+
+/// The program around the model; see [`wire`](super::wire).
+fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
+    let timing = |field: &&Field| {
+        let named =
+            |name: &String| *name == field.name || super::is_vhdl(dut) && name.eq_ignore_ascii_case(&field.name);
+        dut.clocks.iter().any(|clock| named(&clock.port)) || dut.reset.iter().any(|reset| named(&reset.port))
+    };
+    let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
+    let (mut puts, mut gets, mut levels, mut resets, mut same) =
+        (String::new(), String::new(), String::new(), String::new(), String::new());
+    for (index, field) in wires.iter().enumerate() {
+        let name = &field.field;
+        let _ = if field.is_input {
+            writeln!(puts, "  top.{name} = bits[{index}];")
+        } else {
+            writeln!(gets, "  bits[{index}] = top.{name};")
+        };
+    }
+    let find = |port: &str| {
+        let is = |field: &&Field| field.name == port || super::is_vhdl(dut) && field.name.eq_ignore_ascii_case(port);
+        fields.iter().find(is).map(|field| &field.field)
+    };
+    for clock in &dut.clocks {
+        if let Some(name) = find(&clock.port) {
+            let _ = writeln!(levels, "  top.{name} = half % {} < {};", 2 * clock.divide, clock.divide);
+        }
+    }
+    if let Some((reset, name)) = dut.reset.as_ref().and_then(|reset| Some((reset, find(&reset.port)?))) {
+        let _ = writeln!(resets, "  top.{name} = active != {};", reset.active_low);
+    }
+    for name in &state.variables {
+        let _ = writeln!(same, "  if (std::memcmp(&one.{name}, &two.{name}, sizeof one.{name}) != 0) return false;");
+    }
+    let names: Vec<_> = wires.iter().map(|field| format!("\"{}\"", field.name)).collect();
+    let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
+    let (common, reset_cycles) = cycles(dut);
+    include_str!("main.cpp")
+        .replace("@PUTS@", &puts)
+        .replace("@GETS@", &gets)
+        .replace("@LEVELS@", &levels)
+        .replace("@RESETS@", &resets)
+        .replace("@SAME@", &same)
+        .replace("@MAKES_UP@", &state.makes_up.to_string())
+        .replace("@PORTS@", &wires.len().to_string())
+        .replace("@NAMES@", &names.join(", "))
+        .replace("@OUTPUTS@", &outputs.join(", "))
+        .replace("@COMMON@", &common.to_string())
+        .replace("@RESET_CYCLES@", &reset_cycles.to_string())
+}
+
+impl Design for Verilated {
+    fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    fn ignores_case(&self) -> bool {
+        self.is_vhdl
+    }
+
+    fn engine(&self) -> &str {
+        &self.engine
+    }
+
+    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
+        let command = Command::new(self.folder.join(MODEL));
+        let process = Process::start(Tool::Verilator, command, None, self.limit, (words, drives), changes)?;
+        Ok(Box::new(process))
+    }
+}

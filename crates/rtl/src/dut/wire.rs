@@ -1,0 +1,131 @@
+//! What parent and simulator say to each other, as words of 8 bytes, and the simulator's side of it for GHDL.
+//!
+//! At first the parent tells how many ports there are, which of them are outputs that drive the device, and the bits at
+//! all of them. The simulator holds the design in reset with these inputs, and answers as to every request. A request is
+//! the number of edges to clock, whether all changes are asked for, and the bits at all ports. An answer is the edges
+//! done and the changes on the way: how many, and of each the edge, the port, the bits, and 1 where they are all known.
+
+use std::io::{self, Read, Write};
+use std::os::fd::FromRawFd;
+use std::os::unix::net::UnixStream;
+
+use hpu_cosim::dut::Change;
+
+/// The file descriptor by which a simulator talks to its parent.
+pub(crate) const DESCRIPTOR: i32 = 3;
+
+/// Bits that VHDL hands over at a time.
+const PART_BITS: u32 = 30;
+/// Parts of the widest port.
+const PARTS: usize = 3;
+
+pub(crate) fn put(to: &mut impl Write, words: &[u64]) -> io::Result<()> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    to.write_all(&bytes)
+}
+
+pub(crate) fn take(from: &mut impl Read) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    from.read_exact(&mut bytes)?;
+    Ok(u64::from_le_bytes(bytes))
+}
+
+/// Takes an answer; the edges done.
+pub(crate) fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io::Result<u64> {
+    let (done, count) = (take(from)?, take(from)?);
+    for _ in 0..count {
+        let (edge, port, bits, known) = (take(from)?, take(from)?, take(from)?, take(from)?);
+        changes.push(Change { edge, port: port as usize, bits: (known != 0).then_some(bits) });
+    }
+    Ok(done)
+}
+
+/// The simulator's side: what GHDL's process holds, called by `hpu_dut_bridge`.
+pub(crate) struct Served {
+    stream: UnixStream,
+    drives: Vec<bool>,
+    inputs: Vec<u64>,
+    /// Parts of the bits that VHDL has told of each port, -1 for unknown ones.
+    told: Vec<[i32; PARTS]>,
+    widths: Vec<u32>,
+    /// The words after the last edge.
+    words: Vec<Option<u64>>,
+    /// Whether anything was told since.
+    is_told: bool,
+    all: bool,
+    done: u64,
+    changes: Vec<u64>,
+}
+
+impl Served {
+    /// Meets the parent.
+    pub(crate) fn open() -> io::Result<Self> {
+        // SAFETY: the parent has made this descriptor for this process, and nothing else here uses it.
+        let mut stream = unsafe { UnixStream::from_raw_fd(DESCRIPTOR) };
+        let ports = take(&mut stream)? as usize;
+        let drives = (0..ports).map(|_| Ok(take(&mut stream)? != 0)).collect::<io::Result<_>>()?;
+        let inputs = (0..ports).map(|_| take(&mut stream)).collect::<io::Result<_>>()?;
+        Ok(Self {
+            stream,
+            drives,
+            inputs,
+            told: vec![[-1; PARTS]; ports],
+            widths: vec![0; ports],
+            words: vec![None; ports],
+            is_told: true,
+            all: true,
+            done: 0,
+            changes: Vec::new(),
+        })
+    }
+
+    /// Part of the bits at an input.
+    pub(crate) fn input(&self, port: usize, part: usize) -> i32 {
+        let bits = self.inputs[port].checked_shr(PART_BITS * part as u32).unwrap_or(0);
+        (bits & ((1 << PART_BITS) - 1)) as i32
+    }
+
+    /// VHDL tells a part of a port's bits, -1 for unknown ones, and how many bits the port has.
+    pub(crate) fn tell(&mut self, port: usize, part: usize, word: i32, width: u32) {
+        self.told[port][part] = word;
+        self.widths[port] = width;
+        self.is_told = true;
+    }
+
+    /// After an edge, or the reset: whether an output that drives the device has changed.
+    pub(crate) fn edge(&mut self, reset: bool) -> bool {
+        self.done += u64::from(!reset);
+        if !std::mem::take(&mut self.is_told) {
+            return false;
+        }
+        let mut changed = false;
+        for port in 0..self.words.len() {
+            let parts = self.widths[port].div_ceil(PART_BITS) as usize;
+            let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
+            let word = if parts == 0 { None } else { self.told[port][..parts].iter().rev().try_fold(0, whole) };
+            if word != self.words[port] || reset && parts > 0 {
+                self.words[port] = word;
+                changed |= self.drives[port];
+                if self.all || self.drives[port] {
+                    let known = u64::from(word.is_some());
+                    self.changes.extend([self.done, port as u64, word.unwrap_or(0), known]);
+                }
+            }
+        }
+        changed
+    }
+
+    /// Answers, and takes the next request: how many edges to clock. `None` when the parent is gone.
+    pub(crate) fn next(&mut self) -> Option<i32> {
+        let head = [self.done, self.changes.len() as u64 / 4];
+        put(&mut self.stream, &[&head, &self.changes[..]].concat()).ok()?;
+        self.changes.clear();
+        self.done = 0;
+        let edges = take(&mut self.stream).ok()?;
+        self.all = take(&mut self.stream).ok()? != 0;
+        for input in &mut self.inputs {
+            *input = take(&mut self.stream).ok()?;
+        }
+        i32::try_from(edges).ok()
+    }
+}
