@@ -12,7 +12,7 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
     let pictures = match ran.session {
         AnyRig::Ours(Ready::Axis(session)) => run_pictures(&chart_run(session, ran, command)),
         AnyRig::Ours(Ready::Phantom(session)) => chart::drop_pictures(session, &ran.trace, &ran.summary, command),
-        AnyRig::Dut(_) => Vec::new(),
+        AnyRig::Dut(session) => chart::dut_pictures(session, &ran.trace, &ran.summary, command),
     };
     // What the words of VHDL that differs have lost nobody saw.
     let losses_seen = ran.summary.nets.iter().all(|net| net.losses_seen);

@@ -24,10 +24,13 @@ mod stiffness_by_cost;
 mod table_2;
 mod words;
 
+use hpu_cosim::dut::DutSession;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
-use hpu_cosim::{Summary, Trace, Verdict};
+use hpu_cosim::{Rig, Summary, Trace, Verdict};
 
 use crate::map::{Unseen, product_wraps, unseen_contact};
+
+use motion::Motion;
 
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
@@ -132,13 +135,46 @@ pub struct Picture {
 pub fn run_pictures(run: &Run) -> Vec<Picture> {
     let mut pictures = Vec::new();
     if run.summary.verdict.is_some() {
-        pictures.push(motion::position(run));
-        pictures.push(motion::torque(run));
+        pictures.extend(motion_pictures(&Motion::of(run)));
     }
     if !run.summary.nets.is_empty() {
         pictures.push(bits::bits(run));
     }
     pictures
+}
+
+fn motion_pictures(motion: &Motion) -> [Picture; 2] {
+    [motion::position(motion), motion::torque(motion)]
+}
+
+/// The pictures of a run whose loop a design of the user's own closed. Its trace holds the nets of its session.
+///
+/// # Panics
+///
+/// When the trace does not hold them.
+#[must_use]
+pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+    let scene = session.scene();
+    let clock = rate(scene.clock.frequency_hz() as f64);
+    let warning = if summary.contact_share == Some(0.0) { "; wall not reached" } else { "" };
+    let outcome = verdict(summary, scene.device.units().position) + warning;
+    let motion = Motion {
+        title: format!("{}: {outcome}", scene.name),
+        conditions: format!("{} at {clock}, by {}{}", scene.dut.top, session.engine(), thinned(trace)),
+        command,
+        device: &scene.device,
+        hand: &scene.hand,
+        duration_s: scene.run.duration_s,
+        motion_s: summary.motion_s,
+        clock: scene.clock,
+        modulator: None,
+        wall_rad: scene.wall_rad,
+        trace,
+        contact: trace.words(session.nets().len() - 1),
+        counted: None,
+        asked: None,
+    };
+    motion_pictures(&motion).into()
 }
 
 /// The outcome of the motion in a few words, with a warning where it says nothing of the wall.
@@ -151,7 +187,7 @@ fn outcome(run: &Run) -> String {
         (_, Some(wraps)) => format!("; through the wall, product wrapped {wraps} times"),
         _ => String::new(),
     };
-    verdict(run) + &warning
+    verdict(run.summary, run.scene.device.units().position) + &warning
 }
 
 /// What a datapath did not see of a device past the wall.
@@ -161,8 +197,7 @@ fn past_the_wall(run: &Run, Unseen { depth, wrapped }: Unseen) -> String {
 }
 
 /// The verdict in a few words.
-fn verdict(run: &Run) -> String {
-    let (summary, unit) = (run.summary, run.scene.device.units().position);
+fn verdict(summary: &Summary, unit: &str) -> String {
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
         Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} m{unit} rms", 1e3 * rms_rad),

@@ -8,16 +8,97 @@ use super::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
 use hpu_cosim::scene::{Device, Hand};
-use hpu_cosim::{Pace, TORQUE_BETWEEN};
+use hpu_cosim::{Pace, TORQUE_BETWEEN, Trace};
+use hpu_signal::Clock;
 
 /// Columns of [`hpu_plant::REALS`].
 pub(super) const ANGLE: usize = 2;
 /// Length of a close-up.
 const CLOSE_UP_S: f64 = 60e-3;
 
+/// A motion, as its pictures need it, whoever closed the loop.
+pub(super) struct Motion<'a> {
+    /// The titles' two lines, and the command that makes the pictures.
+    pub title: String,
+    pub conditions: String,
+    pub command: &'a str,
+    pub device: &'a Device,
+    pub hand: &'a Hand,
+    pub duration_s: f64,
+    pub motion_s: f64,
+    pub clock: Clock,
+    /// Clocks of a period of the modulator, where it is known.
+    pub modulator: Option<u64>,
+    pub wall_rad: f64,
+    pub trace: &'a Trace,
+    /// What is not 0 at a row where the wall is touched.
+    pub contact: &'a [i64],
+    /// The penetration as the datapath counts it: its words, and what one is worth in mrad.
+    pub counted: Option<(&'a [i64], f64)>,
+    /// What the actuator is asked for: the words, and what one is worth in mN.m.
+    pub asked: Option<(&'a [i64], f64)>,
+}
+
+impl<'a> Motion<'a> {
+    /// Of a loop of ours.
+    pub(super) fn of(run: &Run<'a>) -> Self {
+        Self {
+            title: format!("{}: {}", run.scene.name, outcome(run)),
+            conditions: conditions(run),
+            command: run.command,
+            device: &run.scene.device,
+            hand: &run.scene.hand,
+            duration_s: run.scene.run.duration_s,
+            motion_s: run.summary.motion_s,
+            clock: run.scene.clock,
+            modulator: run.scene.modulator_clocks(),
+            wall_rad: run.words.realised.wall_position_rad,
+            trace: run.trace,
+            contact: run.words_in(PENETRATION),
+            counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.count_rad)),
+            // A positive command pushes against the positive direction: its torque is negative, as in the trace.
+            asked: Some((run.words_in(COMMAND), -1e3 * run.words.command_quantum_nm(run.scene))),
+        }
+    }
+
+    fn contact(&self) -> impl Iterator<Item = (f64, bool)> + Clone + 'a {
+        self.trace.times_s().zip(self.contact.iter().map(|word| *word != 0))
+    }
+
+    fn angles(&self, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+        self.trace.times_s().zip(self.trace.real(ANGLE).iter().map(move |value| value * scale))
+    }
+
+    fn words(&self, words: Option<(&'a [i64], f64)>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+        let (words, scale) = words.unwrap_or((&[], 0.0));
+        self.trace.times_s().zip(words.iter().map(move |&word| word as f64 * scale))
+    }
+
+    fn page(&self) -> Canvas {
+        page(&self.title, &self.conditions, self.command)
+    }
+
+    fn hand(&self) -> Option<Vec<(f64, f64)>> {
+        let (Hand::SpringDamper { path, .. } | Hand::Prescribed { path }) = self.hand else { return None };
+        let mut points: Vec<_> = path.iter().map(|point| (point.time_s, point.angle_rad)).collect();
+        points.push((self.duration_s, path.last()?.angle_rad));
+        Some(points)
+    }
+
+    /// The first contact in ms, from a little before it (or the start, where there is none), and what to call it.
+    fn close_up(&self) -> (Range<f64>, &'static str) {
+        // Of a short run a part, so that two panels never show the same.
+        let length_s = CLOSE_UP_S.min(0.25 * self.motion_s);
+        let touch_s = self.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
+        let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, self.motion_s - length_s);
+        let label =
+            if touch_s.is_some() { "time in ms: the first contact" } else { "time in ms: the wall is not touched" };
+        (1e3 * start_s..1e3 * (start_s + length_s), label)
+    }
+}
+
 /// The wall as ground above its position.
-pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
-    let position_rad = run.words.realised.wall_position_rad;
+pub(super) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     if position_rad < panel.y.end {
         canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], SHADE);
         canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], QUIET, 3);
@@ -25,67 +106,48 @@ pub(super) fn wall(run: &Run, panel: &Panel, canvas: &mut Canvas) {
 }
 
 /// What the device's positions are.
-pub(super) fn angle_label(run: &Run) -> String {
-    let what = if matches!(run.scene.device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
-    format!("{what} in {}", run.scene.device.units().position)
-}
-
-fn hand(run: &Run) -> Option<Vec<(f64, f64)>> {
-    let (Hand::SpringDamper { path, .. } | Hand::Prescribed { path }) = &run.scene.hand else { return None };
-    let mut points: Vec<_> = path.iter().map(|point| (point.time_s, point.angle_rad)).collect();
-    points.push((run.scene.run.duration_s, path.last()?.angle_rad));
-    Some(points)
-}
-
-/// The first contact in ms, from a little before it (or the start, where there is none), and what to call it.
-fn close_up(run: &Run) -> (Range<f64>, &'static str) {
-    // Of a short run a part, so that two panels never show the same.
-    let length_s = CLOSE_UP_S.min(0.25 * run.summary.motion_s);
-    let touch_s = run.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
-    let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, run.summary.motion_s - length_s);
-    let label = if touch_s.is_some() { "time in ms: the first contact" } else { "time in ms: the wall is not touched" };
-    (1e3 * start_s..1e3 * (start_s + length_s), label)
+pub(super) fn angle_label(device: &Device) -> String {
+    let what = if matches!(device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
+    format!("{what} in {}", device.units().position)
 }
 
 /// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as
 /// it is counted.
-pub(super) fn position(run: &Run) -> Picture {
-    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
-    let x = 0.0..run.summary.motion_s;
-    let wall_rad = run.words.realised.wall_position_rad;
-    let hand = hand(run);
+pub(super) fn position(run: &Motion) -> Picture {
+    let mut canvas = run.page();
+    let x = 0.0..run.motion_s;
+    let wall_rad = run.wall_rad;
+    let hand = run.hand();
     let intended = hand.iter().flatten().map(|point| point.1);
     let angles = run.trace.angles_rad().iter().copied();
     let y = around(angles.chain(intended).chain([wall_rad]), 0.06);
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
-    wall(run, &top, &mut canvas);
+    wall(wall_rad, &top, &mut canvas);
     let mut legend = vec![("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
     if hand.is_some() {
         legend.push(("the hand's intention", Look::Line(PURPLE)));
     }
-    top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run));
+    top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run.device));
     if let Some(points) = hand {
         top.curve(&mut canvas, points.into_iter(), PURPLE, 3);
     }
-    top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
-    if let Device::Motor(motor) = run.scene.device {
+    top.curve(&mut canvas, run.angles(1.0), BLUE, 4);
+    if let Device::Motor(motor) = run.device {
         top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "angle of the wheel in rad");
     }
 
-    let count_mrad = 1e3 * run.words.realised.count_rad;
-    let (x, x_label) = close_up(run);
+    let (x, x_label) = run.close_up();
     let shown = |point: &(f64, f64)| x.contains(&point.0);
-    let depths = run.reals_of(ANGLE, 1e3).map(|(t, angle_mrad)| (1e3 * t, (angle_mrad - 1e3 * wall_rad).max(0.0)));
-    let counted = run.words_of(PENETRATION).map(|(t, word)| (1e3 * t, word as f64 * count_mrad));
+    let depths = run.angles(1e3).map(|(t, angle_mrad)| (1e3 * t, (angle_mrad - 1e3 * wall_rad).max(0.0)));
+    let counted = run.words(run.counted).map(|(t, depth)| (1e3 * t, depth));
     let y = around(depths.clone().chain(counted.clone()).filter(shown).map(|point| point.1).chain([0.0]), 0.06);
     let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
     bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), SHADE);
-    let depth = format!("penetration in m{}", run.scene.device.units().position);
-    let legend = [
-        ("as it is", Look::Line(BLUE)),
-        ("as counted by the datapath", Look::Line(ORANGE)),
-        ("contact, as counted", Look::Area(SHADE)),
-    ];
+    let depth = format!("penetration in m{}", run.device.units().position);
+    let mut legend = vec![("as it is", Look::Line(BLUE)), ("contact, as counted", Look::Area(SHADE))];
+    if run.counted.is_some() {
+        legend.insert(1, ("as counted by the datapath", Look::Line(ORANGE)));
+    }
     bottom.frame(&mut canvas, &legend, Some(x_label), &depth);
     bottom.curve(&mut canvas, depths, BLUE, 5);
     bottom.curve(&mut canvas, counted, ORANGE, 3);
@@ -94,9 +156,9 @@ pub(super) fn position(run: &Run) -> Picture {
 
 /// When the time begins that a row's mean is taken over, and the mean: over whole periods of the modulator where there
 /// is one, so that rows closer than a period, in which none begins, leave it as it is.
-fn whole_means(run: &Run, means: &[f64]) -> Vec<(f64, f64)> {
-    let pace = Pace { stride: run.trace.edges_apart(), period: run.scene.modulator_clocks() };
-    let edge_s = run.scene.clock.period_s();
+fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
+    let pace = Pace { stride: run.trace.edges_apart(), period: run.modulator };
+    let edge_s = run.clock.period_s();
     let mut points = Vec::with_capacity(means.len());
     for (row, mean) in means.iter().enumerate().skip(1) {
         let (before, edge) = ((row as u64 - 1) * pace.stride, row as u64 * pace.stride);
@@ -108,19 +170,17 @@ fn whole_means(run: &Run, means: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
-pub(super) fn torque(run: &Run) -> Picture {
-    let mut canvas = page(&format!("{}: {}", run.scene.name, outcome(run)), &conditions(run), run.command);
-    // A positive command pushes against the positive direction: its torque is negative, as in the trace.
-    let quantum_mnm = -1e3 * run.words.command_quantum_nm(run.scene);
-    let asked = || run.words_of(COMMAND).map(|(t, word)| (t, word as f64 * quantum_mnm));
+pub(super) fn torque(run: &Motion) -> Picture {
+    let mut canvas = run.page();
+    let asked = || run.words(run.asked);
     let [means, least, greatest] = TORQUE_BETWEEN.map(|column| run.trace.real(column));
     // What a row tells is of the time since the row before it.
     let since = || run.trace.times_s().zip(run.trace.times_s().skip(1)).zip(1..);
     let came = || since().map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
     let mean = whole_means(run, means);
-    let end_s = run.summary.motion_s;
-    let (near, near_label) = close_up(run);
-    let (y_label, mean_label) = match run.scene.device {
+    let end_s = run.motion_s;
+    let (near, near_label) = run.close_up();
+    let (y_label, mean_label) = match run.device {
         Device::Motor(_) => ("torque in mN\u{b7}m", "the motor's, its mean"),
         Device::Mass(_) => ("force in mN", "the amplifier's, its mean"),
     };
@@ -133,12 +193,14 @@ pub(super) fn torque(run: &Run) -> Picture {
         let y = around(asked.clone().chain(ends).filter(shown).map(|point| point.1), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 200, bottom, x: x.clone(), y };
         panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), SHADE);
-        let legend = [
-            ("commanded; negative pushes back", Look::Line(ORANGE)),
+        let mut legend = vec![
             (mean_label, Look::Line(BLUE)),
             ("from its least to its greatest", Look::Area(SKY)),
             ("contact, as counted", Look::Area(SHADE)),
         ];
+        if run.asked.is_some() {
+            legend.insert(0, ("commanded; negative pushes back", Look::Line(ORANGE)));
+        }
         panel.frame(&mut canvas, &legend, Some(x_label), y_label);
         let zero = [panel.at(x.start, 0.0), panel.at(x.end, 0.0)];
         if panel.y.contains(&0.0) {

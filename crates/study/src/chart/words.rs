@@ -36,11 +36,6 @@ impl<'a> Run<'a> {
         self.trace.times_s().zip(self.trace.real(real).iter().map(move |value| value * scale))
     }
 
-    /// Whether the wall is touched at each row, as the datapath sees it.
-    pub(super) fn contact(&self) -> impl Iterator<Item = (f64, bool)> + Clone + 'a {
-        self.words_of(PENETRATION).map(|(t, word)| (t, word != 0))
-    }
-
     /// The spring's word at a penetration.
     pub(super) fn spring_at(&self, penetration: i64) -> i64 {
         let overflow = if self.words.config.saturate { Overflow::Saturate } else { Overflow::Wrap };
