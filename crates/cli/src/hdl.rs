@@ -24,6 +24,26 @@ pub struct Vhdl {
     tool_timeout: Option<Duration>,
 }
 
+/// The simulators of a design of the user's own.
+#[derive(clap::Args)]
+pub struct Simulated {
+    /// Kill a simulator of a scene's [dut] that runs longer without an answer [default: 20; 1800 for its compilation]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    tool_timeout: Option<Duration>,
+}
+
+impl Simulated {
+    /// What builds and simulates designs of the user's own.
+    pub fn simulators(&self) -> Result<Simulators, Failure> {
+        simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
+    }
+}
+
+fn simulators(setup: Setup) -> Result<Simulators, Failure> {
+    let cache = cache_folder("dut").ok_or_else(|| Failure::usage("no HOME to keep built models in"))?;
+    Ok(Simulators { cache, setup })
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
@@ -41,7 +61,6 @@ impl Vhdl {
 
     /// What builds and simulates designs of the user's own.
     pub fn simulators(&self) -> Result<Simulators, Failure> {
-        let cache = cache_folder("dut").ok_or_else(|| Failure::usage("no HOME to keep built models in"))?;
-        Ok(Simulators { cache, setup: self.setup() })
+        simulators(self.setup())
     }
 }

@@ -17,7 +17,7 @@ use crate::journal;
 use crate::map_text;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json, with_progress};
-use crate::{interrupt, pictures};
+use crate::{hdl, interrupt, pictures};
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
 ///
@@ -59,6 +59,8 @@ pub struct Args {
     /// Write tables and pictures into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    hdl: hdl::Simulated,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -168,6 +170,7 @@ impl Mapped {
 
 /// `hpu map`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
+    hpu_cosim::dut::provide(args.hdl.simulators()?);
     let map = args.map()?;
     let command = args.command();
     let events = args.cell_events.to_string();

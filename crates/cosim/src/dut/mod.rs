@@ -12,7 +12,7 @@ mod closed;
 mod connect;
 
 use std::error::Error;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use hpu_signal::{Clock, Format, Real, Signal};
 
@@ -92,6 +92,26 @@ pub trait Designs: Sync {
     ///
     /// When a tool is missing, or refuses the design.
     fn build(&self, scene: &DutScene) -> Result<Arc<dyn Design>, Fault>;
+}
+
+static PROVIDED: OnceLock<Box<dyn Designs + Send>> = OnceLock::new();
+
+/// What builds designs in studies of this program, for all its time; what was provided first stays.
+pub fn provide(designs: impl Designs + Send + 'static) {
+    // Who comes second finds one that is as good.
+    let _ = PROVIDED.set(Box::new(designs));
+}
+
+/// What was [provided](provide).
+///
+/// # Errors
+///
+/// When nothing was: this program knows no simulators.
+pub fn provided() -> Result<&'static dyn Designs, Fault> {
+    PROVIDED
+        .get()
+        .map(|designs| &**designs as &dyn Designs)
+        .ok_or_else(|| "no simulator of designs is at hand here".into())
 }
 
 /// A scene with a design of the user's own, made ready.

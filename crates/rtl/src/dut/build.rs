@@ -1,9 +1,11 @@
 //! Folders of built models, by the SHA-256 of what they are built of.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use hpu_cosim::scene::{Dut, DutScene};
@@ -33,7 +35,11 @@ impl Simulators {
         tools: &str,
         make: impl FnOnce(&Path) -> Result<(), DutError>,
     ) -> Result<PathBuf, DutError> {
-        let folder = self.cache.join(key(scene, tools));
+        let key = key(scene, tools);
+        let folder = self.cache.join(&key);
+        // Threads that want the same model build it once.
+        let turn = turn(key);
+        let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
         if folder.join(WHOLE).is_file() {
             return Ok(folder);
         }
@@ -56,6 +62,12 @@ impl Simulators {
             moved => moved.map_err(io(&folder)).map(|()| folder),
         }
     }
+}
+
+/// Whose turn it is to build a model.
+fn turn(key: String) -> Arc<Mutex<()>> {
+    static TURNS: Mutex<BTreeMap<String, Arc<Mutex<()>>>> = Mutex::new(BTreeMap::new());
+    Arc::clone(TURNS.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default())
 }
 
 /// What a model depends on.

@@ -30,15 +30,14 @@ impl FromStr for Axis {
         let (key, rest) = text.split_once('=').ok_or(SYNTAX)?;
         let mut parts = rest.split(':');
         let (from, to) = parts.next().and_then(|range| range.split_once("..")).ok_or(SYNTAX)?;
-        let (mut cells, mut log) = (USUAL, false);
+        let (mut cells, mut log) = (None, false);
         for part in parts.map(str::trim) {
             match part {
                 "log" => log = true,
                 "lin" => log = false,
                 _ => {
-                    cells = part
-                        .parse()
-                        .map_err(|_| format!("`{}` is neither a number of cells, log nor lin", excerpt(part)))?
+                    let wrong = |_| format!("`{}` is neither a number of cells, log nor lin", excerpt(part));
+                    cells = Some(part.parse().map_err(wrong)?);
                 }
             }
         }
@@ -46,9 +45,16 @@ impl FromStr for Axis {
         if !unit.is_empty() && !other.is_empty() && unit != other {
             return Err(format!("{unit} and {other}: write both ends in the same unit"));
         }
+        // Of a design of the user's own every whole number, where nobody says how many.
+        let whole = key.trim().starts_with(OF_A_DESIGN) && [from, to].iter().all(|end| end.fract() == 0.0);
+        let every = (whole && (1.0..MOST as f64).contains(&(to - from))).then(|| (to - from) as usize + 1);
+        let cells = cells.or(every).unwrap_or(USUAL);
         Self::new(key.trim(), (from, to), if unit.is_empty() { other } else { unit }, cells, log)
     }
 }
+
+/// How keys of a design of the user's own begin, whose generics and constants are whole numbers.
+const OF_A_DESIGN: &str = "dut.";
 
 /// A number and its unit.
 fn quantity(text: &str) -> Result<(f64, &str), String> {
@@ -95,6 +101,7 @@ impl Axis {
             };
             // What is left of a difference of the ends is zero.
             let exact = if exact.abs() < 1e-12 * (to - from) { 0.0 } else { exact };
+            let exact = if key.starts_with(OF_A_DESIGN) { exact.round() } else { exact };
             format!("{exact:.5e}").parse().unwrap_or(exact)
         };
         let mut values: Vec<f64> = (0..cells).map(value).collect();

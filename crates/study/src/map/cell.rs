@@ -4,8 +4,9 @@ use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
 
 use crate::watch::limited;
 
@@ -158,17 +159,21 @@ impl Cell {
     ///
     /// Why it could not be run to its end; that it has more events than it may is such a reason.
     pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
-        let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
-        let rows = ready.edges() / ready.stride();
+        let rig = any_rig(experiment)?;
+        let rows = rig.edges() / rig.stride();
         if rows > MOST_ROWS {
             return Err(format!(
                 "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
             ));
         }
-        let mut trace = ready.brief_trace();
+        let mut trace = rig.brief_trace();
         let CellLimits { events, guard } = limits;
-        let run = |own: &Control| ready.run(Driver::Events, &mut trace, &mut (), own);
+        let run = |own: &Control| match &rig {
+            AnyRig::Ours(ours) => Ok(ours.run(Driver::Events, &mut trace, &mut (), own)),
+            AnyRig::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
+        };
         let (summary, late) = limited(Some(events), guard, control, run);
+        let summary = summary?;
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);
             return if stopped { Ok(None) } else { Err(more_events(events)) };
@@ -179,6 +184,9 @@ impl Cell {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => {
                 let wall = (scene.wall.position_rad, scene.wall.stiffness_nm_per_rad);
                 displayed_stiffness(wall, &trace, summary.averages)
+            }
+            (Experiment::Dut(scene), Verdict::Settled { .. }) => {
+                displayed_stiffness((scene.wall_rad, 0.0), &trace, summary.averages)
             }
             _ => None,
         };
@@ -207,6 +215,15 @@ impl Cell {
                 / summary.edges.max(1) as f64,
             edges: summary.edges,
         }))
+    }
+}
+
+/// Any scene made ready; its design, if it has one, is built by what this program knows.
+pub(super) fn any_rig(experiment: &Experiment) -> Result<AnyRig<'_>, String> {
+    let said = |error: Fault| error.to_string();
+    match experiment {
+        Experiment::Dut(_) => AnyRig::new(experiment, dut::provided().map_err(said)?).map_err(said),
+        ours => Ready::new(ours).map(AnyRig::Ours).map_err(|error| error.to_string()),
     }
 }
 

@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 
+use hpu_cosim::Rig;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
-use hpu_cosim::{Ready, Rig};
 
 pub use axis::Axis;
 pub(crate) use cell::more_events;
@@ -194,8 +194,7 @@ impl Map {
                     if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
                         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\"".into());
                     }
-                    let ready = Ready::new(&experiment).map_err(|error| error.to_string());
-                    ready.map(|ready| ready.has_device())
+                    cell::any_rig(&experiment).map(|rig| rig.has_device())
                 });
                 match made {
                     Ok(true) => runs = true,
