@@ -29,7 +29,7 @@ pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) 
         // A concatenation with a word of no bits, which is no Verilog.
         .replace("{0'b, ", "{")
         .replace(", 0'b}", "}");
-    let text: String = declared_once(&text).map(|line| with_sign(line) + "\n").collect();
+    let text: String = declared_once(&text).map(|line| with_absolute(&with_sign(line)) + "\n").collect();
     if !text.lines().any(|line| line.trim().starts_with("case (")) {
         return Ok(Some(text));
     }
@@ -101,6 +101,15 @@ fn with_sign(line: &str) -> String {
     }
 }
 
+/// The absolute value of a signed word is written as VHDL has it, `n2_o <= std_logic_vector(abs $signed(n1_o));`.
+fn with_absolute(line: &str) -> String {
+    let parts = line.split_once(" <= std_logic_vector(abs $signed(");
+    match parts.and_then(|(net, rest)| Some((net, rest.strip_suffix("));")?))) {
+        Some((net, word)) => format!("  assign {} = $signed({word}) < 0 ? -{word} : {word};", net.trim()),
+        None => line.to_string(),
+    }
+}
+
 /// Gives every `case` its default (ghdl/ghdl#2041: GHDL 2.0 leaves it out, which makes latches of logic).
 ///
 /// The same netlist as VHDL has them: its selected assignments are those cases, in the same order and of the same nets.
@@ -141,6 +150,11 @@ fn selected(line: &str) -> Option<&str> {
 
 /// A literal or a net; ports of the topmost entity are wrapped in VHDL.
 fn value(vhdl: &str) -> Option<String> {
+    // A word of so many bits, all the same.
+    if let Some((high, bit)) = vhdl.strip_prefix('(').and_then(|word| word.split_once(" downto 0 => '")) {
+        let (high, bit) = (high.parse::<u32>().ok()?, bit.strip_suffix("')")?);
+        return Some(format!("{{{}{{1'b{bit}}}}}", high + 1));
+    }
     match vhdl.as_bytes() {
         [b'\'', bit, b'\''] => Some(format!("1'b{}", char::from(*bit))),
         [b'"', bits @ .., b'"'] => Some(format!("{}'b{}", bits.len(), std::str::from_utf8(bits).ok()?)),
@@ -152,7 +166,7 @@ fn value(vhdl: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{with_defaults, with_literals, with_sign, with_slices};
+    use super::{with_absolute, with_defaults, with_literals, with_sign, with_slices};
 
     #[test]
     fn long_words_are_bits_and_not_text() {
@@ -171,6 +185,15 @@ mod tests {
         assert_eq!(with_sign("  assign b = a >> 2'b10;"), "  assign b = a >> 2'b10;");
     }
 
+    #[test]
+    fn an_absolute_value_is_a_choice_by_the_sign() {
+        assert_eq!(
+            with_absolute("  n2_o <= std_logic_vector(abs $signed(n1_o));"),
+            "  assign n2_o = $signed(n1_o) < 0 ? -n1_o : n1_o;"
+        );
+        assert_eq!(with_absolute("      2'b01: n1 <= a;"), "      2'b01: n1 <= a;");
+    }
+
     const CASES: &str = "  always @*\n    case (s)\n      2'b10: n1 <= n5;\n      2'b01: n1 <= a;\n    endcase\n  \
                          always @*\n    case (s)\n      1'b1: n2 <= 2'b00;\n    endcase\n";
     const SELECTED: &str = "  with s select n1 <=\n    n5 when \"10\",\n    wrap_a when \"01\",\n    wrap_b when others;\n  \
@@ -181,6 +204,13 @@ mod tests {
         let fixed = with_defaults(CASES, SELECTED).expect("the same netlist");
         assert!(fixed.contains("2'b01: n1 <= a;\n      default: n1 <= b;\n    endcase"), "{fixed}");
         assert!(fixed.contains("1'b1: n2 <= 2'b00;\n      default: n2 <= 2'b01;\n    endcase"), "{fixed}");
+    }
+
+    #[test]
+    fn a_default_of_equal_bits_is_repeated() {
+        let selected = SELECTED.replace("wrap_b when others", "(17 downto 0 => 'X') when others");
+        let fixed = with_defaults(CASES, &selected).expect("the same netlist");
+        assert!(fixed.contains("default: n1 <= {18{1'bX}};"), "{fixed}");
     }
 
     #[test]

@@ -97,7 +97,9 @@ impl Simulators {
         let say = |error| DutError::of(&dut.top, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
-        command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", "unique", "--x-initial", "unique"]);
+        // Synthesis writes X where no choice leads; a designer, where one must not.
+        let unknown = if generics { "unique" } else { "fast" };
+        command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
         command.args(["-CFLAGS", "-std=c++17 -O3 -ffp-contract=off", "-I.", "--top-module", top]);
         if generics {
