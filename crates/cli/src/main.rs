@@ -21,6 +21,7 @@ mod limits_text;
 mod manual;
 mod map;
 mod map_text;
+mod nets;
 mod notation;
 mod parameters;
 mod pictures;

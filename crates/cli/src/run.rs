@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::nets::{self, Held, Pairs};
 use crate::notation::Written;
 use crate::parameters::{self, Said};
 use crate::rows::{Estimate, Rows};
@@ -38,9 +39,10 @@ pub struct Args {
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
-    /// Run `events` against `clock` and compare every net and plant state at every edge
-    #[arg(long, conflicts_with_all = ["out", "driver"])]
-    compare: bool,
+    /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of the
+    /// scene's own design against nets of the scene that --beside names
+    #[arg(long, num_args = 0.., value_name = "PORT=NET", value_parser = scene::port_and_net)]
+    compare: Option<Vec<(String, String)>>,
     /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json
     /// into this folder
     #[arg(short, long, value_name = "DIR")]
@@ -55,7 +57,7 @@ pub struct Args {
     #[arg(long, requires = "out")]
     no_plot: bool,
     /// Draw this scene's run beside, in one figure
-    #[arg(long, value_name = "SCENE", requires = "out", conflicts_with = "no_plot")]
+    #[arg(long, value_name = "SCENE")]
     beside: Option<String>,
     #[command(flatten)]
     hdl: hdl::Vhdl,
@@ -94,6 +96,8 @@ pub struct Ran<'s> {
     pub window_s: [f64; 2],
     /// Every parameter, and who said it.
     pub parameters: Vec<Said>,
+    /// The scene of ours whose nets the ports of a design were held against.
+    pub held: Option<Held>,
     /// The VHDL beside it, and where that was from.
     pub rtl: Option<(CheckRow, Hdl)>,
     /// Whether the outcome was the expected one, when one was.
@@ -111,6 +115,23 @@ pub struct Ran<'s> {
 }
 
 impl Args {
+    /// What the options ask of each other.
+    fn agree(&self) -> Result<(), Failure> {
+        let said = match (&self.compare, &self.beside) {
+            (Some(pairs), _) if pairs.is_empty() && (self.out.is_some() || self.driver.is_some()) => {
+                "--compare runs both drivers and writes nothing; leave out --out and --driver"
+            }
+            (Some(pairs), None) if !pairs.is_empty() => {
+                "--compare PORT=NET needs the scene of the nets: --beside SCENE"
+            }
+            (None, Some(_)) if self.out.is_none() || self.no_plot => {
+                "--beside draws a picture (write -o DIR, and leave out --no-plot) or is compared (--compare PORT=NET)"
+            }
+            _ => return Ok(()),
+        };
+        Err(Failure::usage(said))
+    }
+
     /// Why a run's expectations are not judged: they are of the scene as written, and of all of it.
     fn unjudged(&self, complete: bool) -> Option<&'static str> {
         // These sections change no run.
@@ -131,7 +152,7 @@ impl Args {
 impl Ran<'_> {
     fn exit(&self) -> Exit {
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
-        Exit::when(met && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()))
+        Exit::when(met && self.held.as_ref().is_none_or(Held::ok) && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()))
     }
 }
 
@@ -140,6 +161,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return scene::list(args.json);
     };
+    args.agree()?;
     let mut loaded = Loaded::new(name, &args.set.set, args.edges)?;
     let mut fitted = None;
     if loaded.scene.auto() {
@@ -158,21 +180,26 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
+    let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
     if let AnyRig::Dut(_) = session
-        && (args.compare || args.driver.is_some())
+        && (drivers || args.driver.is_some())
     {
-        let reason =
-            "a design of your own is clocked by its simulator; write dut.engine, and leave out --driver and --compare";
+        let reason = "a design of your own is clocked by its simulator: write dut.engine for --driver, and \
+                      --compare PORT=NET --beside SCENE";
         return Err(Failure::usage(format!("{}: {reason}", session.name())));
     }
     if let AnyRig::Ours(ours) = &session
         && ours.direct().is_some()
-        && (args.compare || args.driver.is_some())
+        && (args.compare.is_some() || args.driver.is_some())
     {
         let solver = "a law in floats with this model.solver runs without a clock, so no driver advances it";
         return Err(Failure::usage(format!("{}: {solver}; leave out --driver and --compare", session.name())));
     }
-    if let (true, AnyRig::Ours(ours)) = (args.compare, &session) {
+    if let (Some(pairs), AnyRig::Ours(ours)) = (&args.compare, &session) {
+        if !pairs.is_empty() {
+            let reason = "PORT=NET is for a scene with a [dut]; VHDL of ours is compared by --driver rtl";
+            return Err(Failure::usage(format!("{}: {reason}", session.name())));
+        }
         return compare(ours, args.json);
     }
     let vhdl = (args.driver == Some(DriverArg::Rtl)).then(|| args.hdl.setup());
@@ -183,7 +210,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let command = command(&loaded, vhdl.as_ref());
     let recorded = folder.as_mut().map(|folder| (folder, &*command));
-    let mut ran = match simulate(&loaded.scene, &session, args, vhdl.as_ref(), recorded) {
+    let beside = match (&args.compare, &other) {
+        (Some(_), Some(other)) => Some(Ready::new(&other.scene).map_err(Failure::file)?),
+        _ => None,
+    };
+    let against = beside.as_ref().zip(args.compare.as_deref());
+    let mut ran = match simulate(&loaded.scene, &session, args, vhdl.as_ref(), against, recorded) {
         Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         ran => ran?,
     };
@@ -219,11 +251,11 @@ fn write(
         let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
-        if let Some(other) = other {
+        if let (Some(other), None) = (other, &ran.held) {
             let session = AnyRig::new(&other.scene, &args.hdl.simulators()?)?;
             let command = format!("{command} --beside {}", other.scene.name());
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
-            let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None)?;
+            let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None, None)?;
             pictures::write_beside([ran, &beside], &command, folder)?;
         }
     }
@@ -287,8 +319,11 @@ fn simulate<'s>(
     session: &'s AnyRig<'s>,
     args: &Args,
     vhdl: Option<&(LoopScene, Setup)>,
+    against: Option<(&Ready, &[(String, String)])>,
     folder: Option<(&mut Folder, &str)>,
 ) -> Result<Ran<'s>, Failure> {
+    let pairs = against.map(|(ours, names)| Pairs::new(session, ours, names)).transpose()?;
+    let mut held = None;
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
@@ -306,9 +341,21 @@ fn simulate<'s>(
     let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
     let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
-    let advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
+    let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
         with_progress(session.edges(), "edges", control, || match (session, vhdl) {
-            (AnyRig::Dut(dut), _) => Ok((dut.run(true, trace, observer, control)?, None)),
+            (AnyRig::Dut(dut), _) => {
+                let mut run = |observer: &mut dyn Observe| dut.run(true, trace, observer, control);
+                let (Some(pairs), Some((ours, _))) = (pairs.clone(), against) else {
+                    return Ok((run(observer)?, None));
+                };
+                let (summary, found) = nets::hold(pairs, ours, observer, |observer| {
+                    let summary = run(observer)?;
+                    let edges = summary.edges;
+                    Ok((summary, edges))
+                })?;
+                held = Some(found);
+                Ok((summary, None))
+            }
             (AnyRig::Ours(ours), None) => Ok((ours.run(driver, trace, observer, control), None)),
             (AnyRig::Ours(ours), Some((scene, setup))) => {
                 let (summary, row) = run_vhdl(scene, setup, ours, trace, observer, control)?;
@@ -319,8 +366,9 @@ fn simulate<'s>(
     let (summary, rtl) = match folder {
         None => advance(&mut trace, &mut ())?,
         Some((folder, command)) => {
-            let waves = Waves::begin(session, folder, args.vcd, vhdl.is_some())?;
-            let rows = Rows::begin(session, &table(session, vhdl.is_some()), command, args.parquet, folder, control)?;
+            let compared = vhdl.is_some() || pairs.is_some();
+            let waves = Waves::begin(session, folder, args.vcd, compared)?;
+            let rows = Rows::begin(session, &table(session, compared), command, args.parquet, folder, control)?;
             let mut recorded = Recorded(waves, rows);
             let advanced = advance(&mut trace, &mut recorded);
             let Recorded(waves, rows) = recorded;
@@ -328,7 +376,9 @@ fn simulate<'s>(
             rows.finish(folder)?;
             let (summary, rtl) = advanced?;
             let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
-            waves.finish(folder, Cycle(summary.edges), first.map(|first| Cycle(first.row)))?;
+            let first = first.map(|first| first.row);
+            let first = first.or(held.as_ref().and_then(|held| Some(held.first.as_ref()?.edge)));
+            waves.finish(folder, Cycle(summary.edges), first.map(Cycle))?;
             (summary, rtl)
         }
     };
@@ -352,6 +402,7 @@ fn simulate<'s>(
         trace,
         window_s: judged_window_s(scene),
         parameters: Vec::new(),
+        held,
         rtl,
         fitted: None,
         notation: args.notation.get(),

@@ -6,6 +6,7 @@ use hpu_rtl::Mismatch;
 use hpu_signal::{Clock, Cycle, Format};
 use serde_json::{Value, json};
 
+use crate::nets::Held;
 use crate::run::Ran;
 use crate::run_text::{displayed, unseen, wraps};
 use crate::{fit, parameters, rows, run};
@@ -73,6 +74,7 @@ pub fn summary(ran: &Ran) -> Value {
             })
         }),
         "dut": dut(ran.session),
+        "compared": ran.held.as_ref().map(Held::object),
         "trace": trace(ran),
         "files": ran.files,
     })
@@ -112,7 +114,7 @@ fn dut(session: &AnyRig) -> Option<Value> {
 
 /// The columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
-    let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some()));
+    let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some() || ran.held.is_some()));
     let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
     json!({ "signs": SIGNS, "columns": columns })
 }

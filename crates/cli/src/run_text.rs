@@ -102,6 +102,9 @@ pub fn summary(ran: &Ran) -> String {
             text += &first.to_string();
         }
     }
+    if let Some(held) = &ran.held {
+        text += &held.text(ran.session.clock().period_s());
+    }
     for file in &ran.files {
         writeln!(text, "{:<10} {}", "file", file.display()).expect("a string grows");
     }

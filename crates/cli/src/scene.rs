@@ -28,6 +28,11 @@ pub struct Set {
     pub set: Vec<(String, String)>,
 }
 
+/// Reads `PORT=NET`.
+pub fn port_and_net(text: &str) -> Result<(String, String), String> {
+    pair(text).map_err(|_| "write PORT=NET, as in pwm_o=a_high; the scene's name stands before --compare".to_string())
+}
+
 /// Reads `KEY=VALUE`.
 pub fn pair(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as in wall.stiffness=2")?;

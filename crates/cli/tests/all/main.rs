@@ -7,6 +7,7 @@ mod blocks;
 mod chart;
 mod common;
 mod contact;
+mod dut;
 mod exports;
 mod fit;
 mod fuzz;

@@ -15,6 +15,16 @@
 #include "Vdut___024root.h"
 #include "verilated.h"
 
+// Edges clocked so far.
+static uint64_t edges = 0;
+
+// `$finish`: in the place of Verilator's, which waits for a lock of its own where two models run.
+void vl_finish(const char* file, int line, const char*) {
+  std::fprintf(stderr, "%s:%d: the design ended the simulation ($finish) at clock edge %llu\n", file, line,
+               static_cast<unsigned long long>(edges));
+  _exit(1);
+}
+
 namespace {
 
 constexpr int DESCRIPTOR = 3;
@@ -95,7 +105,7 @@ int main() {
   auto twin = std::make_unique<Model>(2);
   // All clocks rise at the halves that this divides.
   constexpr uint64_t COMMON = 2 * @COMMON@;
-  uint64_t half = COMMON - 2, edges = 0, look = 1;
+  uint64_t half = COMMON - 2, look = 1;
 
   auto initial = [&](Model& one) {
     put(*one.top, bits);
@@ -131,11 +141,6 @@ int main() {
       half += 2;
       model.cycle(bits, half);
       get(*model.top, now);
-      if (model.context->gotFinish()) {
-        std::fprintf(stderr, "the design ended the simulation ($finish) at clock edge %llu\n",
-                     static_cast<unsigned long long>(edges));
-        return 1;
-      }
       if (twin) {
         twin->cycle(bits, half);
         get(*twin->top, other);
@@ -146,7 +151,7 @@ int main() {
                          "%llx and %llx after clock edge %llu\n",
                          NAMES[port], static_cast<unsigned long long>(now[port]),
                          static_cast<unsigned long long>(other[port]), static_cast<unsigned long long>(edges));
-            return 1;
+            _exit(1);
           }
         if (edges >= look) {
           look = edges + (edges < 4096 ? edges : 4096);

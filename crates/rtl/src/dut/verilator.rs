@@ -101,7 +101,8 @@ impl Simulators {
         let unknown = if generics { "unique" } else { "fast" };
         command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
-        command.args(["-CFLAGS", "-std=c++17 -O3 -ffp-contract=off", "-I.", "--top-module", top]);
+        // A loop without an end is to hang, so that it is seen, and not to be left out.
+        command.args(["-CFLAGS", "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH", "-I.", "--top-module", top]);
         if generics {
             command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
         }

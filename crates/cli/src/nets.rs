@@ -1,0 +1,337 @@
+//! `hpu run SCENE --beside OURS --compare PORT=NET`: ports of a design of the user's own held against nets of a scene of
+//! ours, at every clock edge.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use hpu_cosim::{Control, Ready, Rig, Wired};
+use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
+use serde_json::{Value, json};
+
+use crate::exit::Failure;
+use crate::terminal;
+use crate::units::si;
+
+/// Rows that are told before a difference.
+const ROWS: usize = 16;
+/// Changes of ours that are sent at a time, and such batches that wait at most.
+const BATCH: usize = 4096;
+const WAITING: usize = 16;
+
+/// A port of theirs and a net of ours.
+#[derive(Clone, PartialEq, Debug)]
+struct Pair {
+    port: Signal,
+    net: Signal,
+    theirs: usize,
+    ours: usize,
+}
+
+impl Pair {
+    fn differs(&self, theirs: i64, ours: i64) -> bool {
+        theirs == UNKNOWN || self.port.format.bits(theirs) != self.net.format.bits(ours)
+    }
+}
+
+/// The ports and nets that are compared.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Pairs(Vec<Pair>);
+
+impl Pairs {
+    /// Of two scenes made ready, by name. A word is compared bit by bit, so that both have as many.
+    pub fn new(theirs: &impl Rig, ours: &Ready, names: &[(String, String)]) -> Result<Self, Failure> {
+        if theirs.clock() != ours.clock() {
+            let [of_theirs, of_ours] =
+                [theirs.clock(), ours.clock()].map(|clock| si(clock.frequency_hz() as f64, "Hz"));
+            return Err(Failure::usage(format!(
+                "{} runs at {of_theirs}, {} at {of_ours}; edges are compared at one clock",
+                theirs.name(),
+                ours.name()
+            )));
+        }
+        let (ports, nets) = (theirs.nets(), ours.nets());
+        let find = |all: &[Signal], name: &str, of: &str, what: &str| {
+            all.iter().position(|signal| signal.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
+                let names: Vec<_> = all.iter().map(|signal| signal.name).collect();
+                Failure::usage(format!("{of} has no {what} `{name}`; it has {}", names.join(", ")))
+            })
+        };
+        let pairs = names.iter().map(|(port, net)| {
+            let theirs = find(&ports, port, theirs.name(), "port")?;
+            let ours = find(&nets, net, ours.name(), "net")?;
+            let pair = Pair { port: ports[theirs].clone(), net: nets[ours].clone(), theirs, ours };
+            let widths = [&pair.port, &pair.net].map(|signal| signal.format.width());
+            if widths[0] != widths[1] {
+                return Err(Failure::usage(format!(
+                    "{port} has {} bits, {net} has {}; only words of the same width are compared",
+                    widths[0], widths[1]
+                )));
+            }
+            Ok(pair)
+        });
+        pairs.collect::<Result<_, _>>().map(Self)
+    }
+}
+
+/// Words of the compared nets from an edge on.
+type Row = (u64, Vec<i64>);
+
+/// Sends what our nets do.
+struct Send<'p> {
+    pairs: &'p [Pair],
+    last: Vec<i64>,
+    batch: Vec<Row>,
+    to: SyncSender<Vec<Row>>,
+}
+
+impl Observe for Send<'_> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.last.iter().zip(self.pairs).any(|(last, pair)| *last != words[pair.ours]) || self.last.is_empty() {
+            self.last = self.pairs.iter().map(|pair| words[pair.ours]).collect();
+            self.batch.push((cycle.0, self.last.clone()));
+            if self.batch.len() == BATCH {
+                // Who does not listen any more has stopped.
+                let _ = self.to.send(std::mem::take(&mut self.batch));
+            }
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// The first difference.
+#[derive(Clone, PartialEq, Debug)]
+pub struct First {
+    /// The clock edge.
+    pub edge: u64,
+    /// Index of the pair.
+    pair: usize,
+    /// Rows before it and with it: edge, our words, theirs.
+    rows: Vec<(u64, Vec<i64>, Vec<i64>)>,
+}
+
+/// What a comparison has found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Held {
+    pairs: Pairs,
+    /// The scene of ours.
+    pub beside: String,
+    /// Edges compared, and words that differed over all of them.
+    pub edges: u64,
+    pub mismatches: u64,
+    /// The first of them.
+    pub first: Option<First>,
+}
+
+/// Watches theirs, and hands on what it sees with a net more: whether anything has differed.
+struct Beside<'a> {
+    inner: &'a mut dyn Observe,
+    pairs: &'a [Pair],
+    from: Receiver<Vec<Row>>,
+    waiting: VecDeque<Row>,
+    theirs: Vec<i64>,
+    ours: Vec<i64>,
+    /// The edge from which both stand so.
+    since: u64,
+    mismatches: u64,
+    rows: VecDeque<(u64, Vec<i64>, Vec<i64>)>,
+    first: Option<First>,
+    words: Vec<i64>,
+}
+
+impl Beside<'_> {
+    /// Our next change, as far as it is known to come.
+    fn next(&mut self) -> Option<&Row> {
+        while self.waiting.is_empty() {
+            self.waiting.extend(self.from.recv().ok()?);
+        }
+        self.waiting.front()
+    }
+
+    /// Both stood as they are up to an edge, from which one of them changes.
+    fn stand(&mut self, edge: u64) {
+        if self.theirs.is_empty() || self.ours.is_empty() {
+            return;
+        }
+        let differ = self.pairs.iter().zip(self.theirs.iter().zip(&self.ours));
+        let differ = differ.filter(|(pair, (theirs, ours))| pair.differs(**theirs, **ours)).count() as u64;
+        // Before the first edge both come out of their resets.
+        self.mismatches += differ * edge.saturating_sub(self.since.max(1));
+        self.since = edge;
+    }
+
+    /// Looks at both after all changes of an edge.
+    fn look(&mut self, edge: u64) {
+        if self.first.is_some() || self.theirs.is_empty() || self.ours.is_empty() {
+            return;
+        }
+        if self.rows.len() == ROWS {
+            self.rows.pop_front();
+        }
+        self.rows.push_back((edge, self.ours.clone(), self.theirs.clone()));
+        let mut all = self.pairs.iter().zip(self.theirs.iter().zip(&self.ours));
+        let differs = all.position(|(pair, (theirs, ours))| pair.differs(*theirs, *ours));
+        if let (Some(pair), true) = (differs, edge > 0) {
+            self.first = Some(First { edge, pair, rows: self.rows.iter().cloned().collect() });
+        }
+    }
+
+    /// Takes our changes before an edge.
+    fn come_to(&mut self, edge: u64) {
+        while self.next().is_some_and(|(at, _)| *at < edge) {
+            let (at, words) = self.waiting.pop_front().expect("the next one");
+            self.stand(at);
+            self.ours = words;
+            self.look(at);
+        }
+    }
+}
+
+impl Observe for Beside<'_> {
+    fn measures(&self) -> bool {
+        self.inner.measures()
+    }
+
+    fn follows(&self, _: Range<usize>) -> bool {
+        true
+    }
+
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.come_to(cycle.0);
+        self.stand(cycle.0);
+        if self.next().is_some_and(|(at, _)| *at == cycle.0) {
+            self.ours = self.waiting.pop_front().expect("the next one").1;
+        }
+        self.theirs.clear();
+        self.theirs.extend(self.pairs.iter().map(|pair| words[pair.theirs]));
+        self.look(cycle.0);
+        self.words.clear();
+        self.words.extend_from_slice(words);
+        self.words.push(self.first.is_some().into());
+        self.inner.nets(cycle, &self.words);
+    }
+
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.inner.reals(cycle, values);
+    }
+}
+
+/// Runs theirs by `run`, and ours beside it; shows the observer what theirs does, with a net more: 1 from where a word
+/// has differed, as soon as theirs changes.
+pub fn hold<T>(
+    pairs: Pairs,
+    ours: &Ready,
+    observer: &mut dyn Observe,
+    run: impl FnOnce(&mut dyn Observe) -> Result<(T, u64), Failure>,
+) -> Result<(T, Held), Failure> {
+    let (to, from) = sync_channel(WAITING);
+    let control = Control::new();
+    std::thread::scope(|scope| {
+        let (all, control) = (&pairs.0, &control);
+        let side = scope.spawn(move || {
+            let mut send = Send { pairs: all, last: Vec::new(), batch: Vec::new(), to };
+            let mut trace = ours.brief_trace();
+            ours.run(ours.driver(), &mut trace, &mut send, control);
+            let _ = send.to.send(send.batch);
+        });
+        let mut beside = Beside {
+            inner: observer,
+            pairs: &pairs.0,
+            from,
+            waiting: VecDeque::new(),
+            theirs: Vec::new(),
+            ours: Vec::new(),
+            since: 0,
+            mismatches: 0,
+            rows: VecDeque::new(),
+            first: None,
+            words: Vec::new(),
+        };
+        let ran = run(&mut beside).map(|(ran, edges)| {
+            let edges = edges.min(ours.edges());
+            beside.come_to(edges + 1);
+            beside.stand(edges + 1);
+            (ran, edges)
+        });
+        control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        let Beside { from, mismatches, first, .. } = beside;
+        // Ours may wait to be heard.
+        drop(from);
+        side.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let (ran, edges) = ran?;
+        let beside = ours.name().to_string();
+        Ok((ran, Held { pairs: pairs.clone(), beside, edges, mismatches, first }))
+    })
+}
+
+impl Held {
+    /// Whether nothing differed.
+    pub fn ok(&self) -> bool {
+        self.mismatches == 0
+    }
+
+    /// For people: a line, and the rows of the first difference.
+    pub fn text(&self, period_s: f64) -> String {
+        let said = terminal::verdict(&format!("{} mismatches", self.mismatches), self.ok());
+        let pairs = self.pairs.0.iter().map(|pair| format!("{}={}", pair.port.name, pair.net.name));
+        let pairs = pairs.collect::<Vec<_>>().join(" ");
+        let mut text = format!("compared   {} edges beside {}, {said}: {pairs}\n", self.edges, self.beside);
+        let Some(First { edge, pair, rows }) = &self.first else { return text };
+        let pair = &self.pairs.0[*pair];
+        text += &format!(
+            "{:<10} first difference at edge {edge} ({}): {} is not {} of {}\n",
+            "",
+            si(*edge as f64 * period_s, "s"),
+            pair.port.name,
+            pair.net.name,
+            self.beside
+        );
+        let heads = std::iter::once("edge".to_string()).chain(
+            self.pairs.0.iter().flat_map(|pair| [format!("{}(ours)", pair.net.name), pair.port.name.to_string()]),
+        );
+        let cells = rows.iter().map(|(edge, ours, theirs)| {
+            let words = self.pairs.0.iter().zip(ours.iter().zip(theirs));
+            let words = words
+                .flat_map(|(pair, (ours, theirs))| [pair.net.shown(*ours).to_string(), shown(&pair.port, *theirs)]);
+            std::iter::once(edge.to_string()).chain(words).collect::<Vec<_>>()
+        });
+        let table: Vec<Vec<String>> = std::iter::once(heads.collect()).chain(cells).collect();
+        for line in lines(&table) {
+            text += &format!("    {line}\n");
+        }
+        text
+    }
+
+    /// As JSON.
+    pub fn object(&self) -> Value {
+        let pairs: Vec<_> =
+            self.pairs.0.iter().map(|pair| json!({ "port": pair.port.name, "net": pair.net.name })).collect();
+        json!({
+            "beside": self.beside,
+            "edges": self.edges,
+            "mismatches": self.mismatches,
+            "pairs": pairs,
+            "first_difference": self.first.as_ref().map(|first| json!({
+                "edge": first.edge,
+                "port": self.pairs.0[first.pair].port.name,
+                "net": self.pairs.0[first.pair].net.name,
+            })),
+        })
+    }
+}
+
+fn shown(port: &Signal, word: i64) -> String {
+    if word == UNKNOWN { "unknown".to_string() } else { port.shown(word).to_string() }
+}
+
+/// Rows of words, aligned.
+fn lines(table: &[Vec<String>]) -> Vec<String> {
+    let width = |column: usize| table.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let widths: Vec<_> = (0..table.first().map_or(0, Vec::len)).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_string()
+    };
+    table.iter().map(line).collect()
+}

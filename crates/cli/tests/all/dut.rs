@@ -1,0 +1,299 @@
+//! Designs of somebody else's in the loop: those of `testbench/dut`, written from an interface alone, and our own taken
+//! for foreign.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{ROOT, assert_refused, code, json, names, run, scratch, stderr, stdout, text};
+
+/// Stall torque of the motor at 24 V in N.m, and the angle of a count in rad.
+const STALL_NM: f64 = 0.265;
+const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
+    // Sixteenths of a PWM count a count, and PWM counts of a period, as their READMEs have them.
+    for (scene, gain, period) in [("knee", 95.0, 1023.0), ("rim", 95.0, 1024.0), ("paddle", 190.0, 2047.0)] {
+        let path = format!("testbench/dut/{scene}.toml");
+        let lines = fs::read_to_string(Path::new(ROOT).join(&path)).expect("a scene").lines().count();
+        assert!(lines <= 25, "{scene}: {lines} lines");
+        let value = json(&run(&["run", &path, "--json"]));
+        assert_eq!(value["outcome"]["kind"], "settled", "{scene}");
+        assert_eq!(number(&value["contact_share"]), 1.0, "{scene}");
+        // The spring sees whole counts, up to one less than the depth of some 45.
+        let asked = gain / 16.0 / period * STALL_NM / COUNT_RAD;
+        let share = number(&value["displayed_stiffness"]) / asked;
+        assert!((0.97..1.003).contains(&share), "{scene}: {share} of {asked}");
+        let energy = &value["energy"];
+        assert!(number(&energy["residual_j"]).abs() < 1e-12 * number(&energy["exchanged_j"]), "{scene}");
+        assert!(value["dut"]["engine"].as_str().expect("a text").starts_with("Verilator"), "{scene}");
+    }
+}
+
+/// What a run was, without what differs from one program to another.
+fn told(mut value: Value) -> Value {
+    for key in ["wall_s", "edges_per_s", "dut", "parameters", "files"] {
+        value[key].take();
+    }
+    value
+}
+
+#[test]
+fn ghdl_and_verilator_move_the_device_alike() {
+    // Near enough that GHDL comes to it: three counts away, for 4 ms.
+    let near =
+        ["wall.position=4.6 mrad", "dut.generics.WALL_AT=3", "run.duration=4 ms", "hand.path=[[0, 0], [0.002, 0.03]]"];
+    let with = |engine: &str| {
+        let engine = format!("dut.engine={engine}");
+        let scene = ["run", "testbench/dut/rim.toml", "--json", "--set", &engine];
+        json(&run(&scene.into_iter().chain(near.iter().flat_map(|set| ["--set", set])).collect::<Vec<_>>()))
+    };
+    let (ghdl, verilator) = (with("ghdl"), with("verilator"));
+    assert!(ghdl["dut"]["engine"].as_str().is_some_and(|engine| engine.starts_with("GHDL")));
+    assert!(verilator["dut"]["engine"].as_str().is_some_and(|engine| engine.starts_with("Verilator")));
+    assert!(number(&ghdl["contact_share"]) > 0.0, "{}", ghdl["contact_share"]);
+    assert!(number(&ghdl["output_changes"]) > 20.0);
+    assert_eq!(told(ghdl), told(verilator));
+}
+
+/// A scene with our own hybrid loop as if it were foreign, hybrid-wall's wall nearer.
+fn own(dir: &Path, engine: &str, stiffness: i64, duration: &str) -> String {
+    let blocks = [
+        "synchronizer",
+        "quadrature_decoder",
+        "position_counter",
+        "displacement",
+        "unilateral",
+        "truncating_multiplier",
+        "velocity_register",
+        "torque_sum",
+        "command_limiter",
+        "pwm",
+        "hybrid_loop",
+    ];
+    let hdl = fs::canonicalize(Path::new(ROOT).join("hdl")).expect("the folder");
+    let files: Vec<_> = blocks.iter().map(|block| format!("\"{}/{block}.vhd\"", hdl.display())).collect();
+    let scene = dir.join(format!("own-{engine}-{stiffness}.toml"));
+    let shipped = fs::read_to_string(Path::new(ROOT).join("testbench/scenes/hybrid-wall.toml")).expect("a scene");
+    let hand = shipped.split("[hand]").nth(1).and_then(|rest| rest.split("[run]").next()).expect("its hand");
+    let toml = format!(
+        "about = \"our own\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\nwheel_ratio = 7\n[clock]\n\
+         frequency = \"50 MHz\"\n[dut]\nfiles = [{}]\ntop = \"hybrid_loop\"\nengine = \"{engine}\"\nclock = \"clk\"\n\
+         reset = {{ port = \"rst\", clocks = 1 }}\ngenerics = {{ DAMPING_FRAC = 4 }}\n[dut.ports]\na_pin = \
+         \"encoder.a\"\nb_pin = \"encoder.b\"\nreference = \"wall.count\"\nstiffness = {stiffness}\ndamping = 38\n\
+         period = 50000\nscale = 0\na_high = \"bridge.minus_high\"\na_low = \"bridge.minus_low\"\nb_high = \
+         \"bridge.plus_high\"\nb_low = \"bridge.plus_low\"\n[wall]\nposition = \"4 mrad\"\n[hand]{hand}\n[run]\n\
+         duration = \"{duration}\"\n",
+        files.join(", ")
+    );
+    fs::write(&scene, toml).expect("a scene");
+    text(&scene).to_string()
+}
+
+/// hybrid-wall with its wall as near.
+fn ours(dir: &Path) -> String {
+    let scene = dir.join("ours.toml");
+    let shipped = fs::read_to_string(Path::new(ROOT).join("testbench/scenes/hybrid-wall.toml")).expect("a scene");
+    fs::write(&scene, shipped.replace("position = \"1.5 rad\"", "position = \"4 mrad\"")).expect("a scene");
+    text(&scene).to_string()
+}
+
+const NETS: [&str; 10] = [
+    "a_pin=a_pin",
+    "b_pin=b_pin",
+    "reference=reference",
+    "stiffness=stiffness",
+    "damping=damping",
+    "period=period",
+    "a_high=a_high",
+    "a_low=a_low",
+    "b_high=b_high",
+    "b_low=b_low",
+];
+
+fn compared(dir: &Path, engine: &str, stiffness: i64, duration: &str) -> (i32, Value) {
+    let (own, ours) = (own(dir, engine, stiffness, duration), ours(dir));
+    let arguments = [&["run", &own, "--json", "--beside", &ours, "--compare"][..], &NETS].concat();
+    let output = run(&arguments);
+    assert!(stderr(&output).lines().all(|line| !line.starts_with("error")), "{}", stderr(&output));
+    (code(&output), json(&output))
+}
+
+#[test]
+fn our_own_loop_taken_for_foreign_has_the_nets_of_the_emulator() {
+    let dir = scratch("own_as_foreign");
+    for (engine, duration, edges) in [("verilator", "100 ms", 5_000_000), ("ghdl", "4 ms", 200_000)] {
+        let (exit, value) = compared(&dir, engine, 36, duration);
+        let found = &value["compared"];
+        assert_eq!((exit, &found["edges"], &found["mismatches"]), (0, &edges.into(), &0.into()), "{engine}: {found}");
+        assert!(number(&value["contact_share"]) > 0.5, "{engine}: {}", value["contact_share"]);
+        assert!(number(&value["gate_changes"]) > 20.0);
+    }
+}
+
+#[test]
+fn a_stiffness_that_is_one_more_is_found_at_once() {
+    let dir = scratch("own_but_stiffer");
+    let (exit, value) = compared(&dir, "verilator", 37, "4 ms");
+    let first = &value["compared"]["first_difference"];
+    // The word itself differs, from the first edge on.
+    assert_eq!((exit, &first["edge"], &first["port"]), (1, &1.into(), &"stiffness".into()), "{first}");
+    // Seen by its gates alone: when the first pulse under contact ends a clock later.
+    let (own, ours) = (own(&dir, "verilator", 37, "4 ms"), ours(&dir));
+    let out = dir.join("out");
+    let arguments = ["run", &own, "-o", text(&out), "--beside", &ours, "--compare", "a_high=a_high", "b_high=b_high"];
+    let output = run(&arguments);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let said = stdout(&output);
+    assert!(said.contains("first difference at edge") && said.contains("a_high(ours)"), "{said}");
+    assert!(names(&out).contains(&"wave.fst.gtkw".to_string()));
+    let save = fs::read_to_string(out.join("wave.fst.gtkw")).expect("a save file");
+    assert!(save.contains("comparison.differs"), "{save}");
+}
+
+#[test]
+fn a_map_shows_for_which_gains_a_design_rings() {
+    let dir = scratch("map_of_a_design");
+    let arguments = |more: &[&'static str]| {
+        let out = text(&dir);
+        let mut all = vec!["map", "testbench/dut/knee.toml", "--x", "dut.ports.gain=95..600:2", "--y"];
+        all.extend(["hand.stiffness=0.25..0.35 N.m/rad:2", "--full", "-o", out]);
+        all.extend(more);
+        run(&all)
+    };
+    let output = arguments(&["--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let rows = fs::read_to_string(dir.join("map.csv")).expect("the map");
+    let cells: Vec<_> = rows.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
+    assert_eq!(cells.len(), 4, "{rows}");
+    for cell in cells {
+        let outcome = if cell.contains("gain=600") { "limit_cycle" } else { "settled" };
+        assert!(cell.contains(outcome), "{cell}");
+    }
+    // A second time every cell is in the journal.
+    let again = arguments(&["--json"]);
+    assert_eq!(stdout(&again), stdout(&output));
+}
+
+/// A scene around a design of `testbench/dut/bad` or of a test's own.
+fn scene_of(dir: &Path, name: &str, files: &[&str], top: &str, ports: &str, more: &str) -> String {
+    let path = dir.join(format!("{name}.toml"));
+    let bad = fs::canonicalize(Path::new(ROOT).join("testbench/dut/bad")).expect("the folder");
+    let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", bad.join(file).display())).collect();
+    let toml = format!(
+        "about = \"bad\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"10 MHz\"\n\
+         [dut]\nfiles = [{}]\ntop = \"{top}\"\n{more}\n[dut.ports]\nenc_a = \"encoder.a\"\nenc_b = \"encoder.b\"\n\
+         {ports}\n[wall]\nposition = \"1 rad\"\n[hand]\nkind = \"prescribed\"\npath = [[0, 0], [0.001, 0.1]]\n[run]\n\
+         duration = \"1 ms\"\n",
+        files.join(", ")
+    );
+    fs::write(&path, toml).expect("a scene");
+    text(&path).to_string()
+}
+
+const PWM: &str = "pwm = \"bridge.pwm\"\ndir = \"bridge.direction\"";
+const CLOCKED: &str = "clock = \"clk\"\nreset = { port = \"rst\" }";
+
+#[test]
+fn designs_that_are_broken_are_named_with_what_is_wrong() {
+    let dir = scratch("broken_designs");
+    let gates = "a_high = \"bridge.plus_high\"\na_low = \"bridge.plus_low\"\nb_high = \"bridge.minus_high\"\nb_low = \
+                 \"bridge.minus_low\"";
+    let ghdl = format!("{CLOCKED}\nengine = \"ghdl\"");
+    let plain = "clock = \"clk\"";
+    let cases: [(&[&str], &str, &str, &str, i32, &[&str]); 10] = [
+        (&["x_out.vhd"], "x_out", PWM, &ghdl, 4, &["output `dir` has an unknown bit", "at clock edge 0"]),
+        (&["short.v"], "short", gates, CLOCKED, 4, &["both switches of the plus leg are closed at clock edge"]),
+        (&["loop.v"], "loop", PWM, CLOCKED, 1, &["did not converge", "loop.v"]),
+        (&["syntax.v"], "syntax", PWM, plain, 1, &["verilator refuses `syntax`", "syntax.v:11"]),
+        (&["syntax.vhd"], "syntax", PWM, plain, 1, &["ghdl refuses `syntax`", "syntax.vhd:18"]),
+        (&["order_b.vhd", "order_a.vhd"], "order_b", PWM, CLOCKED, 1, &["order_pkg", "not found"]),
+        (&["finish.v"], "finish", PWM, CLOCKED, 1, &["$finish", "at clock edge 1000", "finish.v:18"]),
+        (&["uninit.v"], "uninit", PWM, CLOCKED, 1, &["output `pwm` depends on a value that nothing has set"]),
+        (&["assert.vhd"], "assert_fail", PWM, &ghdl, 1, &["the counter has reached 99", "after clock edge"]),
+        (&["finish.v"], "finnish", PWM, CLOCKED, 1, &["finnish"]),
+    ];
+    for (files, top, ports, more, exit, words) in cases {
+        let scene = scene_of(&dir, top, files, top, ports, more);
+        assert_refused(&run(&["run", &scene]), exit, words);
+    }
+}
+
+#[test]
+fn a_design_that_does_not_end_a_step_is_given_up() {
+    let dir = scratch("hanging_design");
+    let scene = scene_of(&dir, "hang", &["hang.v"], "hang", PWM, CLOCKED);
+    // The model is built first: the time limit is then that of an answer alone.
+    let short = scene_of(&dir, "hang-not-yet", &["hang.v"], "hang", PWM, CLOCKED);
+    let built = run(&["run", &short, "--set", "run.duration=1 us"]);
+    assert_eq!(code(&built), 0, "{}", stderr(&built));
+    assert_refused(&run(&["run", &scene, "--tool-timeout", "2"]), 1, &["does not end a step", "no answer for 2 s"]);
+}
+
+#[test]
+fn connections_that_cannot_be_are_refused_with_the_names_there_are() {
+    let dir = scratch("bad_connections");
+    let knee = |name: &str, from: &str, to: &str| {
+        let path = dir.join(format!("{name}.toml"));
+        let folder = fs::canonicalize(Path::new(ROOT).join("testbench/dut")).expect("the folder");
+        let scene = fs::read_to_string(folder.join("knee.toml")).expect("a scene");
+        assert!(scene.contains(from), "{from}");
+        let scene = scene.replace("\"knee/", &format!("\"{}/knee/", folder.display())).replace(from, to);
+        fs::write(&path, scene).expect("a scene");
+        run(&["run", text(&path), "--set", "run.duration=1 us"])
+    };
+    let gain = "gain = 95\n";
+    for (name, from, to, words) in [
+        ("no-port", gain, "gain = 95\nhalt = 1\n", &["dut.ports.halt", "has no port `halt`", "gain (in, 10 bits)"][..]),
+        ("unmapped", gain, "", &["input gain (in, 10 bits) is connected to nothing", "encoder.count"]),
+        ("too-wide", gain, "gain = 1024\n", &["dut.ports.gain", "1024 does not fit gain (in, 10 bits)"]),
+        ("width", gain, "gain = \"encoder.a\"\n", &["gain (in, 10 bits) has not the 1 bit(s) of encoder.a"]),
+        ("direction", gain, "gain = \"bridge.enable\"\n", &["gain (in, 10 bits) cannot be connected to bridge.enable"]),
+        ("drivers", "pwm = \"bridge.pwm\"", "pwm = \"bridge.pwm\"\ntouching = \"bridge.pwm\"", &["two drivers"]),
+        ("undriven", "dir = \"bridge.direction\"", "", &["nothing is connected to bridge.direction"]),
+        ("no-clock", "clock = \"clk\"", "", &["dut.clock", "no clock"]),
+        ("clock", "clock = \"clk\"", "clock = \"ck\"", &["has no port `ck`", "clk (in, 1 bit)"]),
+        ("wide-clock", "clock = \"clk\"", "clock = \"gain\"", &["ports.gain", "is a clock or the reset already"]),
+        ("nonsense", gain, "gain = \"bridge.torque\"\n", &["`bridge.torque` is nothing that a port can be"]),
+        ("format", "pwm = \"bridge.pwm\"", "pwm = \"bridge.duty\"", &["bridge.duty needs a format"]),
+        ("file", "QuadTrack.v", "QuadTrick.v", &["dut.files[0]", "cannot read"]),
+        ("language", "QuadTrack.v", "QuadTrack.c", &["neither VHDL", "nor Verilog"]),
+        ("method", "[dut]\n", "[method]\nkind = \"hybrid\"\n[dut]\n", &["or a [dut] of yours; leave one out"]),
+        (
+            "stiffness",
+            "position = \"1.5 rad\"",
+            "position = \"1.5 rad\", stiffness = 1",
+            &["wall.stiffness", "position"],
+        ),
+    ] {
+        assert_refused(&knee(name, from, to), 4, words);
+    }
+    let parameter = knee("parameter", "[dut.ports]", "parameters = { KPX = 3 }\n[dut.ports]");
+    assert_refused(&parameter, 1, &["verilator refuses `KneeCtl`", "KPX"]);
+    let rim = ["run", "testbench/dut/rim.toml", "--set", "dut.generics.STIFNESS=3", "--set", "dut.engine=ghdl"];
+    assert_refused(&run(&rim), 1, &["`rim_stop` has no generic `STIFNESS`", "DAMPING", "STIFFNESS"]);
+}
+
+#[test]
+fn verbs_about_our_own_words_refuse_a_design_of_yours() {
+    for arguments in [
+        &["limits", "testbench/dut/knee.toml"][..],
+        &["fit", "testbench/dut/knee.toml"],
+        &["widths", "testbench/dut/knee.toml"],
+        &["chart", "testbench/dut/knee.toml"],
+        &["check", "--scene", "testbench/dut/knee.toml"],
+        &["run", "testbench/dut/knee.toml", "--driver", "clock"],
+        &["run", "testbench/dut/knee.toml", "--compare"],
+        &["run", "testbench/dut/knee.toml", "--compare", "pwm=a_high"],
+    ] {
+        let output = run(arguments);
+        assert!([2, 4].contains(&code(&output)), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: "), "{arguments:?}: {}", stderr(&output));
+    }
+}
