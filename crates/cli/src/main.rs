@@ -110,7 +110,7 @@ fn main() -> ExitCode {
     }
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
-        Verb::Scenes(args) => scene::list(args.json),
+        Verb::Scenes(args) => scene::scenes(&args),
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),

@@ -18,6 +18,21 @@ pub struct ListArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
+    /// Print a scene for a design of your own, to be filled in
+    #[arg(long, conflicts_with = "json")]
+    pub template: bool,
+}
+
+/// The scene to be filled in.
+const TEMPLATE: &str = include_str!("../../../testbench/dut/template.toml");
+
+/// `hpu scenes`.
+pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
+    if args.template {
+        print(TEMPLATE)?;
+        return Ok(Exit::Fine);
+    }
+    list(args.json)
 }
 
 /// A scene and what of it is changed.

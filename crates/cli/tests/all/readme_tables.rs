@@ -102,6 +102,15 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-rtl read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
+    ("hpu scenes --template > mine.toml", Form::AsIs),
+    ("hpu run testbench/dut/knee.toml -o out", Form::AsIs),
+    (
+        "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:11 --y 'hand.stiffness=0.1..1.1 N.m/rad:11' -o map",
+        short(
+            "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:2 --y 'hand.stiffness=0.1..1.1 N.m/rad:2' -o map",
+            "121 cells of a second take minutes of two cores",
+        ),
+    ),
     ("hpu scenes", Form::AsIs),
     (
         "hpu map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:21:log' --y 'method.sample_rate=0.2..20 kHz:11:log' \

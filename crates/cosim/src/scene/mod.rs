@@ -44,6 +44,17 @@
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
 //! | `[accuracy]` by which models are compared | `outputs` \[by the verdict\]: a list of [`Output`]s; `within` \[1 %\] |
 //!
+//! In the place of `[method]` a scene of an axis may have a design of the user's own, a [`Dut`]; `[wall]` then has its
+//! `position` alone, `[model]` what is left out of friction, and `[hand]` is no recording.
+//!
+//! | Section | Keys, `[default]` |
+//! |---|---|
+//! | `[dut]` | `files` in the order of compilation, VHDL or Verilog; `top`; `library` \[`work`\]; `standard` \[`2008`\] (`93`); `engine` \[`auto`\] (`ghdl`, `verilator`); `clock`, the port; `off` \[`brake`\] (`float`) of a bridge whose `bridge.pwm` is 0 |
+//! | `[dut.clocks]` instead of `clock` | a port each: how many cycles of `clock.frequency` one of its own has; one of them 1 |
+//! | `[dut.reset]` if it has one | `port`, `active` \[`high`\] (`low`), `clocks` \[4\] cycles of all clocks, while the world waits |
+//! | `[dut.generics]`, `[dut.parameters]` | names and values: whole numbers, `true`, `false`, texts |
+//! | `[dut.ports]` | a port each, and what it is connected to: a [`Line`], also after `not `; `encoder.count`, `wall.count`, a whole number, `open`; `{ is = "bridge.duty", format = "(1,0,11)", offset_binary = false }`, and so `amplifier.force` and, without `offset_binary`, `encoder.angle` |
+//!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once.
 //! With an amplifier or an averaged bridge no modulator runs: its gates would drive nothing, and stay 0. The linear law
