@@ -5,7 +5,8 @@ use std::path::Path;
 use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
 use hpu_study::map::{
-    Axis, Cell, Class, Curve, Edge, Found, Map, class, class_name, classes, is_late, outcome, outcome_name, wrapped,
+    Axis, Cell, Class, Curve, Edge, Found, Map, class, class_name, classes, is_late, outcome, outcome_name, unseen,
+    wrapped,
 };
 use serde_json::{Value, json};
 
@@ -138,6 +139,13 @@ pub fn text(mapped: &Mapped) -> String {
             text += &format!(
                 "warning    in {wrapped} settled cells the hand is through the wall: the spring's product has wrapped \
                  (product_wraps in the table)\n"
+            );
+        }
+        let past = unseen(&mapped.found, mapped.layer(method));
+        if past > 0 {
+            text += &format!(
+                "warning    in {past} cells of wall_not_reached the device was past its wall and the datapath saw no contact: \
+                 the position counter has wrapped (contact_unseen in the table)\n"
             );
         }
         if let Some((count, miss, key)) = mapped.missed(method) {
@@ -281,6 +289,7 @@ fn numbers(value: &mut Value, cell: &Cell) {
     value["displayed_ratio"] = json!(cell.displayed_ratio);
     value["contact_share"] = json!(cell.contact_share);
     value["product_wraps"] = json!(cell.product_wraps);
+    value["contact_unseen"] = json!(cell.contact_unseen);
     value["stiffness_error"] = json!(cell.stiffness_error);
     value["overflow_share"] = json!(cell.overflow_share);
     value["edges"] = json!(cell.edges);

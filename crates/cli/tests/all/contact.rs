@@ -113,6 +113,32 @@ fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
 }
 
 #[test]
+fn a_map_says_in_how_many_cells_a_wrapped_counter_hid_the_contact() {
+    // The hand of the test above, and one that stays before the wall of 978 counts.
+    let axes = ["--x", "hand.stiffness=3..4 N.m/rad:2", "--y", "wall.position=1.5..2.6 rad:2", "--full"];
+    let set =
+        ["--set", "method.position_bits=10", "--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "run.duration=0.4s"];
+    let out = scratch("map_of_hidden_contacts").join("map");
+    let output = run(&[&["map", "hybrid-wall"][..], &axes, &set, &["-o", text(&out)]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    assert!(said.contains("warning    in 2 cells of wall_not_reached the device was past its wall"), "{said}");
+    let table = std::fs::read_to_string(out.join("map.csv")).expect("the table");
+    let mut rows = table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());
+    let heads = rows.next().expect("heads");
+    let column = |name: &str| heads.iter().position(|head| *head == name).expect("a column");
+    for row in rows {
+        let past = row[column("y")] == "1.5";
+        assert_eq!(
+            (row[column("contact_share")], row[column("contact_unseen")]),
+            ("0e0", if past { "1e0" } else { "0e0" })
+        );
+    }
+    let svg = std::fs::read_to_string(out.join("map.svg")).expect("a picture");
+    assert!(svg.contains("; hatched: past the wall, contact not seen"));
+}
+
+#[test]
 fn a_map_says_in_how_many_settled_cells_the_hand_fell_through_the_wall() {
     // The same hand at walls of 0.3 and 1.5 N.m/rad: 0.24 rad behind the first is 0.07 N.m, less than the word holds.
     let axes = ["--x", "wall.stiffness=0.3..1.5 N.m/rad:2", "--y", "wall.position=1.5..1.501 rad:2", "--full"];

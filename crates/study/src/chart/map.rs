@@ -3,7 +3,9 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::map::{Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, nearest, wrapped};
+use crate::map::{
+    Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, unseen, wrapped,
+};
 
 use super::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
 use super::map_frame::frames;
@@ -115,11 +117,13 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         1 => "; product wrapped in 1 settled cell".into(),
         count => format!("; product wrapped in {count} settled cells"),
     };
-    let mut canvas = page(&title, &(said(found) + &wraps), command);
+    let hatched = if unseen(found, 0..found.len()) > 0 { "; hatched: past the wall, contact not seen" } else { "" };
+    let mut canvas = page(&title, &(said(found) + &wraps + hatched), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| class_color(class(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
+        frame.hatch(&mut canvas, map, |index| is_unseen(found, index));
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
         frame.boundary(&mut canvas, map, |index| class(found, index), |index| was_run(found, index));
         frame.axes(&mut canvas, map);

@@ -8,6 +8,7 @@ use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
 use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
 
+use super::unseen::unseen_contact;
 use crate::watch::limited;
 
 /// What a cell was; positions in rad, of a mass or a PHANToM in m.
@@ -35,6 +36,8 @@ pub struct Cell {
     pub contact_share: Option<f64>,
     /// How often the spring's product has wrapped where the motion came to rest in the wall: the hand is through it.
     pub product_wraps: Option<NonZeroU32>,
+    /// Whether the device was past its wall in the judged window while the datapath saw no contact.
+    pub contact_unseen: bool,
     /// Stiffness that the words realise over what the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
     /// Share of the edges at which the net that overflowed most had overflowed.
@@ -105,6 +108,7 @@ impl Cell {
             known(self.displayed_ratio),
             known(self.contact_share),
             self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
+            u8::from(self.contact_unseen).to_string(),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
         ];
@@ -127,6 +131,7 @@ impl Cell {
             ratio,
             contact,
             wraps,
+            unseen,
             error,
             overflow,
             edges,
@@ -147,6 +152,7 @@ impl Cell {
             displayed_ratio: known(ratio)?,
             contact_share: known(contact)?,
             product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
+            contact_unseen: unseen == "1",
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
             edges: edges.parse().ok()?,
@@ -190,14 +196,12 @@ impl Cell {
             }
             _ => None,
         };
-        let product_wraps = match experiment {
-            Experiment::Axis(scene) => {
-                let words = scene.words().ok();
-                let wraps = words.and_then(|words| product_wraps(scene, &words.realised, &trace, &summary));
-                wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX)))
-            }
+        let words = match experiment {
+            Experiment::Axis(scene) => scene.words().ok().map(|words| (scene, words.realised)),
             Experiment::Phantom(_) | Experiment::Dut(_) => None,
         };
+        let wraps = words.and_then(|(scene, realised)| product_wraps(scene, &realised, &trace, &summary));
+        let unseen = words.and_then(|(scene, realised)| unseen_contact(scene, &realised, &trace, &summary));
         Ok(Some(Self {
             outcome: summary.outcome().ok_or("a recording has no verdict")?,
             rms,
@@ -209,7 +213,8 @@ impl Cell {
             displayed_stiffness: displayed.map(|(displayed, _)| displayed),
             displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
             contact_share: summary.contact_share,
-            product_wraps,
+            product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
+            contact_unseen: unseen.is_some(),
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,

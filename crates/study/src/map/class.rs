@@ -36,6 +36,17 @@ pub fn wrapped(found: &[Found], cells: Range<usize>) -> usize {
     cells.filter(wraps).count()
 }
 
+/// How many of these cells, run or inferred, saw no contact though the device was past its wall.
+#[must_use]
+pub fn unseen(found: &[Found], cells: Range<usize>) -> usize {
+    cells.filter(|index| is_unseen(found, *index)).count()
+}
+
+/// Whether a cell, run or inferred, saw no contact though the device was past its wall.
+pub(crate) fn is_unseen(found: &[Found], index: usize) -> bool {
+    nearest(found, index).is_some_and(|cell| cell.contact_unseen)
+}
+
 /// The name of a class; of none, `failed`.
 #[must_use]
 pub fn class_name(class: Option<Class>) -> &'static str {

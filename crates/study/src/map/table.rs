@@ -15,7 +15,7 @@ use parquet::schema::parser::parse_message_type;
 use super::{Found, Map, is_late, outcome, outcome_name};
 
 /// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
-pub const COLUMNS: [&str; 21] = [
+pub const COLUMNS: [&str; 22] = [
     "method",
     "ix",
     "iy",
@@ -33,6 +33,7 @@ pub const COLUMNS: [&str; 21] = [
     "displayed_ratio",
     "contact_share",
     "product_wraps",
+    "contact_unseen",
     "stiffness_error",
     "overflow_share",
     "edges",
@@ -40,7 +41,7 @@ pub const COLUMNS: [&str; 21] = [
 ];
 
 /// Names of the columns that measurements are in.
-const MEASURED: [&str; 12] = [
+const MEASURED: [&str; 13] = [
     "rms",
     "amplitude",
     "frequency_hz",
@@ -51,6 +52,7 @@ const MEASURED: [&str; 12] = [
     "displayed_ratio",
     "contact_share",
     "product_wraps",
+    "contact_unseen",
     "stiffness_error",
     "overflow_share",
 ];
@@ -91,6 +93,11 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         (
             "product_wraps",
             "how often the spring's product has wrapped at rest in the wall: the hand is through it".into(),
+        ),
+        (
+            "contact_unseen",
+            "1 where the device was past its wall while the datapath saw no contact: its position counter wrapped"
+                .into(),
         ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
@@ -136,6 +143,7 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
                 cell.displayed_ratio,
                 cell.contact_share,
                 cell.product_wraps.map(|wraps| f64::from(wraps.get())),
+                Some(f64::from(u8::from(cell.contact_unseen))),
                 cell.stiffness_error,
                 Some(cell.overflow_share),
             ]

@@ -150,6 +150,7 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         displayed_ratio: None,
         contact_share: Some(1.0 / 3.0),
         product_wraps: std::num::NonZeroU32::new(3),
+        contact_unseen: false,
         stiffness_error: None,
         overflow_share: 0.125,
         edges: u64::MAX,

@@ -29,6 +29,7 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         displayed_ratio: None,
         contact_share: Some(1.0),
         product_wraps: None,
+        contact_unseen: false,
         stiffness_error: None,
         overflow_share,
         edges: 1,
