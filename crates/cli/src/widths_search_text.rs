@@ -117,8 +117,9 @@ fn smallest(searched: &Searched, point: &Point) -> String {
     text += &format!("  {}\n", widths(&point.design));
     let ratio = point.merit.stiffness / reference.stiffness - 1.0;
     text += &format!(
-        "  {} {} instead of {}: {:+.2} %, measured\n",
+        "  {}{} {} instead of {}: {:+.2} %, measured\n",
         figure(point.merit.stiffness),
+        if point.capped { "+" } else { "" },
         found.unit,
         figure(reference.stiffness),
         100.0 * ratio
