@@ -178,7 +178,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let error = scene.error("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits");
         return Err(if error.is_override() { Failure::usage(error) } else { Failure::file(error) });
     }
-    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?)?;
+    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
     if let AnyRig::Dut(_) = session
@@ -252,7 +252,7 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
-            let session = AnyRig::new(&other.scene, &args.hdl.simulators()?)?;
+            let session = AnyRig::new(&other.scene, &args.hdl.simulators()?, false)?;
             let command = format!("{command} --beside {}", other.scene.name());
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
             let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None, None)?;
@@ -268,7 +268,8 @@ pub fn nets(session: &AnyRig) -> Vec<Signal> {
     let names = match session {
         AnyRig::Ours(Ready::Axis(session)) => chart::nets(session.scene()),
         AnyRig::Ours(Ready::Phantom(_)) => &PHANTOM_NETS,
-        AnyRig::Dut(session) => return session.nets(),
+        // Those inside are for the waveform.
+        AnyRig::Dut(session) => return chart::dut_nets(session),
     };
     let all = session.nets();
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()

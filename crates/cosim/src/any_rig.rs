@@ -20,14 +20,14 @@ pub enum AnyRig<'s> {
 }
 
 impl<'s> AnyRig<'s> {
-    /// Makes a scene ready, whose design is built by these if it has one.
+    /// Makes a scene ready, whose design is built by these if it has one, with the signals `inside` if they are asked for.
     ///
     /// # Errors
     ///
     /// As [`Ready::new`] and [`DutSession::new`].
-    pub fn new(experiment: &'s Experiment, designs: &dyn Designs) -> Result<Self, Fault> {
+    pub fn new(experiment: &'s Experiment, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         Ok(match experiment {
-            Experiment::Dut(scene) => Self::Dut(DutSession::new(scene, designs)?),
+            Experiment::Dut(scene) => Self::Dut(DutSession::new(scene, designs, inside)?),
             ours => Self::Ours(Ready::new(ours)?),
         })
     }

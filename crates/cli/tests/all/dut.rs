@@ -36,6 +36,32 @@ fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
     }
 }
 
+#[test]
+fn what_is_inside_a_design_is_in_the_waveform_and_has_its_ranges() {
+    let dir = scratch("inside_a_design");
+    for (scene, inside) in [("knee", "u_duty.ramp"), ("rim", "encoder.pipe")] {
+        let (path, out) = (format!("testbench/dut/{scene}.toml"), dir.join(scene));
+        let output = run(&["run", &path, "--set", "run.duration=1 ms", "--vcd", "--no-plot", "-o", text(&out)]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let summary = fs::read_to_string(out.join("summary.json")).expect("a summary");
+        let summary: Value = serde_json::from_str(&summary).expect("JSON");
+        let signals = summary["signals"].as_array().expect("signals");
+        let signal = signals.iter().find(|signal| signal["name"] == inside).expect("a signal inside");
+        if scene == "knee" {
+            // Its README: a period is 2^PW - 1 clocks.
+            assert_eq!((number(&signal["min"]), number(&signal["max"])), (0.0, 1022.0));
+        }
+        let (scope, leaf) = inside.split_once('.').expect("a path");
+        let vcd = fs::read_to_string(out.join("wave.vcd")).expect("a waveform");
+        let (_, within) = vcd.split_once(&format!("$scope module {scope} $end")).expect("a scope");
+        assert!(within.split("$upscope").next().is_some_and(|vars| vars.contains(leaf)), "{scene}");
+        assert!(!vcd.contains("_o["), "{scene}: a name that synthesis gave");
+        // The table has the ports alone.
+        let table = fs::read_to_string(out.join("trace.csv")).expect("the trace");
+        assert!(!table.lines().next().expect("heads").contains(leaf), "{scene}");
+    }
+}
+
 /// What a run was, without what differs from one program to another.
 fn told(mut value: Value) -> Value {
     for key in ["wall_s", "edges_per_s", "dut", "parameters", "files"] {

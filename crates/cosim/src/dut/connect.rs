@@ -60,8 +60,9 @@ impl Wires {
             if design.ignores_case() { one.eq_ignore_ascii_case(two) } else { one == two }
         };
         let find = |key: &str, name: &str| -> Result<&Port, SceneError> {
-            ports.iter().find(|port| same(&port.name, name)).ok_or_else(|| {
-                let all: Vec<_> = ports.iter().map(|port| shown(port)).collect();
+            let outside = || ports.iter().filter(|port| !port.is_inside);
+            outside().find(|port| same(&port.name, name)).ok_or_else(|| {
+                let all: Vec<_> = outside().map(shown).collect();
                 scene.error(key, format!("`{}` has no port `{name}`; it has {}", dut.top, all.join(", ")))
             })
         };
@@ -100,7 +101,8 @@ impl Wires {
                 Connection::Angle(_) => "rad",
                 _ => "1",
             };
-            Signal::new(kept(&wire.port.name), format, unit, kept(&wire.connection.name()))
+            let what = if wire.port.is_inside { "inside".to_string() } else { wire.connection.name() };
+            Signal::new(kept(&wire.port.name), format, unit, kept(&what))
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));

@@ -42,11 +42,13 @@ pub struct Port {
     pub is_input: bool,
     /// Its bits, and whether they are a signed number.
     pub format: Format,
+    /// Whether it is no port but a signal inside, by its path from the top, as in `decoder.count`.
+    pub is_inside: bool,
 }
 
 /// A design that can be simulated.
 pub trait Design: Send + Sync {
-    /// Its ports.
+    /// Its ports, and behind them what is told of its inside.
     fn ports(&self) -> &[Port];
     /// Whether names of ports that differ in case alone are the same.
     fn ignores_case(&self) -> bool;
@@ -86,12 +88,12 @@ pub struct Change {
 
 /// What builds designs: another crate, which knows simulators.
 pub trait Designs: Sync {
-    /// Builds the design of a scene.
+    /// Builds the design of a scene, so that signals inside are told too where that is asked for and can be.
     ///
     /// # Errors
     ///
     /// When a tool is missing, or refuses the design.
-    fn build(&self, scene: &DutScene) -> Result<Arc<dyn Design>, Fault>;
+    fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault>;
 }
 
 static PROVIDED: OnceLock<Box<dyn Designs + Send>> = OnceLock::new();
@@ -123,14 +125,15 @@ pub struct DutSession<'s> {
 }
 
 impl<'s> DutSession<'s> {
-    /// Makes a scene ready: its design is built, and its ports are connected.
+    /// Makes a scene ready: its design is built, and its ports are connected. Signals `inside` are nets too where that is
+    /// asked for and the simulator tells them.
     ///
     /// # Errors
     ///
     /// When the design cannot be built, a port is missing, has another width or direction than its connection, or is
     /// connected to nothing; when the device makes no plant.
-    pub fn new(scene: &'s DutScene, designs: &dyn Designs) -> Result<Self, Fault> {
-        let design = designs.build(scene)?;
+    pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
+        let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
         let around = Around {
             device: &scene.device,

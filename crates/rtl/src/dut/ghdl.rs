@@ -86,7 +86,12 @@ impl Simulators {
         let told: Vec<Format> = said.out.lines().filter_map(format).collect();
         let ports = interface.ports.iter().zip(&told);
         let ports: Vec<_> = ports
-            .map(|(item, format)| Port { name: item.name.clone(), is_input: item.mode == "in", format: *format })
+            .map(|(item, format)| Port {
+                name: item.name.clone(),
+                is_input: item.mode == "in",
+                format: *format,
+                is_inside: false,
+            })
             .collect();
         if told.len() != interface.ports.len() {
             return Err(refused(format!("it did not tell its ports:\n{}{}", said.out, said.err)));

@@ -28,7 +28,8 @@ void vl_finish(const char* file, int line, const char*) {
 namespace {
 
 constexpr int DESCRIPTOR = 3;
-constexpr size_t PORTS = @PORTS@;
+// What is told, and how much of it is ports; the rest is signals inside.
+constexpr size_t PORTS = @PORTS@, OUTSIDE = @OUTSIDE@;
 constexpr const char* NAMES[] = {@NAMES@};
 constexpr bool OUTPUTS[] = {@OUTPUTS@};
 constexpr bool MAKES_UP = @MAKES_UP@;
@@ -39,6 +40,9 @@ void put(Vdut& top, const Bits& bits) {
 
 void get(const Vdut& top, Bits& bits) {
 @GETS@}
+
+void get_inside(const Vdut& top, Bits& bits) {
+@INSIDE@}
 
 void levels(Vdut& top, uint64_t half) {
 @LEVELS@}
@@ -123,6 +127,7 @@ int main() {
   reset(*model.top, false);
   reset(*twin->top, false);
   get(*model.top, now);
+  get_inside(*model.top, now);
 
   std::vector<uint64_t> answer{0, 0};
   for (size_t port = 0; port < PORTS; ++port)
@@ -141,10 +146,11 @@ int main() {
       half += 2;
       model.cycle(bits, half);
       get(*model.top, now);
+      if (head[1] != 0) get_inside(*model.top, now);
       if (twin) {
         twin->cycle(bits, half);
         get(*twin->top, other);
-        for (size_t port = 0; port < PORTS; ++port)
+        for (size_t port = 0; port < OUTSIDE; ++port)
           if (OUTPUTS[port] && now[port] != other[port]) {
             std::fprintf(stderr,
                          "output `%s` depends on a value that nothing has set: with two random initial states it is "

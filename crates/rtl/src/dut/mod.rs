@@ -77,15 +77,17 @@ pub struct Simulators {
 }
 
 impl Designs for Simulators {
-    fn build(&self, scene: &DutScene) -> Result<Arc<dyn Design>, Fault> {
+    fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
         let is_vhdl = is_vhdl(&scene.dut);
         let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
             (Engine::Ghdl, true) => self.ghdl(scene, "").map(|design| Arc::new(design) as Arc<dyn Design>),
-            (Engine::Verilator, _) | (Engine::Auto, false) => self.verilator(scene).map(|design| Arc::new(design) as _),
-            (Engine::Auto, true) => match self.verilator(scene) {
+            (Engine::Verilator, _) | (Engine::Auto, false) => {
+                self.verilator(scene, inside).map(|design| Arc::new(design) as _)
+            }
+            (Engine::Auto, true) => match self.verilator(scene, inside) {
                 Ok(design) => Ok(Arc::new(design) as _),
                 // What GHDL itself refuses is refused; what only the way through Verilog does not take, GHDL simulates.
                 Err(DutError::Tool(error)) if error.tool != Tool::Verilator || !error.is_unusable() => {

@@ -1,5 +1,6 @@
 //! A design by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ pub(super) struct Verilated {
 }
 
 impl Simulators {
-    pub(super) fn verilator(&self, scene: &DutScene) -> Result<Verilated, DutError> {
+    pub(super) fn verilator(&self, scene: &DutScene, inside: bool) -> Result<Verilated, DutError> {
         let dut = &scene.dut;
         let is_vhdl = super::is_vhdl(dut);
         let version = format!("Verilator {}", Tool::Verilator.version().map_err(DutError::Tool)?);
@@ -42,14 +43,15 @@ impl Simulators {
         } else {
             version
         };
-        let folder = self.built(scene, &tools, |folder| {
+        let built = if inside { format!("{tools}, with its inside") } else { tools.clone() };
+        let folder = self.built(scene, &built, |folder| {
             write_files(dut, folder)?;
             let (sources, top) = if is_vhdl {
                 (self.synthesised(dut, folder)?, dut.top.to_lowercase())
             } else {
                 (sources(dut), dut.top.clone())
             };
-            self.verilate(dut, folder, &sources, &top, !is_vhdl)
+            self.verilate(dut, folder, &sources, &top, (!is_vhdl, inside))
         })?;
         let path = folder.join(PORTS);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
@@ -92,7 +94,7 @@ impl Simulators {
         folder: &Path,
         sources: &[String],
         top: &str,
-        generics: bool,
+        (generics, inside): (bool, bool),
     ) -> Result<(), DutError> {
         let say = |error| DutError::of(&dut.top, error);
         let mut command = Command::new(Tool::Verilator.name());
@@ -103,6 +105,10 @@ impl Simulators {
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
         // A loop without an end is to hang, so that it is seen, and not to be left out.
         command.args(["-CFLAGS", "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH", "-I.", "--top-module", top]);
+        if inside {
+            // Signals stay what they are called, and are not put together.
+            command.arg("--public-flat-rw");
+        }
         if generics {
             command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
         }
@@ -110,7 +116,12 @@ impl Simulators {
         run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
         let header = read(&folder.join("obj/Vdut.h"))?;
         let root = read(&folder.join("obj/Vdut___024root.h"))?;
-        let found = fields(&header);
+        let mut found = fields(&header);
+        if inside {
+            let inner = inner(&root, top, &found);
+            // What synthesis has made up is nobody's signal.
+            found.extend(inner.into_iter().filter(|field| generics || !is_made_up(&field.name)));
+        }
         let signed = self.signed(dut, folder, sources, top, generics)?;
         for field in &found {
             if field.width > MOST_BITS {
@@ -125,8 +136,13 @@ impl Simulators {
         make.args(["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O3"]);
         run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)?;
         let lines = found.iter().map(|field| {
-            let way = if field.is_input { "in" } else { "out" };
-            let sign = if signed.contains(&field.name) { "signed" } else { "unsigned" };
+            let way = match field {
+                Field { is_inside: true, .. } => "inside",
+                Field { is_input: true, .. } => "in",
+                _ => "out",
+            };
+            let leaf = field.name.rsplit('.').next().unwrap_or_default();
+            let sign = if signed.iter().any(|name| name == leaf) { "signed" } else { "unsigned" };
             format!("{} {way} {} {sign}\n", field.name, field.width)
         });
         write(folder, PORTS, lines.collect::<String>().as_bytes())
@@ -164,8 +180,12 @@ impl Simulators {
             .filter_map(|line| attribute(line, "id"))
             .collect();
         let is_signed = |line: &&str| attribute(line, "dtype_id").is_some_and(|id| signed.contains(&id));
-        let ports = xml.lines().filter(|line| line.contains("<var ") && line.contains(" dir=\"")).filter(is_signed);
-        Ok(ports.filter_map(|line| attribute(line, "origName")).map(str::to_string).collect())
+        let all = || xml.lines().filter(|line| line.contains("<var "));
+        let name = |line| attribute(line, "origName");
+        // A name that is a number of either kind in two modules is taken for one without a sign.
+        let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
+        let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
+        Ok(names.map(str::to_string).collect())
     }
 }
 
@@ -199,7 +219,7 @@ fn port(line: &str) -> Option<Port> {
     let [name, way, width, sign] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let width = width.parse().ok()?;
     let format = if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
-    Some(Port { name: name.to_string(), is_input: way == "in", format })
+    Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside" })
 }
 
 /// A port as the C++ has it.
@@ -208,6 +228,7 @@ struct Field {
     name: String,
     field: String,
     is_input: bool,
+    is_inside: bool,
     width: u32,
 }
 
@@ -226,9 +247,37 @@ fn fields(header: &str) -> Vec<Field> {
         let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
         // Names that C++ has for itself are marked; two underscores are written as a code.
         let name = field.trim_start_matches("__SYM__").replace("___05F", "__");
-        Some(Field { name, field, is_input, width: u32::try_from(high? - low? + 1).ok()? })
+        Some(Field { name, field, is_input, is_inside: false, width: u32::try_from(high? - low? + 1).ok()? })
     };
     header.lines().filter_map(field).collect()
+}
+
+/// Whether a signal's name is one of those that GHDL's synthesis gives, as in `n12_o`.
+fn is_made_up(name: &str) -> bool {
+    let leaf = name.rsplit('.').next().unwrap_or_default();
+    let number = leaf.strip_prefix('n').and_then(|rest| rest.strip_suffix("_o").or(rest.strip_suffix("_q")));
+    number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
+}
+
+/// The signals inside, from lines such as `SData/*9:0*/ KneeCtl__DOT__duty__DOT__count;`: neither memories nor what
+/// Verilator adds, nor ports once more.
+fn inner(root: &str, top: &str, ports: &[Field]) -> Vec<Field> {
+    let signal = |line: &str| {
+        let line = line.trim().strip_suffix(';')?;
+        let (kind, field) = line.split_once("*/ ")?;
+        let (kind, bits) = kind.split_once("/*")?;
+        let path = field.strip_prefix(&format!("{top}__DOT__"))?;
+        let is_word = ["CData", "SData", "IData", "QData"].contains(&kind);
+        if !is_word || field.contains("__V") || !field.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            return None;
+        }
+        let (high, low) = bits.split_once(':')?;
+        let width = u32::try_from(high.parse::<i64>().ok()? - low.parse::<i64>().ok()? + 1).ok()?;
+        let name = path.replace("__DOT__", ".").replace("___05F", "__");
+        let is_port = ports.iter().any(|port| port.name == name);
+        (!is_port).then(|| Field { name, field: format!("rootp->{field}"), is_input: false, is_inside: true, width })
+    };
+    root.lines().filter_map(signal).collect()
 }
 
 /// The variables of the flattened design, and whether some of them are values that were made up for X.
@@ -257,11 +306,13 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
         dut.clocks.iter().any(|clock| named(&clock.port)) || dut.reset.iter().any(|reset| named(&reset.port))
     };
     let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
-    let (mut puts, mut gets, mut levels, mut resets, mut same) =
-        (String::new(), String::new(), String::new(), String::new(), String::new());
+    let (mut puts, mut gets, mut inside) = (String::new(), String::new(), String::new());
+    let (mut levels, mut resets, mut same) = (String::new(), String::new(), String::new());
     for (index, field) in wires.iter().enumerate() {
         let name = &field.field;
-        let _ = if field.is_input {
+        let _ = if field.is_inside {
+            writeln!(inside, "  bits[{index}] = top.{name};")
+        } else if field.is_input {
             writeln!(puts, "  top.{name} = bits[{index}];")
         } else {
             writeln!(gets, "  bits[{index}] = top.{name};")
@@ -284,6 +335,7 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
     }
     let names: Vec<_> = wires.iter().map(|field| format!("\"{}\"", field.name)).collect();
     let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
+    let ports = wires.iter().filter(|field| !field.is_inside).count();
     let (common, reset_cycles) = cycles(dut);
     include_str!("main.cpp")
         .replace("@PUTS@", &puts)
@@ -292,7 +344,9 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
         .replace("@RESETS@", &resets)
         .replace("@SAME@", &same)
         .replace("@MAKES_UP@", &state.makes_up.to_string())
+        .replace("@INSIDE@", &inside)
         .replace("@PORTS@", &wires.len().to_string())
+        .replace("@OUTSIDE@", &ports.to_string())
         .replace("@NAMES@", &names.join(", "))
         .replace("@OUTPUTS@", &outputs.join(", "))
         .replace("@COMMON@", &common.to_string())

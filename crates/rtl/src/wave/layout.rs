@@ -116,6 +116,15 @@ impl Scope {
         Self { name: name.to_string(), vars: reset.into_iter().chain(vars).collect(), scopes: Vec::new() }
     }
 
+    /// The scope of this name inside, which is made when it is not there.
+    fn inner(&mut self, name: &str) -> &mut Self {
+        let at = self.scopes.iter().position(|scope| scope.name == name).unwrap_or(self.scopes.len());
+        if at == self.scopes.len() {
+            self.scopes.push(Self::new(name, false, std::iter::empty()));
+        }
+        &mut self.scopes[at]
+    }
+
     fn add_clock(&mut self) {
         if self.vars.first().is_some_and(|first| first.source == Source::Reset) {
             self.vars.insert(0, Var::new("clk", Format::BIT, Source::Clock));
@@ -170,11 +179,14 @@ impl Layout {
     #[must_use]
     pub fn of_design(session: &impl Rig) -> Self {
         let nets = session.nets();
-        let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
-        let scopes = vec![
-            Scope::new(session.closed_by(), true, nets.iter().enumerate().map(net)),
-            Scope::new("plant", false, session.reals().iter().enumerate().map(Var::real)),
-        ];
+        let mut top = Scope::new(session.closed_by(), true, std::iter::empty());
+        for (index, signal) in nets.iter().enumerate() {
+            let mut path: Vec<&str> = signal.name.split('.').collect();
+            let name = path.pop().unwrap_or_default();
+            let scope = path.into_iter().fold(&mut top, Scope::inner);
+            scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
+        }
+        let scopes = vec![top, Scope::new("plant", false, session.reals().iter().enumerate().map(Var::real))];
         Self { scopes, nets, reals: session.reals().to_vec(), tied: Vec::new(), channels: None }
     }
 

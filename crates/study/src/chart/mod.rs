@@ -27,6 +27,7 @@ mod words;
 use hpu_cosim::dut::DutSession;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Rig, Summary, Trace, Verdict};
+use hpu_signal::Signal;
 
 use crate::map::{Unseen, product_wraps, unseen_contact};
 
@@ -147,7 +148,14 @@ fn motion_pictures(motion: &Motion) -> [Picture; 2] {
     [motion::position(motion), motion::torque(motion)]
 }
 
-/// The pictures of a run whose loop a design of the user's own closed. Its trace holds the nets of its session.
+/// The nets that a trace must hold for [`dut_pictures`], in this order: the ports, and whether the wall is touched.
+#[must_use]
+pub fn dut_nets(session: &DutSession) -> Vec<Signal> {
+    let inside = session.wires().iter().map(|wire| wire.port.is_inside).chain([false]);
+    session.nets().into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(net, _)| net).collect()
+}
+
+/// The pictures of a run whose loop a design of the user's own closed. Its trace holds its [`dut_nets`].
 ///
 /// # Panics
 ///
@@ -170,7 +178,7 @@ pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, comm
         modulator: None,
         wall_rad: scene.wall_rad,
         trace,
-        contact: trace.words(session.nets().len() - 1),
+        contact: trace.words(dut_nets(session).len() - 1),
         counted: None,
         asked: None,
     };

@@ -227,7 +227,7 @@ impl Cell {
 pub(super) fn any_rig(experiment: &Experiment) -> Result<AnyRig<'_>, String> {
     let said = |error: Fault| error.to_string();
     match experiment {
-        Experiment::Dut(_) => AnyRig::new(experiment, dut::provided().map_err(said)?).map_err(said),
+        Experiment::Dut(_) => AnyRig::new(experiment, dut::provided().map_err(said)?, false).map_err(said),
         ours => Ready::new(ours).map(AnyRig::Ours).map_err(|error| error.to_string()),
     }
 }
