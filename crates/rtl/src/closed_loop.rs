@@ -68,7 +68,7 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
 }
 
 /// Runs a scene in VHDL and shows the nets of the VHDL, and the world that it drives, to the observer as
-/// [`Rig::run`] shows the emulator's; fills the trace, and judges the motion. Every net is compared with the emulator's
+/// [`Wired::run`](hpu_cosim::Wired::run) shows the emulator's; fills the trace, and judges the motion. Every net is compared with the emulator's
 /// after every edge: one net more than the wiring has, the last, is 1 from the first edge on at which one differed.
 ///
 /// A word with an unknown bit is shown as [`UNKNOWN`](hpu_signal::UNKNOWN). Where the VHDL differs, the summary does

@@ -233,7 +233,9 @@ fn designs_that_are_broken_are_named_with_what_is_wrong() {
                  \"bridge.minus_low\"";
     let ghdl = format!("{CLOCKED}\nengine = \"ghdl\"");
     let plain = "clock = \"clk\"";
-    let cases: [(&[&str], &str, &str, &str, i32, &[&str]); 10] = [
+    /// Files, top, outputs, clock and reset, exit code, words of the message.
+    type Case<'a> = (&'a [&'a str], &'a str, &'a str, &'a str, i32, &'a [&'a str]);
+    let cases: [Case; 10] = [
         (&["x_out.vhd"], "x_out", PWM, &ghdl, 4, &["output `dir` has an unknown bit", "at clock edge 0"]),
         (&["short.v"], "short", gates, CLOCKED, 4, &["both switches of the plus leg are closed at clock edge"]),
         (&["loop.v"], "loop", PWM, CLOCKED, 1, &["did not converge", "loop.v"]),

@@ -72,8 +72,8 @@ impl DutScene {
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dut {
-    /// Its files in the order in which they are compiled: name and content.
-    pub files: Vec<(String, Arc<[u8]>)>,
+    /// Its files in the order in which they are compiled.
+    pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
     pub library: String,
     /// Its topmost entity or module.
@@ -93,6 +93,9 @@ pub struct Dut {
     /// Whether a leg that `bridge.pwm` has off is open instead of braking.
     pub floats: bool,
 }
+
+/// A file of a design: its name, as the scene has it, and its content.
+pub type SourceFile = (String, Arc<[u8]>);
 
 /// Which VHDL.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -118,7 +118,7 @@ mod source;
 mod words;
 
 pub use accuracy::{Accuracy, Output};
-pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Standard};
+pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};

@@ -1,12 +1,10 @@
 //! Reading a scene with a design of the user's own.
 
-use std::sync::Arc;
-
 use hpu_signal::Format;
 use toml_edit::{Item, TableLike, Value};
 
 use super::accuracy::{Output, accuracy};
-use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Standard};
+use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use super::parameter::{Origin, ParameterValue};
 use super::parts::{Device, Hand};
@@ -149,13 +147,13 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(plain)
 }
 
-fn files(s: &Section, load: Load) -> Result<Vec<(String, Arc<[u8]>)>, SceneError> {
+fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
     const WHAT: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
     let array = s.get("files").and_then(Item::as_array);
     let Some(array) = array.filter(|array| !array.is_empty()) else {
         return Err(s.error("files", format!("missing; write {WHAT}")));
     };
-    let mut files: Vec<(String, Arc<[u8]>)> = Vec::new();
+    let mut files: Vec<SourceFile> = Vec::new();
     for (index, value) in array.iter().enumerate() {
         let key = format!("files[{index}]");
         let Some(name) = value.as_str().filter(|name| !name.trim().is_empty()) else {

@@ -2,7 +2,7 @@
 //! that are made to fool the choice do not.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
-use hpu_cosim::{Control, Ready, Rig, Wired};
+use hpu_cosim::{Control, Ready, Wired};
 use hpu_study::accuracy::{Outputs, usual, worst};
 use hpu_study::fit::{Fit, fit, models, overrides, simplifications};
 use hpu_study::map::SceneText;
@@ -35,7 +35,7 @@ fn leaps_samples(name: &str) -> bool {
             scene.model.solver == Solver::Sample
                 || scene.model.solver.is_fixed_step() && scene.step_clocks() >= scene.period_clocks()
         }
-        Experiment::Phantom(_) => false,
+        Experiment::Phantom(_) | Experiment::Dut(_) => false,
     }
 }
 
@@ -61,6 +61,7 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
             one("room.stiffness", 1.05 * scene.room.stiffness_n_per_m),
             one("room.distance", scene.room.distance_m + 0.7 * 29e-6),
         ],
+        Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
 }
 
@@ -77,6 +78,7 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
         Experiment::Phantom(scene) => {
             ("room.stiffness", scene.room.stiffness_n_per_m, "room.distance", scene.room.distance_m, 29.1e-6)
         }
+        Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
     let places = [-8.4, -2.6, 1.9, 7.7].map(|counts| one(place, at + counts * step));

@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Rig, Session, TheLoop, Wired};
+use hpu_cosim::{Session, TheLoop, Wired};
 use hpu_signal::SignalUse;
 use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 
