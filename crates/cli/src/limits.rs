@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hpu_cosim::figure;
-use hpu_cosim::scene::{Experiment, Scene};
+use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_study::chart;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
@@ -13,7 +13,7 @@ use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::{interrupt, limits_text, pictures};
+use crate::{hdl, interrupt, limits_text, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
@@ -31,7 +31,8 @@ pub struct Args {
     scene: String,
     #[command(flatten)]
     set: scene::Set,
-    /// Stiffnesses to look at, as in '0.1..3 N.m/rad' [default: from one word to the greatest of the format]
+    /// Stiffnesses to look at, as in '0.1..3 N.m/rad' [default: from one word to the greatest of the format]; of a design
+    /// of your own values of its wall.varies, as in 1..600
     #[arg(long, value_name = "A..B")]
     range: Option<String>,
     /// What is not known of device, hand or supply; several times for a box of several sides
@@ -48,6 +49,8 @@ pub struct Args {
     words: Option<u32>,
     #[command(flatten)]
     jobs: Jobs,
+    #[command(flatten)]
+    hdl: hdl::Simulated,
     /// Write a picture of the sets into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -61,6 +64,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
+    if let Experiment::Dut(scene) = &read.1 {
+        return of_design(args, &read.0, scene);
+    }
     let (text, nominal) = (read.0, axis(read.1)?);
     let range = match &args.range {
         Some(range) => asked(&text, args, range)?,
@@ -98,6 +104,59 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print(&limits_text::text(&nominal.name, &found, &over, &files))?
     }
     // That there is no limit is a result.
+    Ok(Exit::Fine)
+}
+
+/// The limits of a design of the user's own: over the generic or constant that its scene names.
+fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Failure> {
+    let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
+    if !args.over.is_empty() || args.hands.is_some() {
+        return Err(usage("--over and --hands are of scenes with a [method]"));
+    }
+    let key = scene.varies.as_ref().ok_or_else(|| {
+        usage("it does not say what makes its wall stiffer; write varies = \"dut.ports.gain\" in [wall], or --set wall.varies=...")
+    })?;
+    let range =
+        args.range.as_deref().ok_or_else(|| usage("write --range A..B, whole numbers, as in --range 1..1023"))?;
+    let ends = range.split_once("..").and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    let range: [i128; 2] = ends.filter(|[a, b]| 0 < *a && a < b && *b < 1 << 32).ok_or_else(|| {
+        usage(&format!("--range {range}: write whole numbers from 1 on, the smaller first, as in 1..1023"))
+    })?;
+    hpu_cosim::dut::provide(args.hdl.simulators()?);
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let at = |value: i128| {
+        let set: Vec<_> = args.set.set.iter().cloned().chain([(key.clone(), value.to_string())]).collect();
+        match text.parse(&set).map_err(|error| error.to_string())? {
+            Experiment::Dut(scene) => Ok(scene),
+            _ => Err("it has no design of yours any more".to_string()),
+        }
+    };
+    let looks = Looks::words(args.words.unwrap_or(64) as usize, args.phases);
+    let in_words = WordsSet::of_design(&at, range, looks, args.jobs.get(), interrupt::heed());
+    if interrupt::pressed() {
+        return Ok(Exit::Interrupted);
+    }
+    let found = Limits {
+        varied: Some(key.clone()),
+        range: range.map(|end| end as f64),
+        criteria: Vec::new(),
+        silent: Vec::new(),
+        linear: Err("none: the law of a design of yours is its own".into()),
+        in_box: None,
+        in_words,
+        stiffness_miss: None,
+    };
+    let mut files: Vec<PathBuf> = Vec::new();
+    if let Some(mut folder) = folder {
+        pictures::put(&chart::limits(&scene.name, &found, &[], &command(args)), &mut folder)?;
+        files = folder.places().map(Into::into).collect();
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&limits_text::object(&scene.name, &found, &[], &files))?
+    } else {
+        print(&limits_text::text(&scene.name, &found, &[], &files))?
+    }
     Ok(Exit::Fine)
 }
 
@@ -153,10 +212,7 @@ fn axis(experiment: Experiment) -> Result<Scene, Failure> {
             let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
             Err(Failure::usage(said))
         }
-        Experiment::Dut(_) => {
-            let said = "limits are those of a scene with a [method]; of a design of yours draw a map: hpu map";
-            Err(Failure::usage(said))
-        }
+        Experiment::Dut(scene) => Err(Failure::usage(format!("{} has a design of yours", scene.name))),
     }
 }
 

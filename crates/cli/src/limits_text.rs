@@ -36,6 +36,7 @@ pub fn object(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) 
         "criteria": criteria.collect::<Vec<_>>(),
         "silent": silent.collect::<Vec<_>>(),
         "range": found.range,
+        "varied": found.varied,
         "linear": found.linear.as_ref().ok().map(linear),
         "linear_reason": found.linear.as_ref().err(),
         "over": over.iter().map(|unknown| json!({ "key": unknown.key(), "range": unknown.to_string() })).collect::<Vec<_>>(),
@@ -91,8 +92,11 @@ fn in_words(set: &WordsSet) -> Value {
 pub fn text(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) -> String {
     let unit = found.linear.as_ref().map_or("", |set| set.unit);
     let [low, high] = found.range.map(figure);
-    let mut text = format!("{scene}: at which stiffnesses the wall settles, from {low} to {high} {unit}\n\n");
-    let mut line = |name: &str, said: &str| text += &format!("{name:<22}{said}\n");
+    let what = found.varied.as_deref().unwrap_or("stiffnesses");
+    let mut text =
+        format!("{scene}: at which {what} the wall settles, from {low} to {high} {unit}").trim_end().to_string();
+    text += "\n\n";
+    let mut line = |name: &str, said: &str| text += &format!("{name:<22}{}\n", said.trim_end());
     match &found.linear {
         Ok(set) => {
             line("linear loop", &set.said());
@@ -160,6 +164,10 @@ pub fn text(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) ->
         line("warning", &format!("wall.{}", missed(miss, Some("method.stiffness_format"))));
     }
     let assumptions = legend(&found.criteria);
+    if found.varied.is_some() {
+        files.iter().for_each(|file| text += &format!("{:<22}{}\n", "file", file.display()));
+        return text;
+    }
     text += &format!(
         "\n{:<22}{:>14} {:<8} {:<6} assumptions, ! those that the scene does not meet\n",
         "criterion", "limit", "unit", "met"

@@ -22,6 +22,10 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
 
 /// Draws two runs in one figure.
 pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
+    if let [AnyRig::Dut(design), AnyRig::Ours(Ready::Axis(ours))] = runs.map(|ran| ran.session) {
+        let ours = chart_run(ours, runs[1], command);
+        return put(&chart::dut_beside(design, &runs[0].trace, &runs[0].summary, &ours, command), folder);
+    }
     let [AnyRig::Ours(Ready::Axis(one)), AnyRig::Ours(Ready::Axis(other))] = runs.map(|ran| ran.session) else {
         return Err(Failure::usage("only scenes of an axis are drawn side by side"));
     };

@@ -207,6 +207,44 @@ fn a_map_shows_for_which_gains_a_design_rings() {
     assert_eq!(stdout(&again), stdout(&output));
 }
 
+#[test]
+fn limits_go_over_what_makes_a_design_stiffer() {
+    let dir = scratch("limits_of_a_design");
+    let at = |more: &[&str]| {
+        let scene = ["limits", "testbench/dut/knee.toml", "--range", "95..600", "--words", "2", "--phases", "2"];
+        run(&[&scene[..], more].concat())
+    };
+    let output = at(&["--json", "-o", text(&dir)]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let words = &json(&output)["words"];
+    // Its README: 1.0 N.m/rad at 95, where it rests; at 600 it rings.
+    let groups = words["groups"].as_array().expect("groups");
+    let told: Vec<_> =
+        groups.iter().map(|group| (group["settle"].as_str().expect("a text"), number(&group["from"]))).collect();
+    assert_eq!(told, [("all", 95.0), ("none", 600.0)]);
+    assert_eq!((&words["words"], &words["runs"]), (&506.into(), &4.into()));
+    assert!(names(&dir).contains(&"limits.png".to_string()));
+    let refused = |arguments: &[&str], said: &[&str]| assert_refused(&run(arguments), 2, said);
+    refused(&["limits", "testbench/dut/knee.toml"], &["--range A..B, whole numbers"]);
+    refused(
+        &["limits", "testbench/dut/knee.toml", "--range", "9..3"],
+        &["write whole numbers from 1 on, the smaller first"],
+    );
+    refused(&["limits", "testbench/dut/rim.toml", "--range", "1..3"], &["does not say what makes its wall stiffer"]);
+    let varies = ["limits", "testbench/dut/knee.toml", "--range", "1..3", "--set", "wall.varies=hand.stiffness"];
+    assert_refused(&run(&varies), 4, &["wall.varies", "is not the key of a generic or constant"]);
+}
+
+#[test]
+fn a_scene_of_ours_is_drawn_beside_a_design_of_yours() {
+    let out = scratch("beside_a_design").join("out");
+    let scene = ["run", "testbench/dut/knee.toml", "--beside", "hybrid-wall", "--set", "run.duration=0.3s"];
+    let output = run(&[&scene[..], &["-o", text(&out)]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let svg = fs::read_to_string(out.join("side-by-side.svg")).expect("a picture");
+    assert!(svg.contains("knee") && svg.contains("hybrid-wall") && svg.contains("torque, its mean"));
+}
+
 /// A scene around a design of `testbench/dut/bad` or of a test's own.
 fn scene_of(dir: &Path, name: &str, files: &[&str], top: &str, ports: &str, more: &str) -> String {
     let path = dir.join(format!("{name}.toml"));
@@ -311,7 +349,7 @@ fn connections_that_cannot_be_are_refused_with_the_names_there_are() {
 #[test]
 fn verbs_about_our_own_words_refuse_a_design_of_yours() {
     for arguments in [
-        &["limits", "testbench/dut/knee.toml"][..],
+        &["limits", "testbench/dut/knee.toml", "--hands"][..],
         &["fit", "testbench/dut/knee.toml"],
         &["widths", "testbench/dut/knee.toml"],
         &["chart", "testbench/dut/knee.toml"],

@@ -98,6 +98,9 @@ impl Shell {
         symlink(env!("CARGO_BIN_EXE_hpu"), dir.join("bin/hpu")).expect("a link");
         let path = format!("{}:{}", dir.join("bin").display(), std::env::var("PATH").expect("a PATH"));
         fs::create_dir_all(dir.join("work")).expect("a folder");
+        // What README names of the project's own files.
+        symlink(fs::canonicalize(ROOT).expect("the project").join("testbench"), dir.join("work/testbench"))
+            .expect("a link");
         Self { path, dir: dir.join("work") }
     }
 

@@ -32,6 +32,8 @@ pub struct DutScene {
     pub dut: Dut,
     /// Where the wall stands that the design renders.
     pub wall_rad: f64,
+    /// The generic or constant that makes the wall stiffer, by its key, where the scene says so.
+    pub varies: Option<String>,
     /// What moves the device.
     pub hand: Hand,
     /// How much is modelled of the device.

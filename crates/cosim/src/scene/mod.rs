@@ -45,7 +45,7 @@
 //! | `[accuracy]` by which models are compared | `outputs` \[by the verdict\]: a list of [`Output`]s; `within` \[1 %\] |
 //!
 //! In the place of `[method]` a scene of an axis may have a design of the user's own, a [`Dut`]; `[wall]` then has its
-//! `position` alone, `[model]` what is left out of friction, and `[hand]` is no recording.
+//! `position` and `varies`, the key of the generic or constant that makes the wall stiffer, `[model]` what is left out of friction, and `[hand]` is no recording.
 //!
 //! | Section | Keys, `[default]` |
 //! |---|---|

@@ -46,7 +46,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
     }
     imposed(&root.section("device")?, &hand)?;
     let wall = root.section("wall")?;
-    wall.accept(&["position"])?;
+    wall.accept(&["position", "varies"])?;
     let clock = clock(&root.section("clock")?)?;
     let mut scene = DutScene {
         name: scene_name(file),
@@ -58,6 +58,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         clock,
         dut: dut(&root.section("dut")?, load)?,
         wall_rad: wall.quantity("position", axis.position, Any, None)?,
+        varies: varies(&wall)?,
         hand,
         model: model(&root.section("model")?, &device)?,
         run: run(&root.section("run")?, clock)?,
@@ -87,6 +88,17 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
     }
     scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
     Ok(scene)
+}
+
+/// The key that `hpu limits` varies.
+fn varies(s: &Section) -> Result<Option<String>, SceneError> {
+    const WHAT: &str = "the key of a generic or constant, as in \"dut.ports.gain\" or \"dut.generics.STIFFNESS\"";
+    if !s.has("varies") {
+        return Ok(None);
+    }
+    let key = s.text("varies", WHAT)?;
+    let is_one = ["dut.ports.", "dut.generics.", "dut.parameters."].iter().any(|of| key.starts_with(of));
+    if is_one { Ok(Some(key.to_string())) } else { Err(s.error("varies", format!("`{key}` is not {WHAT}"))) }
 }
 
 /// What of the device is modelled.

@@ -305,7 +305,7 @@ impl Design for Analysed {
 
     fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
         let command = simulate(&self.dut, self.folder.path());
-        let process = Process::start(Tool::Ghdl, command, None, self.limit, (words, drives), changes)?;
+        let process = Process::start(Tool::Ghdl, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }
 }

@@ -112,7 +112,7 @@ fn items(list: &str) -> Vec<Item> {
 /// Parts of a text at a character that is in no brackets.
 fn split(text: &str, at: char) -> Vec<&str> {
     let (mut depth, mut begin, mut parts) = (0i32, 0, Vec::new());
-    for (index, c) in text.char_indices() {
+    for (index, c) in outside_strings(text) {
         match c {
             '(' => depth += 1,
             ')' => depth -= 1,
@@ -128,10 +128,19 @@ fn split(text: &str, at: char) -> Vec<&str> {
     parts
 }
 
+/// Characters that are in no string, with their places.
+fn outside_strings(text: &str) -> impl Iterator<Item = (usize, char)> {
+    let mut is_inside = false;
+    text.char_indices().filter(move |(_, c)| {
+        is_inside ^= *c == '"';
+        !is_inside
+    })
+}
+
 /// Where the bracket closes that this text begins with.
 fn closing(text: &str) -> Option<usize> {
     let mut depth = 0;
-    for (index, c) in text.char_indices() {
+    for (index, c) in outside_strings(text) {
         match c {
             '(' => depth += 1,
             ')' => {

@@ -33,8 +33,6 @@ pub(super) struct Process {
     /// Edges clocked so far.
     edge: u64,
     request: Vec<u64>,
-    /// What goes with the process.
-    _keep: Option<Box<dyn Send>>,
 }
 
 impl Process {
@@ -42,7 +40,6 @@ impl Process {
     pub(super) fn start(
         tool: Tool,
         mut command: Command,
-        keep: Option<Box<dyn Send>>,
         limit: Duration,
         (words, drives): (&[u64], &[bool]),
         changes: &mut Vec<Change>,
@@ -76,8 +73,7 @@ impl Process {
             readers.push(listen(err, Arc::clone(&said)));
         }
         ours.set_read_timeout(Some(limit)).map_err(not_started).map_err(DutError::Tool)?;
-        let mut process =
-            Self { tool, group, stream: ours, said, readers, limit, edge: 0, request: Vec::new(), _keep: keep };
+        let mut process = Self { tool, group, stream: ours, said, readers, limit, edge: 0, request: Vec::new() };
         process.request.push(words.len() as u64);
         process.request.extend(drives.iter().map(|drives| u64::from(*drives)));
         process.request.extend_from_slice(words);

@@ -130,7 +130,10 @@ impl Simulators {
                 return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.clone(), said });
             }
         }
-        write(folder, "main.cpp", main_cpp(dut, &found, &state(&root)).as_bytes())?;
+        let mut state = state(&root);
+        // What is not in one structure cannot be compared: the models are then clocked side by side to the end.
+        state.makes_up |= !is_flat(&folder.join("obj"));
+        write(folder, "main.cpp", main_cpp(dut, &found, &state).as_bytes())?;
         let mut make = Command::new("make");
         make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]);
         make.args(["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O3"]);
@@ -298,6 +301,15 @@ fn state(root: &str) -> State {
     State { makes_up: all.iter().any(made_up), variables: all.into_iter().filter(|name| !made_up(name)).collect() }
 }
 
+/// Whether Verilator has put the whole design into one structure.
+fn is_flat(folder: &Path) -> bool {
+    let known = ["Vdut___024root.h", "Vdut___024unit.h", "Vdut__Syms.h", "Vdut__Dpi.h", "Vdut__pch.h"];
+    let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    let mut classes =
+        names.filter(|name| name.to_str().is_some_and(|name| name.starts_with("Vdut_") && name.ends_with(".h")));
+    classes.all(|name| known.iter().any(|known| name == *known))
+}
+
 /// The program around the model; see [`wire`](super::wire).
 fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
     let timing = |field: &&Field| {
@@ -368,7 +380,7 @@ impl Design for Verilated {
 
     fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
         let command = Command::new(self.folder.join(MODEL));
-        let process = Process::start(Tool::Verilator, command, None, self.limit, (words, drives), changes)?;
+        let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }
 }

@@ -43,7 +43,9 @@ impl Scale<'_> {
 #[must_use]
 pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> Picture {
     let unit = dotted(unit_of(found));
-    let mut conditions = vec!["linear loop: every stiffness, proved".to_string()];
+    let what = found.varied.as_deref().unwrap_or("stiffnesses");
+    let proved = found.varied.is_none().then(|| "linear loop: every stiffness, proved".to_string());
+    let mut conditions: Vec<String> = proved.into_iter().collect();
     if let Ok(set) = &found.in_words {
         let worlds = if set.worlds > 1 { format!(" in each of {} worlds", set.worlds) } else { String::new() };
         let phases = set.phases / set.worlds;
@@ -53,7 +55,7 @@ pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> P
             set.words
         ));
     }
-    let mut canvas = page(&format!("{scene}: at which stiffnesses the wall settles"), &conditions.join("; "), command);
+    let mut canvas = page(&format!("{scene}: at which {what} the wall settles"), &conditions.join("; "), command);
     if !over.is_empty() {
         let all: Vec<String> = over.iter().map(|unknown| unknown.to_string()).collect();
         canvas.text((60, 164), format!("box: {}", all.join(", ")), 26, QUIET, Anchor::Left);
@@ -68,14 +70,17 @@ pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> P
     for (text, color) in areas {
         x = entry(&mut canvas, (x, 214), (text, Look::Area(color)), 26);
     }
-    x = entry(&mut canvas, (x, 214), ("criterion, met", Look::Points(BLUE)), 26);
-    entry(&mut canvas, (x, 214), ("an assumption is not met", Look::Points(RUST)), 26);
+    if found.varied.is_none() {
+        x = entry(&mut canvas, (x, 214), ("criterion, met", Look::Points(BLUE)), 26);
+        entry(&mut canvas, (x, 214), ("an assumption is not met", Look::Points(RUST)), 26);
+    }
     for (value, label) in marks(&axis, 12) {
         let x = scale.x(value);
         canvas.line(vec![(x, TOP), (x, BOTTOM)], GRID, 2);
         canvas.text((x, BOTTOM + 28), label, 26, QUIET, Anchor::Centre);
     }
-    canvas.text(((LEFT + RIGHT) / 2, BOTTOM + 66), format!("stiffness in {unit}"), 26, INK, Anchor::Centre);
+    let label = found.varied.clone().unwrap_or_else(|| format!("stiffness in {unit}"));
+    canvas.text(((LEFT + RIGHT) / 2, BOTTOM + 66), label, 26, INK, Anchor::Centre);
 
     let named = |canvas: &mut Canvas, y: i32, name: &str| canvas.text((LEFT - 24, y), name, 26, INK, Anchor::Right);
     let mut y = TOP + 40;

@@ -162,11 +162,25 @@ pub fn dut_nets(session: &DutSession) -> Vec<Signal> {
 /// When the trace does not hold them.
 #[must_use]
 pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+    motion_pictures(&dut_motion(session, trace, summary, command)).into()
+}
+
+/// A design of the user's own beside a loop of ours, in one picture.
+///
+/// # Panics
+///
+/// When the traces do not hold what their pictures need.
+#[must_use]
+pub fn dut_beside(session: &DutSession, trace: &Trace, summary: &Summary, ours: &Run, command: &str) -> Picture {
+    motion::beside(&[dut_motion(session, trace, summary, command), Motion::of(ours)], command)
+}
+
+fn dut_motion<'a>(session: &'a DutSession, trace: &'a Trace, summary: &'a Summary, command: &'a str) -> Motion<'a> {
     let scene = session.scene();
     let clock = rate(scene.clock.frequency_hz() as f64);
     let warning = if summary.contact_share == Some(0.0) { "; wall not reached" } else { "" };
     let outcome = verdict(summary, scene.device.units().position) + warning;
-    let motion = Motion {
+    Motion {
         title: format!("{}: {outcome}", scene.name),
         conditions: format!("{} at {clock}, by {}{}", scene.dut.top, session.engine(), thinned(trace)),
         command,
@@ -181,8 +195,7 @@ pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, comm
         contact: trace.words(dut_nets(session).len() - 1),
         counted: None,
         asked: None,
-    };
-    motion_pictures(&motion).into()
+    }
 }
 
 /// The outcome of the motion in a few words, with a warning where it says nothing of the wall.

@@ -1,6 +1,6 @@
 //! The motion before the wall, and the torque that meets it.
 
-use super::canvas::{Canvas, HEIGHT, INK, QUIET, WIDTH};
+use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
 use super::series::{BLUE, Look, ORANGE, PURPLE, SHADE, SKY};
 use super::words::{COMMAND, PENETRATION};
@@ -167,6 +167,46 @@ fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
         }
     }
     points
+}
+
+/// Motions side by side, each a column, on the same scales: angle, and torque with its mean and what its ripple covers.
+pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
+    let titles: Vec<&str> = motions.iter().map(|motion| motion.title.as_str()).collect();
+    let mut canvas = page("Side by side", &titles.join("; beside "), command);
+    let angles = motions.iter().flat_map(|motion| motion.angles(1.0).map(|(_, angle)| angle).chain([motion.wall_rad]));
+    let angle_range = around(angles, 0.08);
+    let torques = motions.iter().flat_map(|motion| {
+        TORQUE_BETWEEN.into_iter().flat_map(|column| motion.trace.real(column).iter().map(|torque| 1e3 * torque))
+    });
+    let torque_range = around(torques, 0.08);
+    let end_s = motions.iter().map(|motion| motion.motion_s).fold(0.0, f64::max);
+    let width = (WIDTH - 100) / motions.len() as i32;
+    for (index, motion) in motions.iter().enumerate() {
+        let (left, right) = (170 + index as i32 * width, (index as i32 + 1) * width - 20);
+        let name = motion.title.split(':').next().unwrap_or_default();
+        canvas.text((left, 170), name, 32, INK, Anchor::Left);
+        let x = 0.0..end_s;
+        let top = Panel { left, top: 270, right, bottom: 720, x: x.clone(), y: angle_range.clone() };
+        wall(motion.wall_rad, &top, &mut canvas);
+        let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+        top.frame(&mut canvas, &legend, None, &angle_label(motion.device));
+        top.curve(&mut canvas, motion.angles(1.0), BLUE, 4);
+
+        let bottom = Panel { left, top: 850, right, bottom: HEIGHT - 150, x, y: torque_range.clone() };
+        bottom.shade(&mut canvas, motion.contact(), SHADE);
+        let legend = [("torque, its mean", Look::Line(BLUE)), ("least to greatest", Look::Area(SKY))];
+        let label = match motion.device {
+            Device::Motor(_) => "torque in mN\u{b7}m",
+            Device::Mass(_) => "force in mN",
+        };
+        bottom.frame(&mut canvas, &legend, Some("time in s"), label);
+        let [means, least, greatest] = TORQUE_BETWEEN.map(|column| motion.trace.real(column));
+        let since = motion.trace.times_s().zip(motion.trace.times_s().skip(1)).zip(1..);
+        let came = since.map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
+        bottom.band(&mut canvas, came, SKY);
+        bottom.steps(&mut canvas, whole_means(motion, means).iter().map(|(t, torque)| (*t, 1e3 * torque)), BLUE, 5);
+    }
+    canvas.render("side-by-side")
 }
 
 /// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.

@@ -28,6 +28,9 @@ pub use words::{Group, Looks, MOST_EVENTS, Seen, WordsSet};
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Limits {
+    /// The key whose values stand in the place of stiffnesses: of a design of the user's own, which alone knows what they
+    /// make.
+    pub varied: Option<String>,
     /// The stiffnesses that were looked at, in SI units.
     pub range: [f64; 2],
     /// What the published criteria say.
@@ -60,7 +63,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
     // The linear loop has no words to miss it.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
-    Limits { range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
+    Limits { varied: None, range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
 }
 
 /// The stiffnesses that limits are of unless others are asked for: from one word to the greatest of the scene's format;

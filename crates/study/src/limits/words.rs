@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Datapath, Device, Experiment, Hand, OutcomeKind, Realised, Scene};
+use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene};
 use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
@@ -131,56 +131,45 @@ impl WordsSet {
         let step = word_step(scene, &realised);
         // A range ends at the words nearest to its ends.
         let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, format.max());
-        let (least, mut most) = (word(range[0]), word(range[1]));
+        let (least, most) = (word(range[0]), word(range[1]));
         let touched = touched(worlds, least, jobs, control)?;
         let untouched = (worlds.len() - touched.len()) as u32;
         let phased = |world: &'_ &Scene| {
             (0..looks.phases).map(|phase| phased(world, realised.count_rad, phase, looks.phases)).collect::<Vec<_>>()
         };
         let phases: Vec<Scene> = touched.iter().flat_map(phased).collect();
-        let all = phases.len() as u32;
+        let at = |phase: usize, word: i128| Ok(Experiment::Axis(at_word(&phases[phase], word)));
+        let drops = !scene.method.saturate;
+        let grid = Grid { at: &at, phases: phases.len() as u32, step, unit: unit(scene), drops };
+        let found = grid.look([least, most], looks, jobs, control)?;
+        Ok(Self { worlds: touched.len() as u32, untouched, ..found })
+    }
 
-        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
-        let is_small = !looks.climbs && most - least < looks.most as i128;
-        let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
-        let mut apart = Apart::default();
-        if looks.climbs {
-            for step_up in std::mem::take(&mut wanted) {
-                settled(&phases, &[step_up], jobs, control, (&mut seen, &mut apart))?;
-                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
-                    most = step_up;
-                    break;
-                }
-            }
-            wanted = between(&seen, all, looks);
+    /// Looks at the values of a generic or constant of a design of the user's own, from the least to the greatest; `at`
+    /// makes the scene of a value. A phase is a share of a millisecond, for nobody knows when such a design samples.
+    ///
+    /// # Errors
+    ///
+    /// The reason why there is none: no free motion, no contact in a judged window, a run that cannot be made, or that
+    /// `control` stopped it.
+    pub fn of_design(
+        at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
+        range: [i128; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<Self, String> {
+        const SPAN_S: f64 = 1e-3;
+        if let Hand::Prescribed { .. } = at(range[0])?.hand {
+            return Err("the hand imposes the motion".into());
         }
-        while !wanted.is_empty() {
-            settled(&phases, &wanted, jobs, control, (&mut seen, &mut apart))?;
-            wanted = between(&seen, all, looks);
-            if seen.len() + wanted.len() > looks.most {
-                break;
-            }
-        }
-        let seen: Vec<Seen> =
-            seen.into_iter().map(|(word, settled)| Seen { word, stiffness: word as f64 * step, settled }).collect();
-        let between = |pair: &[Seen]| {
-            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
-            if differ { pair[1].word - pair[0].word } else { 1 }
+        let at = |phase: usize, word: i128| {
+            let mut scene = at(word)?;
+            let count_rad = scene.encoder.count_rad();
+            shift((&mut scene.hand, &mut scene.device), (count_rad, SPAN_S), phase as u32, looks.phases);
+            Ok(Experiment::Dut(scene))
         };
-        let finest = seen.windows(2).map(between).max().unwrap_or(1);
-        let Apart { cut_short, wrapped } = apart;
-        Ok(Self {
-            unit: unit(scene),
-            step,
-            words: most - least + 1,
-            phases: all,
-            worlds: touched.len() as u32,
-            untouched,
-            seen,
-            finest,
-            cut_short,
-            wrapped,
-        })
+        Grid { at: &at, phases: looks.phases, step: 1.0, unit: "", drops: false }.look(range, looks, jobs, control)
     }
 
     /// Neighbours that have the same in common, the softest first: what, from, to.
@@ -367,49 +356,119 @@ struct Apart {
     wrapped: u32,
 }
 
-/// Runs these words at every phase, and adds at how many each settles.
-fn settled(
-    phases: &[Scene],
-    words: &[i128],
-    jobs: NonZeroUsize,
-    control: &Control,
-    (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
-) -> Result<(), String> {
-    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
-    let too_many = more_events(MOST_EVENTS);
-    let drops = !phases[0].method.saturate;
-    let units: Vec<usize> = (0..words.len() * phases.len()).collect();
-    let mut failed = None;
-    let run = |unit: usize, control: &Control| {
-        let experiment = Experiment::Axis(at_word(&phases[unit % phases.len()], words[unit / phases.len()]));
-        match Cell::run(&experiment, limits, control) {
-            Ok(None) => None,
-            Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
-            Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
-            Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
-            Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
-            Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
-            Err(why) => Some(Err(why)),
+/// What is looked at: scenes by phase and word.
+struct Grid<'a> {
+    at: &'a (dyn Fn(usize, i128) -> Result<Experiment, String> + Sync),
+    phases: u32,
+    /// What a word is worth, in this unit.
+    step: f64,
+    unit: &'static str,
+    /// Whether a product drops its upper bits.
+    drops: bool,
+}
+
+impl Grid<'_> {
+    /// Looks at the words of a range.
+    fn look(
+        &self,
+        [least, mut most]: [i128; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<WordsSet, String> {
+        let all = self.phases;
+        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
+        let is_small = !looks.climbs && most - least < looks.most as i128;
+        let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
+        let mut apart = Apart::default();
+        if looks.climbs {
+            for step_up in std::mem::take(&mut wanted) {
+                self.settled(&[step_up], jobs, control, (&mut seen, &mut apart))?;
+                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
+                    most = step_up;
+                    break;
+                }
+            }
+            wanted = between(&seen, all, looks);
         }
-    };
-    let mut done = 0;
-    let _ = run_some(&units, jobs, control, run, |unit, row| match row {
-        Ok(row) => {
-            *seen.entry(words[unit / phases.len()]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
-            apart.cut_short += u32::from(row == CUT_SHORT);
-            apart.wrapped += u32::from(row == WRAPPED);
-            done += 1;
-            Ok(())
+        while !wanted.is_empty() {
+            self.settled(&wanted, jobs, control, (&mut seen, &mut apart))?;
+            wanted = between(&seen, all, looks);
+            if seen.len() + wanted.len() > looks.most {
+                break;
+            }
         }
-        Err(why) => {
-            failed = Some(why);
-            Err(())
+        let seen: Vec<Seen> = seen
+            .into_iter()
+            .map(|(word, settled)| Seen { word, stiffness: word as f64 * self.step, settled })
+            .collect();
+        let between = |pair: &[Seen]| {
+            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
+            if differ { pair[1].word - pair[0].word } else { 1 }
+        };
+        let finest = seen.windows(2).map(between).max().unwrap_or(1);
+        let Apart { cut_short, wrapped } = apart;
+        Ok(WordsSet {
+            unit: self.unit,
+            step: self.step,
+            words: most - least + 1,
+            phases: all,
+            worlds: 1,
+            untouched: 0,
+            seen,
+            finest,
+            cut_short,
+            wrapped,
+        })
+    }
+
+    /// Runs these words at every phase, and adds at how many each settles.
+    fn settled(
+        &self,
+        words: &[i128],
+        jobs: NonZeroUsize,
+        control: &Control,
+        (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
+    ) -> Result<(), String> {
+        let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+        let too_many = more_events(MOST_EVENTS);
+        let (drops, phases) = (self.drops, self.phases as usize);
+        let units: Vec<usize> = (0..words.len() * phases).collect();
+        let mut failed = None;
+        let run = |unit: usize, control: &Control| {
+            let experiment = match (self.at)(unit % phases, words[unit / phases]) {
+                Ok(experiment) => experiment,
+                Err(why) => return Some(Err(why)),
+            };
+            match Cell::run(&experiment, limits, control) {
+                Ok(None) => None,
+                Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
+                Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
+                Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
+                Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
+                Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
+                Err(why) => Some(Err(why)),
+            }
+        };
+        let mut done = 0;
+        let _ = run_some(&units, jobs, control, run, |unit, row| match row {
+            Ok(row) => {
+                *seen.entry(words[unit / phases]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
+                apart.cut_short += u32::from(row == CUT_SHORT);
+                apart.wrapped += u32::from(row == WRAPPED);
+                done += 1;
+                Ok(())
+            }
+            Err(why) => {
+                failed = Some(why);
+                Err(())
+            }
+        });
+        match failed {
+            Some(why) => Err(why),
+            None if done < units.len() => Err("stopped".into()),
+            None => Ok(()),
         }
-    });
-    match failed {
-        Some(why) => Err(why),
-        None if done < units.len() => Err("stopped".into()),
-        None => Ok(()),
     }
 }
 
@@ -420,11 +479,18 @@ fn settled(
 /// the encoder, by shares in another order, so that no phase has both alike.
 fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
     let mut scene = scene.clone();
+    let span_s = scene.sample_period_s();
+    shift((&mut scene.hand, &mut scene.device), (count_rad, span_s), phase, phases);
+    scene
+}
+
+/// The contact at a phase, by a share of a span of time and of a count.
+fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f64), phase: u32, phases: u32) {
     let share = f64::from(phase) / f64::from(phases);
-    let late_s = share * scene.sample_period_s();
+    let late_s = share * span_s;
     // Three has no divisor in common with the usual eight.
     let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
-    let back = match &mut scene.hand {
+    let back = match hand {
         Hand::SpringDamper { path, .. } => {
             for knot in path.iter_mut() {
                 knot.time_s += if knot.time_s > 0.0 { late_s } else { 0.0 };
@@ -434,29 +500,34 @@ fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
         }
         _ => late_s,
     };
-    match &mut scene.device {
+    match device {
         Device::Motor(motor) => motor.initial_angle_rad += aside - back * motor.initial_speed_rad_per_s,
         Device::Mass(mass) => mass.initial_position_m += aside - back * mass.initial_speed_m_per_s,
     }
-    scene
 }
 
 /// Why the verdict of a scene whose hand is not at the wall is none on the wall, and what to change.
 fn untouched(experiment: &Experiment) -> String {
-    let Experiment::Axis(scene) = experiment else { unreachable!("limits are those of an axis") };
-    let unit = scene.device.units();
+    let (hand, device, wall_rad, stiffness) = match experiment {
+        Experiment::Axis(scene) => {
+            let wall = scene.wall;
+            (&scene.hand, &scene.device, wall.position_rad, Some(wall.stiffness_nm_per_rad))
+        }
+        Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_rad, None),
+        Experiment::Phantom(_) => return "limits are those of an axis".into(),
+    };
+    let unit = device.units();
     let [from, to] = judged_window_s(experiment).map(figure);
-    let hand = match scene.hand {
+    let at = stiffness.map_or(String::new(), |stiffness| format!("at {} {} ", figure(stiffness), unit.stiffness));
+    let hand = match hand {
         Hand::SpringDamper { .. } => "let hand.path end beyond the wall",
         Hand::ConstantTorque { .. } => "let hand.torque press into the wall",
         _ => "give it a hand that presses into the wall",
     };
     format!(
-        "not judged: wall not reached at {} {} in the judged window, {from} s to {to} s; {hand}, \
+        "not judged: wall not reached {at}in the judged window, {from} s to {to} s; {hand}, \
          move wall.position ({} {}), or change run.duration",
-        figure(scene.wall.stiffness_nm_per_rad),
-        unit.stiffness,
-        figure(scene.wall.position_rad),
+        figure(wall_rad),
         unit.position
     )
 }
