@@ -73,6 +73,10 @@ impl Temporary {
             let mut own = own();
             let file = match open(&path) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                // Who sweeps took the folder between its making and its opening.
+                Err(error) if error.kind() == io::ErrorKind::NotFound && path.parent().is_some_and(Path::is_dir) => {
+                    continue;
+                }
                 file => file?,
             };
             let is_ours = match file.try_lock() {
@@ -194,6 +198,21 @@ mod tests {
         let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into_owned()).collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn who_sweeps_while_another_makes_a_folder_does_not_take_it() {
+        let parent = Temporary::folder().expect("a folder");
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    for _ in 0..400 {
+                        let folder = Temporary::folder_in(parent.path()).expect("a folder of its own");
+                        assert!(folder.path().is_dir());
+                    }
+                });
+            }
+        });
     }
 
     #[test]
