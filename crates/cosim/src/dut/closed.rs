@@ -32,12 +32,15 @@ struct Closed<'a> {
     bits: Vec<u64>,
     /// What the nets were last shown as: the ports, then whether the wall is touched.
     shown: Vec<i64>,
-    /// The edge at which that was.
-    told: u64,
     uses: Vec<SignalUse>,
     changes: Vec<Change>,
     driven: (LoopOut<i64>, i64),
+    /// Edges that the design has clocked, and the edge at which the world stands: the same, or the next one, at which the
+    /// inputs are known.
     edge: u64,
+    stands: u64,
+    /// Whether the inputs there are to be shown.
+    is_sensed: bool,
     output_changes: u64,
     /// Whether anybody looks at the nets.
     watched: bool,
@@ -120,13 +123,14 @@ impl DutSession<'_> {
             simulation,
             start,
             shown: Vec::new(),
-            told: 0,
             uses: vec![SignalUse { min: i64::MAX, max: i64::MIN, rounded: 0, overflowed: 0 }; self.wires.nets.len()],
             words,
             bits,
             changes,
             driven: (LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 }, 0),
             edge: 0,
+            stands: 0,
+            is_sensed: false,
             output_changes: 0,
             watched,
         };
@@ -185,28 +189,32 @@ impl Closed<'_> {
             if !control.goes_on(self.edge, events) {
                 return Ok(false);
             }
-            let next = self.world.next_change((self.edge + look).min(end));
-            // Up to the edge before, the design has the inputs that it has now.
-            let calm = next - self.edge - 1;
             let before = self.edge;
-            if calm > 0 && self.clock(calm, watch)? {
+            // The edge at which the inputs may be others than those that the design has: up to the one before, it can be
+            // clocked at once.
+            let next = if self.stands == end { end + 1 } else { self.world.next_change((self.stands + look).min(end)) };
+            if next > before + 1 && self.clock(next - 1 - before, watch)? {
                 let here = self.edge;
-                self.world.advance(here, |world, edge| watch.log(world, edge - 1));
+                self.go(here, watch);
                 self.drive()?;
-            } else {
-                self.world.advance(next, |world, edge| watch.log(world, edge - 1));
-                let is_sensed = self.sense();
-                let changed = self.clock(1, watch)?;
-                if is_sensed && self.told < self.edge {
-                    self.tell(self.edge, watch);
-                }
-                if changed {
-                    self.drive()?;
-                }
+            } else if next <= end {
+                self.go(next, watch);
+                self.is_sensed = self.sense();
             }
             look = (2 * (self.edge - before)).clamp(least, most);
         }
+        if self.edge < self.stands && self.clock(1, watch)? {
+            self.drive()?;
+        }
         Ok(true)
+    }
+
+    /// The world goes on to an edge.
+    fn go(&mut self, to: u64, watch: &mut Watch) {
+        if to > self.stands {
+            self.world.advance(to, |world, edge| watch.log(world, edge - 1));
+            self.stands = to;
+        }
     }
 
     /// Clocks the design for some edges, or to the first at which an output that drives the device changes; whether one
@@ -226,22 +234,29 @@ impl Closed<'_> {
     /// Takes the changes of outputs, edge by edge. The world stands where it was before them, as it was driven.
     fn take_changes(&mut self, before: u64, mut watch: Option<&mut Watch>) {
         let mut changes = std::mem::take(&mut self.changes);
+        let mut sensed = std::mem::take(&mut self.is_sensed).then_some(before + 1);
         for at in changes.chunk_by(|one, two| one.edge == two.edge) {
+            let edge = before + at[0].edge;
+            if let (Some(watch), Some(first)) = (&mut watch, sensed.take_if(|first| *first < edge)) {
+                self.tell(first, watch);
+            }
             for &Change { port, bits, .. } in at {
                 let format = self.session.wires.nets[port].format;
                 self.words[port] = bits.map(|bits| format.from_bits(bits));
             }
-            if let (true, Some(watch)) = (self.watched, &mut watch) {
-                let edge = before + at[0].edge;
+            if let (true, Some(watch)) = (self.watched || sensed.take().is_some(), &mut watch) {
                 watch.log(&self.world, edge - 1);
                 self.tell(edge, watch);
             }
+        }
+        if let (Some(watch), Some(first)) = (&mut watch, sensed) {
+            self.tell(first, watch);
         }
         changes.clear();
         self.changes = changes;
     }
 
-    /// The inputs at the edge to come, which is the world's; whether there is anything new to show.
+    /// The inputs at the edge at which the world stands; whether there is anything new to show.
     fn sense(&mut self) -> bool {
         let given = given(&self.world, self.start);
         let session = self.session;
@@ -263,7 +278,6 @@ impl Closed<'_> {
 
     /// Shows the nets after an edge.
     fn tell(&mut self, edge: u64, watch: &mut Watch) {
-        self.told = edge;
         self.shown.clear();
         self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
         self.shown.push(i64::from(self.touched()));

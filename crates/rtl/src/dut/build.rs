@@ -16,7 +16,7 @@ use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
 
 /// Goes up when other things are built of the same design by the same tools.
-const FLOW: &str = "6";
+const FLOW: &str = "7";
 
 /// The name of the file in a folder that is complete.
 const WHOLE: &str = "whole";

@@ -3,11 +3,15 @@
 // Two models are clocked side by side, whose unknown values were made up differently, until their states are the same:
 // from there on they cannot differ. An output in which they differ depends on a value that nobody has set.
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <sched.h>
+#include <sys/socket.h>
 #include <unistd.h>
 #include <vector>
 
@@ -28,6 +32,8 @@ void vl_finish(const char* file, int line, const char*) {
 namespace {
 
 constexpr int DESCRIPTOR = 3;
+// How often the parent is looked for without sleeping.
+constexpr int SPINS = 100;
 // What is told, and how much of it is ports; the rest is signals inside.
 constexpr size_t PORTS = @PORTS@, OUTSIDE = @OUTSIDE@;
 constexpr const char* NAMES[] = {@NAMES@};
@@ -58,8 +64,14 @@ bool same(const Vdut___024root& one, const Vdut___024root& two) {
 bool take(uint64_t* words, size_t count) {
   char* to = reinterpret_cast<char*>(words);
   size_t left = count * sizeof(uint64_t);
-  while (left != 0) {
-    const ssize_t got = read(DESCRIPTOR, to, left);
+  // To sleep and to be woken takes longer than the parent mostly needs.
+  for (int turn = 0; left != 0;) {
+    const ssize_t got = recv(DESCRIPTOR, to, left, turn < SPINS ? MSG_DONTWAIT : 0);
+    if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
+      ++turn;
+      sched_yield();
+      continue;
+    }
     if (got <= 0) return false;
     to += got;
     left -= got;
@@ -103,7 +115,7 @@ struct Model {
 int main() {
   uint64_t ports = 0;
   if (!take(&ports, 1) || ports != PORTS) return 1;
-  Bits drives(PORTS), bits(PORTS), now(PORTS), before(PORTS), other(PORTS);
+  Bits drives(PORTS), bits(PORTS), now(PORTS), before(PORTS), other(PORTS), request(2 + PORTS);
   if (!take(drives.data(), PORTS) || !take(bits.data(), PORTS)) return 1;
   Model model(1);
   auto twin = std::make_unique<Model>(2);
@@ -136,17 +148,18 @@ int main() {
   for (;;) {
     answer[1] = (answer.size() - 2) / 4;
     if (!tell(answer)) return 0;
-    uint64_t head[2];
-    if (!take(head, 2) || !take(bits.data(), PORTS)) return 0;
+    if (!take(request.data(), request.size())) return 0;
+    const uint64_t wanted = request[0], all = request[1];
+    std::copy(request.begin() + 2, request.end(), bits.begin());
     uint64_t done = 0;
     answer.assign(2, 0);
-    for (bool changed = false; !changed && done < head[0];) {
+    for (bool changed = false; !changed && done < wanted;) {
       ++done;
       ++edges;
       half += 2;
       model.cycle(bits, half);
       get(*model.top, now);
-      if (head[1] != 0) get_inside(*model.top, now);
+      if (all != 0) get_inside(*model.top, now);
       if (twin) {
         twin->cycle(bits, half);
         get(*twin->top, other);
@@ -168,7 +181,7 @@ int main() {
         if (!OUTPUTS[port] || now[port] == before[port]) continue;
         before[port] = now[port];
         changed |= drives[port] != 0;
-        if (head[1] != 0 || drives[port] != 0) answer.insert(answer.end(), {done, port, now[port], 1});
+        if (all != 0 || drives[port] != 0) answer.insert(answer.end(), {done, port, now[port], 1});
       }
     }
     answer[0] = done;
