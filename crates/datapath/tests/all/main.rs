@@ -4,6 +4,7 @@ mod arithmetic;
 mod cases;
 mod clocked;
 mod combinational;
+mod configured;
 mod connections;
 mod estimators;
 mod frequency_response;
