@@ -17,8 +17,8 @@ package hpu_dut_bridge is
   impure function hpu_dut_asks return integer;
   attribute foreign of hpu_dut_asks : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_asks";
 
-  -- A port: its bits, and 1 when they are a signed number.
-  procedure hpu_dut_port(width : integer; is_signed : integer);
+  -- A port: its bits, and 1 when they are a signed word, 2 when they are a number.
+  procedure hpu_dut_port(width : integer; kind : integer);
   attribute foreign of hpu_dut_port : procedure is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_port";
 
   -- Meets hpu; 1.
@@ -96,7 +96,7 @@ package body hpu_dut_bridge is
     return 0;
   end;
 
-  procedure hpu_dut_port(width : integer; is_signed : integer) is
+  procedure hpu_dut_port(width : integer; kind : integer) is
   begin
     report "not linked" severity failure;
   end;
@@ -204,7 +204,7 @@ package body hpu_dut_bridge is
 
   procedure hpu_dut_kind(signal s : in integer) is
   begin
-    hpu_dut_port(32, 1);
+    hpu_dut_port(32, 2);
   end;
 
   procedure hpu_dut_kind(signal s : in std_ulogic_vector) is

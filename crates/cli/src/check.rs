@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
-use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Hdl, Late, comparison_edges, junit};
+use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Late, comparison_edges, junit};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
+use crate::entity::{self, Theirs};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::jobs::Jobs;
@@ -28,33 +29,35 @@ use crate::{hdl, interrupt};
 /// says so. To compare a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Blocks to check on directed and random vectors
-    blocks: Vec<String>,
+    /// Blocks to check on directed and random vectors; with --entity, files
+    pub blocks: Vec<String>,
     /// Configuration of the blocks to check, of those that `hpu block NAME` lists; may be repeated
     #[arg(long = "variant", value_name = "LABEL", requires = "blocks")]
-    variants: Vec<String>,
+    pub variants: Vec<String>,
     /// Scene to run in VHDL, every net compared at every edge; may be repeated
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
     #[command(flatten)]
-    set: scene::Set,
+    pub set: scene::Set,
     /// Clock edges of each scene [default: 150000, or one and a half samples where a held position shows the wall only
     /// then]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
     /// Random rows of each configuration of a block
     #[arg(long, value_name = "N", default_value_t = 2000)]
-    rows: usize,
+    pub rows: usize,
     /// Seed of the random rows
     #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    pub seed: u64,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]
     exhaustive: bool,
     #[command(flatten)]
     jobs: Jobs,
     #[command(flatten)]
-    hdl: hdl::Vhdl,
+    pub hdl: hdl::Vhdl,
+    #[command(flatten)]
+    pub theirs: Theirs,
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -69,6 +72,9 @@ pub struct Args {
 
 /// `hpu check`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
+    if args.theirs.is_asked() {
+        return theirs(args);
+    }
     args.blocks.iter().try_for_each(|name| known(name))?;
     for name in &args.blocks {
         args.variants.iter().try_for_each(|label| find(name, label).map(drop))?;
@@ -100,21 +106,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
-    shown.line(&total(&report, &setup.hdl))?;
+    shown.end(&report, &format!("VHDL {}", setup.hdl), object(&report, &setup.hdl), junit_file, args)
+}
 
-    let json = object(&report, &setup.hdl);
-    if let Some(file) = junit_file {
-        file.write(&junit(&report))?;
-    }
-    if let Some(mut folder) = shown.folder {
-        folder.write("check.json", format!("{json:#}\n"))?;
-        folder.write("check.txt", &shown.text)?;
-        folder.commit()?;
-    }
-    if args.json {
-        print_json(&json)?;
-    }
-    Ok(Exit::when(report.ok()))
+/// `hpu check --entity`.
+fn theirs(args: &Args) -> Result<Exit, Failure> {
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
+    let mut shown = Shown { quiet: args.json, text: String::new(), folder };
+    let (report, engine) = match entity::checked(args, &mut shown) {
+        Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
+        compared => compared?,
+    };
+    let json = object(&report, &engine);
+    shown.end(&report, &engine, json, junit_file, args)
 }
 
 /// Edges of a scene to compare.
@@ -196,7 +201,7 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
 }
 
 /// The table, shown as it grows.
-struct Shown {
+pub struct Shown {
     quiet: bool,
     text: String,
     /// Where waveforms of mismatches are written.
@@ -204,12 +209,36 @@ struct Shown {
 }
 
 impl Shown {
-    fn line(&mut self, line: &str) -> Result<(), Failure> {
+    /// Sums up, and writes what is to be written.
+    fn end(
+        mut self,
+        report: &CheckReport,
+        of: &str,
+        json: Value,
+        junit_file: Option<Single>,
+        args: &Args,
+    ) -> Result<Exit, Failure> {
+        self.line(&total(report, of))?;
+        if let Some(file) = junit_file {
+            file.write(&junit(report))?;
+        }
+        if let Some(mut folder) = self.folder {
+            folder.write("check.json", format!("{json:#}\n"))?;
+            folder.write("check.txt", &self.text)?;
+            folder.commit()?;
+        }
+        if args.json {
+            print_json(&json)?;
+        }
+        Ok(Exit::when(report.ok()))
+    }
+
+    pub fn line(&mut self, line: &str) -> Result<(), Failure> {
         self.text += line;
         if self.quiet { Ok(()) } else { print(line) }
     }
 
-    fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
+    pub fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
         let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
         let (first, remark) = match row.contact {
             None => (*vectors, String::new()),
@@ -233,7 +262,7 @@ impl Shown {
     }
 }
 
-fn header(what: &str, which: &str) -> String {
+pub fn header(what: &str, which: &str) -> String {
     format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
 }
 
@@ -242,13 +271,13 @@ fn loops_header() -> String {
     header("loop", "scene").replace("   vectors", "in contact")
 }
 
-fn total(report: &CheckReport, hdl: &Hdl) -> String {
+fn total(report: &CheckReport, of: &str) -> String {
     let sum = |value: fn(&CheckRow) -> u64| report.all().map(value).sum::<u64>();
     let failed = report.all().filter(|row| !row.ok()).count();
     let said =
         if failed == 0 { "all agree".to_string() } else { format!("{failed} of {} differ", report.all().count()) };
     format!(
-        "{said}: {} vectors, {} edges, {} mismatches; VHDL {hdl}\n",
+        "{said}: {} vectors, {} edges, {} mismatches; {of}\n",
         // Of loops each edge is compared: they have no vectors.
         report.rows.iter().map(|row| row.vectors).sum::<u64>(),
         sum(|row| row.edges),
@@ -256,7 +285,7 @@ fn total(report: &CheckReport, hdl: &Hdl) -> String {
     )
 }
 
-fn object(report: &CheckReport, hdl: &Hdl) -> Value {
+fn object(report: &CheckReport, hdl: &impl ToString) -> Value {
     let names = report.rows.iter().map(|row| &row.block).fold(Vec::new(), |mut names: Vec<&String>, name| {
         if !names.contains(&name) {
             names.push(name);

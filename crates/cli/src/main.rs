@@ -8,6 +8,7 @@ mod chart_text;
 mod check;
 mod columns;
 mod cost;
+mod entity;
 mod exit;
 mod files;
 mod fit;

@@ -331,23 +331,36 @@ fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
     }
 }
 
-/// Random rows of a configuration.
-fn random_rows(block: &dyn AnyBlock, options: &CheckOptions) -> usize {
+/// Random rows of a configuration, where so many are asked for.
+fn random_rows(block: &dyn AnyBlock, rows: usize) -> usize {
     let has_pwm = block.outputs()[0].name == "a_high";
-    if has_pwm { 10 * options.rows } else { options.rows }
+    if has_pwm { 10 * rows } else { rows }
 }
 
 /// How many stimuli a set has.
 fn count(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> u64 {
-    if set == 0 { (stimuli::directed(block).len() + random_rows(block, options)) as u64 } else { 1 << 16 }
+    if set == 0 { (stimuli::directed(block).len() + random_rows(block, options.rows)) as u64 } else { 1 << 16 }
 }
 
 /// The stimuli of a set: directed and random ones first, then products.
 fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimulus> {
     if set == 0 {
-        let rows = random_rows(block, options);
-        return [stimuli::directed(block), stimuli::random(block, options.seed, rows)].concat();
+        return first_set(block, options.rows, options.seed);
     }
     let (a, b) = (block.inputs()[0].format, block.inputs()[1].format);
     if options.exhaustive { stimuli::chunk(a, b, set - 1) } else { stimuli::stratified(a, b, options.seed) }
+}
+
+/// Directed and random rows.
+fn first_set(block: &dyn AnyBlock, rows: usize, seed: u64) -> Vec<Stimulus> {
+    [stimuli::directed(block), stimuli::random(block, seed, random_rows(block, rows))].concat()
+}
+
+/// The stimuli of all sets that a configuration is checked with, products in strata.
+pub(crate) fn all_stimuli(block: &dyn AnyBlock, label: &str, rows: usize, seed: u64) -> Vec<Stimulus> {
+    let mut all = first_set(block, rows, seed);
+    if is_the_multiplier(block, label) {
+        all.extend(stimuli::stratified(block.inputs()[0].format, block.inputs()[1].format, seed));
+    }
+    all
 }

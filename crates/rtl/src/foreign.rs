@@ -79,10 +79,15 @@ pub extern "C" fn hpu_dut_asks() -> i32 {
     i32::from(std::env::var_os(ASK).is_some())
 }
 
-/// A port: its bits, and whether they are a signed number.
+/// A port: its bits, and whether they are an unsigned word, a signed one, or a number.
 #[unsafe(no_mangle)]
-pub extern "C" fn hpu_dut_port(width: i32, is_signed: i32) {
-    println!("PORT {width} {}", if is_signed == 0 { "unsigned" } else { "signed" });
+pub extern "C" fn hpu_dut_port(width: i32, kind: i32) {
+    let kind = match kind {
+        0 => "unsigned",
+        1 => "signed",
+        _ => "number",
+    };
+    println!("PORT {width} {kind}");
 }
 
 /// Meets the parent.

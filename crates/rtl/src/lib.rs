@@ -8,6 +8,7 @@ mod check;
 mod closed_loop;
 mod cost;
 pub mod dut;
+pub mod entity;
 mod foreign;
 mod generated;
 mod ghdl;

@@ -8,6 +8,7 @@ mod chart;
 mod common;
 mod contact;
 mod dut;
+mod entity;
 mod exports;
 mod fit;
 mod fuzz;

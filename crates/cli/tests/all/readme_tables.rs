@@ -48,6 +48,12 @@ pub const COMMANDS: &[(&str, Form)] = &[
             record: Some("testbench/record/widths.txt"),
         },
     ),
+    (
+        "hpu check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
+         --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE \
+         testbench/dut/blocks/fast_mul.vhd",
+        Form::AsIs,
+    ),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
     (

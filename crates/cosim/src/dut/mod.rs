@@ -44,6 +44,8 @@ pub struct Port {
     pub format: Format,
     /// Whether it is no port but a signal inside, by its path from the top, as in `decoder.count`.
     pub is_inside: bool,
+    /// Whether it is one of VHDL's numbers, of 32 bits whatever its range.
+    pub is_number: bool,
 }
 
 /// A design that can be simulated.

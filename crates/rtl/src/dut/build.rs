@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use hpu_cosim::scene::{Dut, DutScene};
+use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
 use super::{DutError, Simulators};
@@ -16,10 +17,29 @@ use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
 
 /// Goes up when other things are built of the same design by the same tools.
-const FLOW: &str = "7";
+const FLOW: &str = "9";
 
 /// The name of the file in a folder that is complete.
 const WHOLE: &str = "whole";
+
+/// A design, and how it is clocked.
+pub(crate) struct Model<'a> {
+    pub(crate) dut: &'a Dut,
+    /// Its fastest clock.
+    pub(crate) clock: Clock,
+    /// Cycles of that before the first request, with the inputs that the simulation begins with, and in reset if it has
+    /// one.
+    pub(crate) settle: u64,
+}
+
+impl<'a> Model<'a> {
+    /// Of a scene: as long as its reset takes.
+    pub(super) fn of(scene: &'a DutScene) -> Self {
+        let dut = &scene.dut;
+        let settle = dut.reset.as_ref().map_or(0, |reset| common_cycle(dut) * u64::from(reset.clocks));
+        Self { dut, clock: scene.clock, settle }
+    }
+}
 
 impl Simulators {
     /// How long a tool may run.
@@ -27,15 +47,15 @@ impl Simulators {
         self.setup.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// The folder of what `make` builds of a design in an empty one, once: of the design, of the parts of the scene that
-    /// its model depends on, and of what `tools` tells.
+    /// The folder of what `make` builds of a design in an empty one, once: of the design, how it is clocked, and what
+    /// `tools` tells.
     pub(super) fn built(
         &self,
-        scene: &DutScene,
+        model: &Model,
         tools: &str,
         make: impl FnOnce(&Path) -> Result<(), DutError>,
     ) -> Result<PathBuf, DutError> {
-        let key = key(scene, tools);
+        let key = key(model, tools);
         let folder = self.cache.join(&key);
         // Threads that want the same model build it once.
         let turn = turn(key);
@@ -71,15 +91,16 @@ fn turn(key: String) -> Arc<Mutex<()>> {
 }
 
 /// What a model depends on.
-fn key(scene: &DutScene, tools: &str) -> String {
-    let Dut { files, library, top, standard, clocks, reset, generics, .. } = &scene.dut;
+fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
+    let Dut { files, library, top, standard, clocks, reset, generics, .. } = dut;
     let mut hash = Sha256::new();
     let mut field = |text: &[u8]| {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
     };
     [FLOW, tools, library, top].iter().for_each(|text| field(text.as_bytes()));
-    field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {}", scene.clock.frequency_hz()).as_bytes());
+    let frequency_hz = clock.frequency_hz();
+    field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {settle} {frequency_hz}").as_bytes());
     for (name, content) in files {
         field(name.as_bytes());
         field(content);
@@ -106,10 +127,9 @@ pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Dut
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
 }
 
-/// Cycles of the fastest clock after which all clocks are where they began, and those of the reset, if there is one.
-pub(super) fn cycles(dut: &Dut) -> (u64, u64) {
-    let common = dut.clocks.iter().fold(1, |common, clock| lcm(common, clock.divide.into()));
-    (common, dut.reset.as_ref().map_or(0, |reset| common * u64::from(reset.clocks)))
+/// Cycles of the fastest clock after which all clocks are where they began.
+pub(super) fn common_cycle(dut: &Dut) -> u64 {
+    dut.clocks.iter().fold(1, |common, clock| lcm(common, clock.divide.into()))
 }
 
 fn lcm(one: u64, two: u64) -> u64 {

@@ -7,10 +7,10 @@ use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
-use hpu_cosim::scene::{Dut, DutScene, Generic, Standard};
+use hpu_cosim::scene::{Dut, Generic, Standard};
 use hpu_signal::Format;
 
-use super::build::{base, cycles, write, write_files};
+use super::build::{Model, base, common_cycle, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
@@ -33,22 +33,22 @@ pub(super) struct Analysed {
 
 impl Simulators {
     /// A design in GHDL; `why` is added to what is said of the engine.
-    pub(super) fn ghdl(&self, scene: &DutScene, why: &str) -> Result<Analysed, DutError> {
+    pub(super) fn ghdl(&self, model: &Model, why: &str) -> Result<Analysed, DutError> {
         let version = Tool::Ghdl.version().map_err(DutError::Tool)?;
-        let (folder, ports) = self.elaborated(scene)?;
+        let (folder, ports) = self.elaborated(model)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
-        Ok(Analysed { folder, dut: scene.dut.clone(), ports, engine, limit })
+        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit })
     }
 
     /// The ports of a design in VHDL, as elaborated.
-    pub(super) fn ports_of_vhdl(&self, scene: &DutScene) -> Result<Vec<Port>, DutError> {
-        self.elaborated(scene).map(|(_, ports)| ports)
+    pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, DutError> {
+        self.elaborated(model).map(|(_, ports)| ports)
     }
 
     /// Analyses a design with its bench, and asks it for its ports.
-    fn elaborated(&self, scene: &DutScene) -> Result<(Temporary, Vec<Port>), DutError> {
-        let dut = &scene.dut;
+    fn elaborated(&self, model: &Model) -> Result<(Temporary, Vec<Port>), DutError> {
+        let dut = model.dut;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         write_files(dut, folder.path())?;
         self.analyse(dut, folder.path())?;
@@ -67,7 +67,7 @@ impl Simulators {
         if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
             return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
         }
-        let bench = bench(scene, &interface);
+        let bench = bench(model, &interface);
         write(folder.path(), "hpu_dut_bridge.vhd", bridge(dut.standard).as_bytes())?;
         write(folder.path(), "hpu_dut_bench.vhd", bench.as_bytes())?;
         let mut command = self.ghdl_command("-a", dut, folder.path());
@@ -83,14 +83,15 @@ impl Simulators {
         let mut command = simulate(dut, folder.path());
         command.env(ASK, "");
         let said = run(Tool::Ghdl, "tell its ports", command, self.limit()).map_err(say)?;
-        let told: Vec<Format> = said.out.lines().filter_map(format).collect();
+        let told: Vec<(Format, bool)> = said.out.lines().filter_map(format).collect();
         let ports = interface.ports.iter().zip(&told);
         let ports: Vec<_> = ports
-            .map(|(item, format)| Port {
+            .map(|(item, &(format, is_number))| Port {
                 name: item.name.clone(),
                 is_input: item.mode == "in",
-                format: *format,
+                format,
                 is_inside: false,
+                is_number,
             })
             .collect();
         if told.len() != interface.ports.len() {
@@ -110,7 +111,8 @@ impl Simulators {
 
     pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
         let mut command = Command::new(Tool::Ghdl.name());
-        command.args([verb, standard(dut.standard), "-Wno-hide", "-Wno-library"]).current_dir(folder);
+        // Much that is in use takes its arithmetic from there.
+        command.args([verb, standard(dut.standard), "-fsynopsys", "-Wno-hide", "-Wno-library"]).current_dir(folder);
         command
     }
 }
@@ -128,17 +130,18 @@ fn standard(standard: Standard) -> &'static str {
 /// The run of a bench.
 fn simulate(dut: &Dut, folder: &Path) -> Command {
     let mut command = Command::new(Tool::Ghdl.name());
-    command.args(["--elab-run", standard(dut.standard), "-Wno-hide", BENCH]).current_dir(folder);
+    command.args(["--elab-run", standard(dut.standard), "-fsynopsys", "-Wno-hide", BENCH]).current_dir(folder);
     // Words are unknown before the reset; what reaches the device is looked at anyway.
     command.arg("--ieee-asserts=disable-at-0");
     command
 }
 
-/// The format of a port from the line that its bench prints.
-fn format(line: &str) -> Option<Format> {
-    let (width, sign) = line.strip_prefix("PORT ")?.split_once(' ')?;
+/// The format of a port from the line that its bench prints, and whether it is a number.
+fn format(line: &str) -> Option<(Format, bool)> {
+    let (width, kind) = line.strip_prefix("PORT ")?.split_once(' ')?;
     let width = width.parse().ok()?;
-    Some(if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) })
+    let format = if kind != "unsigned" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
+    Some((format, kind == "number"))
 }
 
 fn has(items: &[Item], name: &str) -> bool {
@@ -160,8 +163,8 @@ fn bridge(standard: Standard) -> String {
 }
 
 /// The bench: a signal a port, of the port's own type.
-fn bench(scene: &DutScene, interface: &Interface) -> String {
-    let dut = &scene.dut;
+fn bench(model: &Model, interface: &Interface) -> String {
+    let dut = model.dut;
     let mut constants = String::new();
     for generic in &interface.generics {
         let set = dut.generics.iter().find(|(name, _)| name.eq_ignore_ascii_case(&generic.name));
@@ -226,8 +229,8 @@ fn bench(scene: &DutScene, interface: &Interface) -> String {
     let generic_map: Vec<_> = generic_map.map(|generic| format!("{0} => {0}", generic.name)).collect();
     let generic_map =
         if generic_map.is_empty() { String::new() } else { format!(" generic map ({})", generic_map.join(", ")) };
-    let (common, reset_cycles) = cycles(dut);
-    let half_fs = (0.5e15 / scene.clock.frequency_hz() as f64).round().max(1.0);
+    let (common, settle) = (common_cycle(dut), model.settle);
+    let half_fs = (0.5e15 / model.clock.frequency_hz() as f64).round().max(1.0);
     let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
     format!(
         "{library}{context}use work.hpu_dut_bridge.all;
@@ -262,7 +265,7 @@ architecture test of {BENCH} is
 {gives}    end if;
 {active}    half := half - 1;
     step;
-    for cycle in 1 to {reset_cycles} loop
+    for cycle in 1 to {settle} loop
       step;
       step;
     end loop;

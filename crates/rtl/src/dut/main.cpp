@@ -131,7 +131,7 @@ int main() {
   };
   initial(model);
   initial(*twin);
-  for (uint64_t cycle = 0; cycle < @RESET_CYCLES@; ++cycle) {
+  for (uint64_t cycle = 0; cycle < @SETTLE@; ++cycle) {
     half += 2;
     model.cycle(bits, half);
     twin->cycle(bits, half);

@@ -16,11 +16,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use hpu_cosim::dut::{Design, Designs, Fault};
-use hpu_cosim::scene::{DutScene, Engine};
+use hpu_cosim::scene::{DutScene, Engine, SourceFile};
 
 use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
 
+pub(crate) use build::Model;
 pub(crate) use ghdl::ASK;
 pub(crate) use wire::Served;
 
@@ -76,18 +77,28 @@ pub struct Simulators {
     pub setup: Setup,
 }
 
+impl Simulators {
+    /// A design that is held against something: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
+    pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
+        if is_vhdl(&model.dut.files) {
+            return Ok(Box::new(self.ghdl(model, "")?));
+        }
+        Ok(Box::new(self.verilator(model, false)?))
+    }
+}
+
 impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
-        let is_vhdl = is_vhdl(&scene.dut);
+        let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene));
         let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
-            (Engine::Ghdl, true) => self.ghdl(scene, "").map(|design| Arc::new(design) as Arc<dyn Design>),
+            (Engine::Ghdl, true) => self.ghdl(&model, "").map(|design| Arc::new(design) as Arc<dyn Design>),
             (Engine::Verilator, _) | (Engine::Auto, false) => {
-                self.verilator(scene, inside).map(|design| Arc::new(design) as _)
+                self.verilator(&model, inside).map(|design| Arc::new(design) as _)
             }
-            (Engine::Auto, true) => match self.verilator(scene, inside) {
+            (Engine::Auto, true) => match self.verilator(&model, inside) {
                 Ok(design) => Ok(Arc::new(design) as _),
                 // What GHDL itself refuses is refused; what only the way through Verilog does not take, GHDL simulates.
                 Err(DutError::Tool(error)) if error.tool != Tool::Verilator || !error.is_unusable() => {
@@ -98,7 +109,7 @@ impl Designs for Simulators {
                         DutError::Tool(_) => "; there is no Verilator".to_string(),
                         error => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
                     };
-                    self.ghdl(scene, &why).map(|design| Arc::new(design) as _)
+                    self.ghdl(&model, &why).map(|design| Arc::new(design) as _)
                 }
             },
         };
@@ -114,6 +125,6 @@ fn first_line(said: &str) -> String {
 }
 
 /// Whether a design is VHDL.
-fn is_vhdl(dut: &hpu_cosim::scene::Dut) -> bool {
-    dut.files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
+pub(crate) fn is_vhdl(files: &[SourceFile]) -> bool {
+    files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
 }

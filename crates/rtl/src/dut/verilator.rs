@@ -8,10 +8,10 @@ use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
-use hpu_cosim::scene::{Dut, DutScene, Generic};
+use hpu_cosim::scene::{Dut, Generic};
 use hpu_signal::Format;
 
-use super::build::{base, cycles, write, write_files};
+use super::build::{Model, base, common_cycle, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
@@ -34,9 +34,9 @@ pub(super) struct Verilated {
 }
 
 impl Simulators {
-    pub(super) fn verilator(&self, scene: &DutScene, inside: bool) -> Result<Verilated, DutError> {
-        let dut = &scene.dut;
-        let is_vhdl = super::is_vhdl(dut);
+    pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, DutError> {
+        let dut = model.dut;
+        let is_vhdl = super::is_vhdl(&dut.files);
         let version = format!("Verilator {}", Tool::Verilator.version().map_err(DutError::Tool)?);
         let tools = if is_vhdl {
             format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version().map_err(DutError::Tool)?)
@@ -44,21 +44,21 @@ impl Simulators {
             version
         };
         let built = if inside { format!("{tools}, with its inside") } else { tools.clone() };
-        let folder = self.built(scene, &built, |folder| {
+        let folder = self.built(model, &built, |folder| {
             write_files(dut, folder)?;
             let (sources, top) = if is_vhdl {
                 (self.synthesised(dut, folder)?, dut.top.to_lowercase())
             } else {
                 (sources(dut), dut.top.clone())
             };
-            self.verilate(dut, folder, &sources, &top, (!is_vhdl, inside))
+            self.verilate(model, folder, &sources, &top, (!is_vhdl, inside))
         })?;
         let path = folder.join(PORTS);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
         let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
         if is_vhdl {
             // Synthesis knows bits alone; the entity knows which are signed numbers.
-            let elaborated = self.ports_of_vhdl(scene)?;
+            let elaborated = self.ports_of_vhdl(model)?;
             for port in &mut ports {
                 if let Some(same) = elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name))
                     && same.format.width() == port.format.width()
@@ -90,12 +90,13 @@ impl Simulators {
     /// Verilog as a program.
     fn verilate(
         &self,
-        dut: &Dut,
+        model: &Model,
         folder: &Path,
         sources: &[String],
         top: &str,
         (generics, inside): (bool, bool),
     ) -> Result<(), DutError> {
+        let dut = model.dut;
         let say = |error| DutError::of(&dut.top, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
@@ -133,7 +134,7 @@ impl Simulators {
         let mut state = state(&root);
         // What is not in one structure cannot be compared: the models are then clocked side by side to the end.
         state.makes_up |= !is_flat(&folder.join("obj"));
-        write(folder, "main.cpp", main_cpp(dut, &found, &state).as_bytes())?;
+        write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
         let mut make = Command::new("make");
         make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]);
         make.args(["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O3"]);
@@ -222,7 +223,7 @@ fn port(line: &str) -> Option<Port> {
     let [name, way, width, sign] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let width = width.parse().ok()?;
     let format = if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
-    Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside" })
+    Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside", is_number: false })
 }
 
 /// A port as the C++ has it.
@@ -311,10 +312,11 @@ fn is_flat(folder: &Path) -> bool {
 }
 
 /// The program around the model; see [`wire`](super::wire).
-fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
+fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
+    let dut = model.dut;
     let timing = |field: &&Field| {
         let named =
-            |name: &String| *name == field.name || super::is_vhdl(dut) && name.eq_ignore_ascii_case(&field.name);
+            |name: &String| *name == field.name || super::is_vhdl(&dut.files) && name.eq_ignore_ascii_case(&field.name);
         dut.clocks.iter().any(|clock| named(&clock.port)) || dut.reset.iter().any(|reset| named(&reset.port))
     };
     let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
@@ -331,7 +333,8 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
         };
     }
     let find = |port: &str| {
-        let is = |field: &&Field| field.name == port || super::is_vhdl(dut) && field.name.eq_ignore_ascii_case(port);
+        let is =
+            |field: &&Field| field.name == port || super::is_vhdl(&dut.files) && field.name.eq_ignore_ascii_case(port);
         fields.iter().find(is).map(|field| &field.field)
     };
     for clock in &dut.clocks {
@@ -348,7 +351,6 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
     let names: Vec<_> = wires.iter().map(|field| format!("\"{}\"", field.name)).collect();
     let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
     let ports = wires.iter().filter(|field| !field.is_inside).count();
-    let (common, reset_cycles) = cycles(dut);
     include_str!("main.cpp")
         .replace("@PUTS@", &puts)
         .replace("@GETS@", &gets)
@@ -361,8 +363,8 @@ fn main_cpp(dut: &Dut, fields: &[Field], state: &State) -> String {
         .replace("@OUTSIDE@", &ports.to_string())
         .replace("@NAMES@", &names.join(", "))
         .replace("@OUTPUTS@", &outputs.join(", "))
-        .replace("@COMMON@", &common.to_string())
-        .replace("@RESET_CYCLES@", &reset_cycles.to_string())
+        .replace("@COMMON@", &common_cycle(dut).to_string())
+        .replace("@SETTLE@", &model.settle.to_string())
 }
 
 impl Design for Verilated {

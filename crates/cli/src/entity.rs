@@ -1,0 +1,158 @@
+//! `hpu check --entity`: a block of somebody else's held against one of ours.
+
+use std::path::Path;
+
+use hpu_cosim::scene::{SourceFile, Standard};
+use hpu_datapath::Generic;
+use hpu_rtl::CheckReport;
+use hpu_rtl::entity::{Entity, EntityError, Link};
+
+use crate::check::{Args, Shown, header};
+use crate::exit::{Exit, Failure};
+use crate::input::read_plain;
+use crate::interrupt;
+use crate::scene::pair;
+use crate::terminal::tell;
+
+/// A block of your own, held against one of these: its files stand in the place of BLOCKS
+#[derive(clap::Args)]
+#[command(next_help_heading = "A block of your own")]
+pub struct Theirs {
+    /// Its entity or module; FILEs in the order of compilation stand in the place of BLOCKS
+    #[arg(long, value_name = "NAME", requires_all = ["as_block", "blocks"], conflicts_with_all = ["scenes", "edges", "exhaustive", "hdl"])]
+    entity: Option<String>,
+    /// The block here that it is to equal, row by row
+    #[arg(long = "as", id = "as_block", value_name = "BLOCK", requires = "entity")]
+    as_block: Option<String>,
+    /// What a port of it is: THEIRS=OURS, an input also THEIRS=NUMBER, an output also THEIRS=open; open=OURS for an
+    /// output that it does not have; ports of the same name need none; may be repeated
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
+    port: Vec<(String, String)>,
+    /// What a generic or parameter of it is: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; may be repeated
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
+    generic: Vec<(String, String)>,
+    /// Its clock [default: clk]
+    #[arg(long, value_name = "PORT", requires = "entity")]
+    clock: Option<String>,
+    /// Its reset, active high, or low as PORT=low, synchronous or not [default: rst]; without one, rows that reset are
+    /// left out
+    #[arg(long, value_name = "PORT", requires = "entity")]
+    reset: Option<String>,
+    /// Clocks by which its outputs come later than those here; -1: one clock earlier. For so many rows after a reset
+    /// nothing is compared
+    #[arg(long, value_name = "CLOCKS", default_value_t = 0, allow_hyphen_values = true, requires = "entity")]
+    latency: i64,
+    /// VHDL that it is written in: 93 or 2008
+    #[arg(long, value_name = "YEAR", default_value = "2008", value_parser = ["93", "2008"], requires = "entity")]
+    standard: String,
+    /// Library that it is compiled into
+    #[arg(long, value_name = "NAME", default_value = "work", requires = "entity")]
+    library: String,
+}
+
+impl Theirs {
+    /// Whether a block of the user's own is asked for.
+    pub fn is_asked(&self) -> bool {
+        self.entity.is_some()
+    }
+}
+
+/// The block that the command line describes.
+pub fn entity(args: &Args) -> Result<Entity, Failure> {
+    let Theirs { port, generic, clock, reset, latency, standard, library, .. } = &args.theirs;
+    let link = |text: &String| match text.parse() {
+        Ok(number) => Link::Constant(number),
+        Err(_) if text == "open" => Link::Open,
+        Err(_) => Link::Port(text.clone()),
+    };
+    let (without, ports): (Vec<_>, Vec<_>) = port.iter().partition(|(theirs, _)| theirs == "open");
+    let reset = reset.as_ref().map(|reset| match reset.split_once('=') {
+        None => Ok((reset.clone(), false)),
+        Some((port, "low")) => Ok((port.to_string(), true)),
+        Some((port, "high")) => Ok((port.to_string(), false)),
+        Some((port, level)) => Err(Failure::usage(format!("--reset {port}={level}: write {port}=low or {port}"))),
+    });
+    Ok(Entity {
+        files: files(&args.blocks)?,
+        library: library.clone(),
+        top: args.theirs.entity.clone().unwrap_or_default(),
+        standard: if standard == "93" { Standard::Vhdl93 } else { Standard::Vhdl2008 },
+        clock: clock.clone(),
+        reset: reset.transpose()?,
+        ports: ports.iter().map(|(theirs, ours)| (theirs.clone(), link(ours))).collect(),
+        without: without.iter().map(|(_, ours)| ours.clone()).collect(),
+        generics: generic.clone(),
+        block: args.theirs.as_block.clone().unwrap_or_default(),
+        variants: args.variants.clone(),
+        set: args.set.set.iter().map(|(name, text)| value(name, text)).collect::<Result<_, _>>()?,
+        latency: *latency,
+        rows: args.rows,
+        seed: args.seed,
+    })
+}
+
+/// A generic of ours.
+fn value(name: &str, text: &str) -> Result<(String, Generic), Failure> {
+    let value = match (text.parse(), text) {
+        (Ok(number), _) => Generic::Integer(number),
+        (_, "true") => Generic::Boolean(true),
+        (_, "false") => Generic::Boolean(false),
+        _ => return Err(Failure::usage(format!("--set {name}={text}: write a whole number, true or false"))),
+    };
+    Ok((name.to_string(), value))
+}
+
+fn files(names: &[String]) -> Result<Vec<SourceFile>, Failure> {
+    let ends = [".vhd", ".vhdl", ".v", ".sv", ".vh", ".svh"];
+    let base = |name: &str| Path::new(name).file_name().map(|name| name.to_string_lossy().into_owned());
+    for (index, name) in names.iter().enumerate() {
+        if !ends.iter().any(|end| name.ends_with(end)) {
+            return Err(Failure::usage(format!(
+                "`{name}` is no file of HDL ({}); --entity takes files",
+                ends.join(", ")
+            )));
+        }
+        if let Some(other) = names[..index].iter().find(|other| base(other) == base(name)) {
+            return Err(Failure::usage(format!("`{other}` and `{name}` have one name; rename one of them")));
+        }
+    }
+    let read = |name: &String| match read_plain(Path::new(name)) {
+        Ok(content) => Ok((name.clone(), content.into())),
+        Err(error) => Err(Failure::at(Path::new(name), error)),
+    };
+    names.iter().map(read).collect()
+}
+
+/// Compares, and shows the table as it grows; the report, and what simulated theirs.
+pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
+    let entity = entity(args)?;
+    let simulators = args.hdl.simulators()?;
+    let failure = |error| match error {
+        EntityError::Refused(why) => Failure::usage(why),
+        EntityError::Simulator(fault) => fault.into(),
+    };
+    let (mut report, mut engine) = (CheckReport::default(), String::new());
+    for mut configuration in entity.configurations().map_err(failure)? {
+        let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;
+        if interrupt::pressed() {
+            return Err(Failure::new(Exit::Interrupted, "interrupted"));
+        }
+        if report.rows.is_empty() {
+            let block = &entity.block;
+            if !compared.not_taken.is_empty() {
+                tell(&format!("{} does not take {} of {block}", entity.top, compared.not_taken.join(", ")));
+            }
+            if configuration.1.clocked() && !compared.has_reset {
+                tell(&format!(
+                    "{} has no reset: it is compared from power-up, and rows that reset are left out",
+                    entity.top
+                ));
+            }
+            shown.line(&header("entity", &format!("as {block}")))?;
+        }
+        shown.row(&compared.row)?;
+        engine = compared.engine;
+        report.rows.push(compared.row);
+    }
+    Ok((report, engine))
+}

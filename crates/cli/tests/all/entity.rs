@@ -1,0 +1,287 @@
+//! Blocks of somebody else's, written from a data sheet alone, held against ours: `testbench/dut/blocks` and those below.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use crate::common::{ROOT, assert_refused, code, json, run, scratch, stderr, stdout, text};
+
+const VELOCITY: [&str; 16] = [
+    "--as=velocity_register",
+    "--entity=my_vel",
+    "--port=pos_i=position",
+    "--port=every_i=period",
+    "--port=vel_o=velocity",
+    "--generic=W=WIDTH",
+    "--generic=T=PERIOD_WIDTH",
+    "--clock=ck_i",
+    "--reset=nrst_i=low",
+    "--standard=93",
+    "--set=OUT_WIDTH=12",
+    "--set=WIDTH=12",
+    "--seed=3",
+    "--rows=2000",
+    "--latency=0",
+    "--library=work",
+];
+const PRODUCT: [&str; 9] = [
+    "--as=truncating_multiplier",
+    "--entity=fast_mul",
+    "--port=x=a",
+    "--port=y=b",
+    "--port=p=product",
+    "--generic=N=A_WIDTH",
+    "--generic=KEEP=OUT_WIDTH",
+    "--generic=SATURATING=SATURATE",
+    "--clock=clock",
+];
+const DECODER: [&str; 9] = [
+    "--as=quadrature_decoder",
+    "--entity=quad_x4",
+    "--port=ch_a=a",
+    "--port=ch_b=b",
+    "--port=move=step",
+    "--port=lost=error",
+    "--generic=WAIT=SETTLE",
+    "--clock=c",
+    "--reset=clear",
+];
+
+fn refused(output: &Output, expected: i32, says: &str) {
+    assert_refused(output, expected, &[says]);
+}
+
+fn shipped(file: &str) -> String {
+    fs::read_to_string(Path::new(ROOT).join("testbench/dut/blocks").join(file)).expect("a file")
+}
+
+/// The report of a check of this HDL.
+fn checked(dir: &Path, file: &str, hdl: &str, args: &[&str]) -> (i32, serde_json::Value) {
+    let path = dir.join(file);
+    fs::write(&path, hdl).expect("a file");
+    let output = run(&[&["check", "--json"], args, &[text(&path)]].concat());
+    let ended = code(&output);
+    assert!(ended <= 1, "{}", stderr(&output));
+    (ended, json(&output))
+}
+
+#[test]
+fn blocks_that_follow_a_data_sheet_are_equal_in_every_configuration_that_they_have() {
+    let dir = scratch("equal_blocks");
+    let variants = |value: &serde_json::Value| {
+        let rows = value["blocks"][0]["variants"].as_array().expect("variants");
+        rows.iter().map(|row| row["name"].as_str().expect("a name").to_string()).collect::<Vec<_>>()
+    };
+    let (ended, value) = checked(&dir, "my_vel.vhd", &shipped("my_vel.vhd"), &VELOCITY);
+    assert_eq!((ended, variants(&value)), (0, vec!["OUT_WIDTH=12,WIDTH=12".to_string()]), "{value}");
+    // A width that no listed configuration has.
+    let odd = VELOCITY.map(|arg| arg.replace("WIDTH=12", "WIDTH=19"));
+    let odd: Vec<_> = odd.iter().map(String::as_str).collect();
+    assert_eq!(checked(&dir, "my_vel.vhd", &shipped("my_vel.vhd"), &odd).0, 0);
+    // Two clocks later; every listed configuration of unsigned factors whose lower bits are kept.
+    let (ended, value) =
+        checked(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &[&PRODUCT[..], &["--latency=2"]].concat());
+    assert_eq!((ended, variants(&value)), (0, vec!["default".into(), "full".into(), "drop_upper".into()]), "{value}");
+    assert!(value["vectors"].is_null() && value["blocks"][0]["vectors"].as_u64() > Some(1 << 16), "{value}");
+    let (ended, value) = checked(&dir, "quad_x4.v", &shipped("quad_x4.v"), &DECODER);
+    assert_eq!((ended, variants(&value)), (0, vec!["default".into(), "settle_0".into()]), "{value}");
+    assert!(value["hdl"].as_str().expect("a text").starts_with("Verilator"), "{value}");
+}
+
+#[test]
+fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
+    let dir = scratch("sown_blocks");
+    let velocity = [
+        ("every_i > 1", "every_i > 2"),
+        ("pos_i - last", "last - pos_i"),
+        ("        last  <= pos_i;\n", ""),
+        ("      vel_o <= (others => '0');\n", ""),
+    ];
+    let product = [
+        ("2 ** KEEP", "2 ** (KEEP + 1)"),
+        ("if SATURATING", "if not SATURATING"),
+        ("(full, KEEP)", "(full + 1, KEEP)"),
+    ];
+    let decoder = [
+        ("4'b0001, 4'b0111", "4'b0010, 4'b0111"),
+        ("wait_for <= WAIT", "wait_for <= WAIT + 1"),
+        (" 4'b0110, 4'b1001", " 4'b0110"),
+    ];
+    let one = [&DECODER[..], &["--variant=default"]].concat();
+    let latency = [&PRODUCT[..], &["--latency=2"]].concat();
+    let finds = |file: &str, args: &[&str], errors: &[(&str, &str)], signals: &[&str]| {
+        for (right, wrong) in errors {
+            let hdl = shipped(file);
+            assert_eq!(hdl.matches(right).count(), 1, "{file}: {right}");
+            let (ended, value) = checked(&dir, file, &hdl.replace(right, wrong), args);
+            let first = &value["blocks"][0]["variants"][0]["first"];
+            let signal = first["signal"].as_str().unwrap_or_else(|| panic!("{file} with {wrong}: {value}"));
+            let found = signals.iter().any(|name| signal.starts_with(name));
+            assert!(ended == 1 && found && first["expected"] != first["got"], "{file} with {wrong}: {first}");
+        }
+    };
+    finds("my_vel.vhd", &VELOCITY, &velocity, &["velocity"]);
+    finds("fast_mul.vhd", &latency, &product, &["product"]);
+    finds("quad_x4.v", &one, &decoder, &["step", "error"]);
+    // A latency that is not theirs is an error too.
+    let early = [&PRODUCT[..], &["--latency=1"]].concat();
+    assert_eq!(checked(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &early).0, 1);
+    // The rows that lead to it, and a waveform of them.
+    let hdl = dir.join("my_vel.vhd");
+    fs::write(&hdl, shipped("my_vel.vhd").replace("every_i > 1", "every_i > 2")).expect("a file");
+    let out = dir.join("out");
+    let output = run(&[&["check"], &VELOCITY[..], &["-o", text(&out), text(&hdl)]].concat());
+    let said = stdout(&output);
+    assert!(said.contains("velocity (their vel_o) expected") && said.contains("velocity(vhdl)"), "{said}");
+    let vcd = fs::read_to_string(out.join("my_vel-OUT_WIDTH=12,WIDTH=12.vcd")).expect("a waveform");
+    assert!(vcd.contains("$var") && vcd.contains("velocity"), "{vcd}");
+}
+
+#[test]
+fn an_output_that_nobody_has_set_is_told_as_unknown() {
+    let dir = scratch("unset_block");
+    let hdl =
+        shipped("my_vel.vhd").replace("vel_o <= pos_i - last", "if every_i /= 7 then vel_o <= pos_i - last; end if");
+    let hdl = hdl.replace("      vel_o <= (others => '0');\n", "");
+    let (ended, value) = checked(&dir, "my_vel.vhd", &hdl, &VELOCITY);
+    let first = &value["blocks"][0]["variants"][0]["first"];
+    assert!(ended == 1 && first["got"].as_str().expect("a text").starts_with("unknown bits"), "{first}");
+}
+
+/// A counter of plain VHDL numbers, without a reset.
+const TICKS: &str = "entity ticks is
+  port (clk : in bit; delta : in integer range -2 to 1; place : out natural range 0 to 255 := 0);
+end;
+architecture a of ticks is
+  signal n : natural range 0 to 255 := 0;
+begin
+  process (clk) begin
+    if clk'event and clk = '1' then n <= (n + delta) mod 256; end if;
+  end process;
+  place <= n;
+end;
+";
+
+/// A limiter of one expression, without a clock.
+const CLAMP: &str = "library ieee; use ieee.numeric_std.all;
+entity clamp is
+  generic (TOP : natural);
+  port (x : in signed; y : out signed);
+end;
+architecture a of clamp is
+begin
+  y <= to_signed(TOP, y'length) when x > TOP else to_signed(-TOP, y'length) when x < -TOP else resize(x, y'length);
+end;
+";
+
+#[test]
+fn numbers_power_up_and_answers_that_come_earlier_are_compared() {
+    let dir = scratch("number_blocks");
+    let counter =
+        ["--entity=ticks", "--as=position_counter", "--port=delta=step", "--port=place=position", "--set=WIDTH=8"];
+    let (ended, value) = checked(&dir, "ticks.vhd", TICKS, &counter);
+    assert_eq!(ended, 0, "{value}");
+    let (ended, value) = checked(&dir, "ticks.vhd", &TICKS.replace("mod 256", "mod 255"), &counter);
+    assert_eq!(ended, 1, "{value}");
+    let clamp = CLAMP.replace("x : in signed;", "x : in signed(9 + 8 downto 8);");
+    let clamp = clamp.replace("y : out signed)", "y : out signed(8 downto 0))");
+    let limiter = [
+        "--entity=clamp",
+        "--as=command_limiter",
+        "--variant=settling_1",
+        "--port=x=value",
+        "--port=y=limited",
+        "--generic=TOP=LIMIT",
+    ];
+    let (ended, value) = checked(&dir, "clamp.vhd", &clamp, &[&limiter[..], &["--latency=-1"]].concat());
+    assert_eq!(ended, 0, "{value}");
+    let path = dir.join("clamp.vhd");
+    refused(
+        &run(&[&["check"], &limiter[..], &[text(&path)]].concat()),
+        2,
+        "no port of `clamp` is a clock: name it (--clock), or say by how many clocks its answers come earlier",
+    );
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_the_names_there_are() {
+    let file = "testbench/dut/blocks/fast_mul.vhd";
+    let widths = ["--generic=N=A_WIDTH", "--generic=KEEP=OUT_WIDTH"];
+    let base = ["check", "--entity=fast_mul", "--as=truncating_multiplier", file];
+    let ports = ["--port=x=a", "--port=y=b", "--port=p=product"];
+    let cases: [(&[&str], &[&str], &str); 12] = [
+        (
+            &widths,
+            &["--clock=clock", "--latency=2", "--port=x=a", "--port=p=product"],
+            "input `y` of `fast_mul` is connected to nothing; write --port y=..., a number or one of a, b",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--latency=2", "--port=x=a", "--port=y=c", "--port=p=product"],
+            "has no input `c`; it has a, b",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--latency=2", "--port=x=a", "--port=y=b"],
+            "output `p` of `fast_mul` is none of truncating_multiplier; write --port p=..., open or one of product",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--latency=2", "--port=x=a", "--port=y=b", "--port=p=open"],
+            "no output of `fast_mul` is product of truncating_multiplier; write --port ...=product, or --port open=product",
+        ),
+        (
+            &widths,
+            &["--clock=nope", "--port=clock=0", "--port=x=a", "--port=y=b", "--port=p=product"],
+            "`fast_mul` has no clock `nope`; there are clock (in, bits: 1), x (in",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--port=x=a", "--port=y=b", "--port=p=product", "--port=q=open"],
+            "`fast_mul` has no port `q`; there are",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--port=x=a", "--port=y=b", "--port=p=product"],
+            "comes 1 clock later, or more (--latency)",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--latency=2", "--port=x=5000", "--port=y=b", "--port=p=product"],
+            "5000 does not fit input `x` of 12 bits",
+        ),
+        (
+            &[],
+            &["--clock=clock", "--latency=2", "--port=x=a", "--port=y=b", "--port=p=product"],
+            "input `x` of `fast_mul` has 8 bits, a of truncating_multiplier has 12; map a generic (--generic)",
+        ),
+        (&widths, &["--clock=clock", "--set=OUT_WIDTH=1", "--port=x=a"], "OUT_WIDTH is 1; accepted: 2 to 64"),
+        (
+            &widths,
+            &["--clock=clock", "--set=WIDTH=9", "--port=x=a"],
+            "truncating_multiplier: generic WIDTH; accepted: A_WIDTH, B_WIDTH",
+        ),
+        (
+            &widths,
+            &["--clock=clock", "--variant=8_bit", "--port=x=a"],
+            "truncating_multiplier has no variant `8_bit`; there are default, full",
+        ),
+    ];
+    for (generics, args, says) in cases {
+        refused(&run(&[&base[..], generics, args].concat()), 2, says);
+    }
+    refused(&run(&["check", "--entity=e", "--as=nothing", file]), 2, "no block `nothing`; there are synchronizer");
+    refused(&run(&["check", "--entity=e", "--as=pwm", "pwm"]), 2, "`pwm` is no file of HDL");
+    refused(&run(&["check", "--entity=e", "--as=pwm", "missing.vhd"]), 4, "missing.vhd: No such file");
+    refused(&run(&["check", "--entity=e", "--as=pwm", file, file]), 2, "have one name");
+    refused(
+        &run(&[&base[..], &ports, &["--generic=M=1", "--clock=clock"]].concat()),
+        1,
+        "has no generic `M`; it has N, KEEP, SATURATING",
+    );
+    refused(
+        &run(&["check", "--entity=slow_mul", "--as=pwm", file]),
+        1,
+        "no file declares the entity `slow_mul`; there are fast_mul",
+    );
+}

@@ -1,0 +1,283 @@
+//! A block of somebody else's, held against one of ours: the same stimuli for both, each answer compared.
+//!
+//! Theirs is simulated as a design of a scene is: VHDL by GHDL, Verilog by Verilator, in a process of its own that is
+//! given the bits at its inputs and tells those at its outputs. It is first clocked [`SETTLE`] times in reset.
+
+mod told;
+mod wires;
+
+use std::time::Instant;
+
+use hpu_cosim::dut::{Design, Fault};
+use hpu_cosim::scene::{self, Dut, DutClock, Engine, SourceFile, Standard};
+use hpu_datapath::{AnyBlock, ConfigError, Generic, configured, variants};
+use hpu_signal::Clock;
+
+use crate::check::all_stimuli;
+use crate::dut::{DutError, Model, Simulators, is_vhdl};
+use crate::report::{CheckRow, Tally};
+use crate::vector::{Vectors, literal};
+use told::{Ours, Told};
+use wires::{What, Wire, not_taken, same, there_are};
+
+/// Clocks before the first row, in reset if there is one, with the inputs of that row.
+const SETTLE: u64 = 16;
+/// How often a clock ticks: a design of one clock does not see it.
+const CLOCK_HZ: u64 = 100_000_000;
+
+/// A block of somebody else's, and what of ours it is to equal.
+#[derive(Clone, Debug)]
+pub struct Entity {
+    /// Its files in the order in which they are compiled.
+    pub files: Vec<SourceFile>,
+    /// The VHDL library that they are compiled into.
+    pub library: String,
+    /// Its topmost entity or module.
+    pub top: String,
+    /// Which VHDL it is written in.
+    pub standard: Standard,
+    /// Its clock; when it is not said, a port `clk`, if there is one.
+    pub clock: Option<String>,
+    /// Its reset, and whether it resets at 0; when it is not said, a port `rst`, if there is one.
+    pub reset: Option<(String, bool)>,
+    /// Its ports, and to which of ours they are equal. A port that is called as one of ours need not be here.
+    pub ports: Vec<(String, Link)>,
+    /// Outputs of ours that theirs does not have.
+    pub without: Vec<String>,
+    /// Its generics, and their values: `WIDTH`, the name of one of ours, or as the language writes them.
+    pub generics: Vec<(String, String)>,
+    /// The name of our block.
+    pub block: String,
+    /// Labels of the configurations of ours to compare with; those that differ in generics that theirs has too, when
+    /// empty.
+    pub variants: Vec<String>,
+    /// Generics of ours; with them one configuration is compared, whose others are as by default.
+    pub set: Vec<(String, Generic)>,
+    /// Clocks by which its outputs come later than ours.
+    pub latency: i64,
+    /// Random rows, beside the directed ones.
+    pub rows: usize,
+    /// Seed of the random rows.
+    pub seed: u64,
+}
+
+/// What a port of theirs is.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Link {
+    /// A port of ours.
+    Port(String),
+    /// An input that stays.
+    Constant(i64),
+    /// An output that is not compared.
+    Open,
+}
+
+/// Why nothing was compared.
+#[derive(Debug)]
+pub enum EntityError {
+    /// What is asked for cannot be.
+    Refused(String),
+    /// The design does not compile, a tool is missing, or the simulation failed.
+    Simulator(Fault),
+}
+
+impl From<DutError> for EntityError {
+    fn from(error: DutError) -> Self {
+        Self::Simulator(error.into())
+    }
+}
+
+impl From<Fault> for EntityError {
+    fn from(fault: Fault) -> Self {
+        Self::Simulator(fault)
+    }
+}
+
+impl From<ConfigError> for EntityError {
+    fn from(error: ConfigError) -> Self {
+        Self::Refused(error.to_string())
+    }
+}
+
+impl std::fmt::Display for EntityError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Refused(why) => f.write_str(why),
+            Self::Simulator(fault) => fault.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for EntityError {}
+
+fn refused<T>(why: String) -> Result<T, EntityError> {
+    Err(EntityError::Refused(why))
+}
+
+/// A configuration of a block, and its label.
+pub type Labelled = (String, Box<dyn AnyBlock>);
+
+/// What was found of a configuration.
+#[derive(Debug)]
+pub struct Compared {
+    /// The row of the report.
+    pub row: CheckRow,
+    /// Inputs of ours that theirs does not take.
+    pub not_taken: Vec<&'static str>,
+    /// What simulates theirs, in words.
+    pub engine: String,
+    /// Whether it has a reset. Without one, no row resets, and what it is after power-up is compared.
+    pub has_reset: bool,
+}
+
+impl Entity {
+    /// The configurations of ours to compare with, by their labels.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such block, no such configuration, or no such generic.
+    pub fn configurations(&self) -> Result<Vec<Labelled>, EntityError> {
+        let name = &self.block;
+        let known = hpu_datapath::registry();
+        if !known.iter().any(|block| block.name() == name) {
+            let names: Vec<_> = known.iter().map(|block| block.name()).collect();
+            return refused(format!("no block `{name}`; there are {}", names.join(", ")));
+        }
+        let listed = || variants().into_iter().filter(|(_, block)| block.name() == name);
+        if !self.set.is_empty() {
+            let set: Vec<_> = self.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+            let block = configured(name, &set).expect("it is known")?;
+            let label: Vec<_> = set.iter().map(|&(name, value)| format!("{name}={}", literal(value))).collect();
+            return Ok(vec![(label.join(","), block)]);
+        }
+        if !self.variants.is_empty() {
+            let labels: Vec<_> = listed().map(|(label, _)| label).collect();
+            if let Some(label) = self.variants.iter().find(|label| !labels.contains(label)) {
+                return refused(format!("{name} has no variant `{label}`; there are {}", labels.join(", ")));
+            }
+            return Ok(listed().filter(|(label, _)| self.variants.contains(label)).collect());
+        }
+        let default = hpu_datapath::block_by_name(name).expect("it is known");
+        let is_theirs_too = |generic: &str| self.generics.iter().any(|(_, value)| value == generic);
+        let can_be = |block: &dyn AnyBlock| {
+            default.generics().iter().all(|own| is_theirs_too(own.0) || block.generics().contains(own))
+        };
+        Ok(listed().filter(|(_, block)| can_be(&**block)).collect())
+    }
+
+    /// Holds theirs against a configuration of ours, row by row.
+    ///
+    /// # Errors
+    ///
+    /// When the ports or generics do not fit, the design does not compile, or the simulation fails. A difference is a
+    /// result.
+    pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, EntityError> {
+        let began = Instant::now();
+        let dut = self.dut(&**block);
+        let clock = Clock::new(CLOCK_HZ).expect("a clock");
+        let design = simulators.of_model(&Model { dut: &dut, clock, settle: SETTLE })?;
+        let is_clock = |name: &str| dut.clocks.iter().any(|clock| same(&clock.port, name));
+        let (clocks, ports): (Vec<_>, Vec<_>) = design.ports().iter().cloned().partition(|port| is_clock(&port.name));
+        if let (Some(clock), []) = (&self.clock, &clocks[..]) {
+            return refused(format!("`{}` has no clock `{clock}`; {}", self.top, there_are(&ports)));
+        }
+        let has_clock = !clocks.is_empty();
+        let wires = self.wires(&**block, &ports)?;
+        let shift = self.shift(&**block, has_clock)?;
+
+        let has_reset = wires.iter().any(|wire| matches!(wire.what, What::Reset { .. }));
+        let stimuli = all_stimuli(&**block, label, self.rows, self.seed);
+        let stimuli: Vec<_> = stimuli.into_iter().filter(|stimulus| has_reset || !stimulus.rst).collect();
+        let resets: Vec<bool> = stimuli.iter().map(|stimulus| stimulus.rst).collect();
+        block.reset();
+        let ours = Ours { vectors: Vectors::record(&mut **block, stimuli), resets, shift };
+        let engine = design.engine().to_string();
+        let mut found = CheckRow::new(&self.top, label);
+        let told = self.simulate(&*design, &ours, &wires);
+        found.add(told.map_err(|fault| fault.to_string()), has_clock, began.elapsed().as_secs_f64());
+        Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
+    }
+
+    /// What theirs answers to the rows that ours was given.
+    fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Fault> {
+        let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
+        let mut told = Told::new(ours, wires, beside);
+        let count = ours.vectors.rows.len();
+        let bits = |row: usize| wires.iter().map(|wire| wire.given(ours, row)).collect::<Vec<_>>();
+        let mut words = bits(0);
+        // In reset while it settles, whatever the first row asks for.
+        for (word, wire) in words.iter_mut().zip(wires) {
+            if let What::Reset { active_low } = wire.what {
+                *word = u64::from(!active_low);
+            }
+        }
+        let mut changes = Vec::new();
+        let mut simulation = design.start(&words, &vec![false; wires.len()], &mut changes)?;
+        told.begin(&changes);
+        let mut row = 0;
+        while row < count {
+            // Rows with the same inputs are one request.
+            let words = bits(row);
+            let end = (row + 1..count).find(|&next| bits(next) != words).unwrap_or(count);
+            changes.clear();
+            simulation.clock(&words, (end - row) as u64, true, &mut changes)?;
+            told.rows(row..end, &changes);
+            row = end;
+        }
+        Ok(told.tally())
+    }
+
+    fn is_vhdl(&self) -> bool {
+        is_vhdl(&self.files)
+    }
+
+    /// As a design to be simulated, with the generics of this configuration.
+    fn dut(&self, block: &dyn AnyBlock) -> Dut {
+        let value = |text: &String| match block.generics().iter().find(|(name, _)| name == text) {
+            Some((_, Generic::Integer(value))) => scene::Generic::Integer(*value),
+            Some((_, Generic::Boolean(value))) => scene::Generic::Flag(*value),
+            None => match (text.parse(), text.to_lowercase().as_str()) {
+                (Ok(value), _) => scene::Generic::Integer(value),
+                (_, "true") => scene::Generic::Flag(true),
+                (_, "false") => scene::Generic::Flag(false),
+                _ => scene::Generic::Text(text.clone()),
+            },
+        };
+        let clock = self.clock.clone().unwrap_or_else(|| "clk".to_string());
+        Dut {
+            files: self.files.clone(),
+            library: self.library.clone(),
+            top: self.top.clone(),
+            standard: self.standard,
+            engine: Engine::Auto,
+            clocks: vec![DutClock { port: clock, divide: 1 }],
+            reset: None,
+            generics: self.generics.iter().map(|(name, text)| (name.clone(), value(text))).collect(),
+            ports: Vec::new(),
+            floats: false,
+        }
+    }
+
+    /// Rows by which theirs come later than ours. A register's output is seen after its edge, in the row of what went
+    /// into it, as a combinational output is.
+    fn shift(&self, block: &dyn AnyBlock, has_clock: bool) -> Result<i64, EntityError> {
+        let shift = self.latency - i64::from(has_clock) + i64::from(block.clocked());
+        if block.clocked() && !has_clock && self.latency >= 0 {
+            let (block, top) = (&self.block, &self.top);
+            return refused(format!(
+                "{block} has registers, and no port of `{top}` is a clock: name it (--clock), or say by how many clocks its \
+                 answers come earlier (--latency -1)"
+            ));
+        }
+        if has_clock && !block.clocked() && self.latency < 1 {
+            return refused(format!(
+                "{} has no registers: what `{}` answers after a clock edge comes 1 clock later, or more (--latency)",
+                self.block, self.top
+            ));
+        }
+        if shift.unsigned_abs() > 4096 {
+            return refused("a latency of more than 4096 clocks".to_string());
+        }
+        Ok(shift)
+    }
+}

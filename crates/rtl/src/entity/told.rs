@@ -1,0 +1,161 @@
+//! What somebody else's block told, compared row by row.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use hpu_cosim::dut::Change;
+use hpu_signal::Format;
+
+use super::wires::{What, Wire, same};
+use crate::around::{AFTER, Around, BEFORE, Row};
+use crate::report::{Mismatch, Tally};
+use crate::vector::{Column, Vectors, digits, hex};
+
+/// What our block answers.
+pub(super) struct Ours {
+    pub(super) vectors: Vectors,
+    /// Which rows reset.
+    pub(super) resets: Vec<bool>,
+    /// Rows by which theirs answers later.
+    pub(super) shift: i64,
+}
+
+impl Ours {
+    /// The word at an input of ours.
+    pub(super) fn input(&self, row: usize, index: usize) -> i64 {
+        self.vectors.rows[row][usize::from(self.vectors.header.clocked) + index]
+    }
+
+    /// The row of ours that one of theirs answers; `None` where there is none, or a reset between the two has emptied
+    /// what was on its way.
+    fn answered(&self, row: usize) -> Option<usize> {
+        let own = usize::try_from(row as i64 - self.shift).ok().filter(|own| *own < self.resets.len())?;
+        (!self.resets[own.min(row) + 1..=own.max(row)].contains(&true)).then_some(own)
+    }
+}
+
+/// What theirs told so far.
+pub(super) struct Told<'a> {
+    ours: &'a Ours,
+    wires: &'a [Wire],
+    /// The bits at their ports, `None` where one of them is unknown.
+    now: Vec<Option<u64>>,
+    compared: u64,
+    mismatches: u64,
+    first: Option<Mismatch>,
+    around: Around,
+    last: VecDeque<Row>,
+}
+
+impl<'a> Told<'a> {
+    pub(super) fn new(ours: &'a Ours, wires: &'a [Wire], beside: &'static str) -> Self {
+        let around = Around { beside, ..Around::of_block(&ours.vectors.header) };
+        let (now, last) = (vec![None; wires.len()], VecDeque::new());
+        Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last }
+    }
+
+    /// Takes what its outputs are before the first row.
+    pub(super) fn begin(&mut self, changes: &[Change]) {
+        changes.iter().for_each(|change| self.now[change.port] = change.bits);
+    }
+
+    /// Takes what changed over some rows.
+    pub(super) fn rows(&mut self, rows: Range<usize>, changes: &[Change]) {
+        let mut changes = changes.iter().peekable();
+        for (edge, row) in (1..).zip(rows) {
+            while let Some(change) = changes.next_if(|change| change.edge <= edge) {
+                self.now[change.port] = change.bits;
+            }
+            self.compare(row);
+        }
+    }
+
+    fn compare(&mut self, row: usize) {
+        let Vectors { header, rows } = &self.ours.vectors;
+        let (inputs, number) = (header.inputs.len(), row as u64 + 1);
+        let answered = self.ours.answered(row);
+        self.compared += u64::from(answered.is_some());
+        // Where nothing is compared, the table shows twice what ours answers.
+        let own = &rows[answered.unwrap_or(row)][inputs..];
+        let mut got: Vec<_> = header.outputs.iter().zip(own).map(|(column, &word)| hex(column.format, word)).collect();
+        for (wire, &bits) in self.wires.iter().zip(&self.now) {
+            let What::Output(index) = wire.what else { continue };
+            let (column, expected) = (&header.outputs[index], own[index]);
+            let answer = Answer::of(wire, bits, column.format);
+            got[index] = answer.hex(column.format);
+            if answered.is_none() || answer == Answer::Word(expected) {
+                continue;
+            }
+            self.mismatches += 1;
+            if self.first.is_none() {
+                let theirs = &wire.port.name;
+                let theirs = if same(column.name, theirs) { String::new() } else { format!(" (their {theirs})") };
+                self.first = Some(Mismatch {
+                    row: number,
+                    signal: format!("{}{theirs}", column.name),
+                    expected: shown(column, expected),
+                    got: answer.shown(column),
+                    around: self.around.clone(),
+                });
+            }
+        }
+        let before = self.first.as_ref().is_none_or(|first| first.row == number);
+        if before && self.last.len() == BEFORE {
+            self.last.pop_front();
+        }
+        if before || self.last.len() < BEFORE + AFTER {
+            let expected = header.columns().zip(rows[row][..inputs].iter().chain(own));
+            let expected = expected.map(|(column, &word)| hex(column.format, word)).collect();
+            self.last.push_back(Row { number, expected, got });
+        }
+    }
+
+    /// What was found.
+    pub(super) fn tally(self) -> Tally {
+        let (rows, around) = (Vec::from(self.last), self.around);
+        let first = self.first.map(|first| Mismatch { around: Around { rows, ..around }, ..first });
+        Tally { rows: self.compared, mismatches: self.mismatches, first, contact: None, is_over: false }
+    }
+}
+
+/// What theirs answers, as a word of ours.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    /// A word of the same bits; of a number, of the same value.
+    Word(i64),
+    /// A number that is no word of ours.
+    Beyond(i64),
+    Unknown,
+}
+
+impl Answer {
+    fn of(wire: &Wire, bits: Option<u64>, format: Format) -> Self {
+        let Some(bits) = bits else { return Self::Unknown };
+        if !wire.port.is_number {
+            return Self::Word(format.from_bits(bits));
+        }
+        let number = wire.port.format.from_bits(bits);
+        if format.wrap(number.into()) == number { Self::Word(number) } else { Self::Beyond(number) }
+    }
+
+    fn hex(self, format: Format) -> String {
+        match self {
+            Self::Word(word) => hex(format, word),
+            Self::Beyond(_) | Self::Unknown => "X".repeat(digits(format)),
+        }
+    }
+
+    fn shown(self, column: &Column) -> String {
+        match self {
+            Self::Word(word) => shown(column, word),
+            Self::Beyond(number) => number.to_string(),
+            Self::Unknown => "unknown bits (X, Z or U)".to_string(),
+        }
+    }
+}
+
+/// A word's bits and its value.
+fn shown(&Column { format, .. }: &Column, word: i64) -> String {
+    let value = format.value(word) as f64 * format.lsb();
+    format!("{:0width$b} ({value})", format.bits(word), width = format.width() as usize)
+}

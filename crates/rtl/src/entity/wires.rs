@@ -1,0 +1,162 @@
+//! What each port of somebody else's block is.
+
+use hpu_cosim::dut::Port;
+use hpu_datapath::AnyBlock;
+use hpu_signal::Signal;
+
+use super::told::Ours;
+use super::{Entity, EntityError, Link, refused};
+
+/// A port of theirs and what it is.
+pub(super) struct Wire {
+    pub(super) port: Port,
+    pub(super) what: What,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum What {
+    /// An input or an output of ours, by its place.
+    Input(usize),
+    Output(usize),
+    Constant(i64),
+    Reset {
+        active_low: bool,
+    },
+    Open,
+}
+
+impl Wire {
+    /// The bits at it in a row, if it is an input.
+    pub(super) fn given(&self, ours: &Ours, row: usize) -> u64 {
+        match self.what {
+            What::Input(index) => self.port.format.bits(ours.input(row, index)),
+            What::Constant(word) => self.port.format.bits(word),
+            What::Reset { active_low } => u64::from(ours.resets[row] != active_low),
+            What::Output(_) | What::Open => 0,
+        }
+    }
+}
+
+impl Entity {
+    /// What each port of theirs is; each output of ours is one of them, or is said to be none.
+    pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, EntityError> {
+        for name in self.ports.iter().map(|(name, _)| name).chain(self.reset.iter().map(|(name, _)| name)) {
+            if !ports.iter().any(|port| same(&port.name, name)) {
+                return refused(format!("`{}` has no port `{name}`; {}", self.top, there_are(ports)));
+            }
+        }
+        let wire = |port: &Port| Ok(Wire { port: port.clone(), what: self.what(block, port)? });
+        let wires = ports.iter().map(wire).collect::<Result<Vec<_>, EntityError>>()?;
+        let outputs = block.outputs();
+        if let Some(name) = self.without.iter().find(|name| !outputs.iter().any(|output| same(output.name, name))) {
+            return refused(format!("{} has no output `{name}`; it has {}", self.block, names(&outputs)));
+        }
+        for (index, Signal { name, .. }) in outputs.iter().enumerate() {
+            let same_output = wires.iter().filter(|wire| wire.what == What::Output(index));
+            let theirs: Vec<_> = same_output.map(|wire| format!("`{}`", wire.port.name)).collect();
+            let is_open = self.without.iter().any(|open| same(open, name));
+            match theirs.len() {
+                0 if !is_open => {
+                    // What nobody compares has to be said: it would be taken for equal.
+                    let theirs = ports.iter().filter(|port| !port.is_input).cloned().collect::<Vec<_>>();
+                    return refused(format!(
+                        "no output of `{}` is {name} of {}; write --port ...={name}, or --port open={name}; {}",
+                        self.top,
+                        self.block,
+                        there_are(&theirs)
+                    ));
+                }
+                0 | 1 => {}
+                _ => return refused(format!("{name} of {} is {}: one of them", self.block, theirs.join(" and "))),
+            }
+        }
+        if !wires.iter().any(|wire| matches!(wire.what, What::Output(_))) {
+            return refused(format!("no output of `{}` is compared", self.top));
+        }
+        Ok(wires)
+    }
+
+    fn what(&self, block: &dyn AnyBlock, port: &Port) -> Result<What, EntityError> {
+        let Port { name, is_input, format, is_number, .. } = port;
+        let (top, own_name) = (&self.top, &self.block);
+        let way = if *is_input { "input" } else { "output" };
+        let link = self.ports.iter().find(|(theirs, _)| same(theirs, name)).map(|(_, link)| link);
+        let is_reset = match &self.reset {
+            Some((reset, _)) => same(reset, name),
+            None => block.clocked() && *is_input && link.is_none() && same(name, "rst"),
+        };
+        let wanted = match link {
+            Some(_) if is_reset => return refused(format!("port `{name}` is the reset and something else")),
+            None if is_reset => {
+                return Ok(What::Reset { active_low: self.reset.as_ref().is_some_and(|(_, active_low)| *active_low) });
+            }
+            Some(Link::Constant(word)) if *is_input => {
+                if format.wrap((*word).into()) != *word {
+                    return refused(format!("{word} does not fit input `{name}` of {} bits", format.width()));
+                }
+                return Ok(What::Constant(*word));
+            }
+            Some(Link::Open) if !is_input => return Ok(What::Open),
+            Some(Link::Constant(_)) => return refused(format!("output `{name}` takes a port of {own_name}, or open")),
+            Some(Link::Open) => return refused(format!("input `{name}` takes a port of {own_name}, or a number")),
+            Some(Link::Port(wanted)) => wanted,
+            None => name,
+        };
+        let own = if *is_input { block.inputs() } else { block.outputs() };
+        let Some(index) = own.iter().position(|signal| same(signal.name, wanted)) else {
+            let names = names(&own);
+            return refused(match link {
+                Some(_) => format!("{own_name} has no {way} `{wanted}`; it has {names}"),
+                None if *is_input => {
+                    format!(
+                        "{way} `{name}` of `{top}` is connected to nothing; write --port {name}=..., a number or one of {names}"
+                    )
+                }
+                None => format!(
+                    "{way} `{name}` of `{top}` is none of {own_name}; write --port {name}=..., open or one of {names}"
+                ),
+            });
+        };
+        let (own, width) = (&own[index], own[index].format.width());
+        if !is_number && width != format.width() {
+            let theirs = format.width();
+            return refused(format!(
+                "{way} `{name}` of `{top}` has {theirs} bits, {} of {own_name} has {width}; map a generic (--generic)",
+                own.name
+            ));
+        }
+        if *is_number && width > 31 + u32::from(own.format.is_signed()) {
+            return refused(format!(
+                "{way} `{name}` of `{top}` is a number, which does not hold the {width} bits of {}",
+                own.name
+            ));
+        }
+        Ok(if *is_input { What::Input(index) } else { What::Output(index) })
+    }
+}
+
+/// Inputs of ours that theirs does not take.
+pub(super) fn not_taken(block: &dyn AnyBlock, wires: &[Wire]) -> Vec<&'static str> {
+    let taken = |index: usize| wires.iter().any(|wire| wire.what == What::Input(index));
+    let inputs = block.inputs().into_iter().enumerate();
+    inputs.filter(|&(index, _)| !taken(index)).map(|(_, signal)| signal.name).collect()
+}
+
+/// Names of ports, with their bits.
+pub(super) fn there_are(ports: &[Port]) -> String {
+    let shown = |port: &Port| {
+        let way = if port.is_input { "in" } else { "out" };
+        let bits = if port.is_number { "a number".to_string() } else { format!("bits: {}", port.format.width()) };
+        format!("{} ({way}, {bits})", port.name)
+    };
+    format!("there are {}", ports.iter().map(shown).collect::<Vec<_>>().join(", "))
+}
+
+fn names(signals: &[Signal]) -> String {
+    signals.iter().map(|signal| signal.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether two names of ports are the same.
+pub(super) fn same(one: &str, two: &str) -> bool {
+    one.eq_ignore_ascii_case(two)
+}
