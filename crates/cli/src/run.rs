@@ -379,7 +379,7 @@ fn simulate<'s>(
             let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
             let first = first.map(|first| first.row);
             let first = first.or(held.as_ref().and_then(|held| Some(held.first.as_ref()?.edge)));
-            waves.finish(folder, Cycle(summary.edges), first.map(Cycle))?;
+            waves.finish(folder, Cycle(summary.edges), first.map(Cycle), &summary.faults)?;
             (summary, rtl)
         }
     };

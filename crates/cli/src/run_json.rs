@@ -46,6 +46,10 @@ pub fn summary(ran: &Ran) -> Value {
         "gate_changes": summary.output_changes,
         "mode_changes": summary.mode_changes,
         "decided_again": summary.redecided,
+        "faults_waiting": summary.faults_waiting,
+        "faults": summary.faults.iter().map(|mark| {
+            json!({ "kind": mark.what, "edge": mark.edge, "at_s": ran.session.clock().seconds(Cycle(mark.edge)) })
+        }).collect::<Vec<_>>(),
         "energy": {
             "supplied_j": energy.supplied_j,
             "stored_j": energy.stored_j,

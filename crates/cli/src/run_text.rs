@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use hpu_cosim::dut::{DutSession, Wire};
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Units};
-use hpu_cosim::{AnyRig, NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnyRig, Mark, NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
 use hpu_signal::{Cycle, Notation};
 
 use crate::columns::Column::{Left, Right};
@@ -77,6 +77,7 @@ pub fn summary(ran: &Ran) -> String {
     if ran.summary.energy.exchanged_j > 0.0 {
         energy(ran).into_iter().for_each(|said| row("energy", said));
     }
+    faults(ran).into_iter().for_each(|said| row("fault", said));
     row("edges", edges(ran));
     if ran.summary.steps > 0 {
         let rate = ran.summary.steps as f64 / ran.summary.wall_s;
@@ -264,6 +265,24 @@ fn activity(ran: &Ran) -> String {
         summary.mode_changes,
         summary.redecided
     )
+}
+
+/// How often each fault has happened, and when first.
+fn faults(ran: &Ran) -> Vec<String> {
+    let line = |kind: &&'static str| {
+        let mut of_kind = ran.summary.faults.iter().filter(|mark| mark.what == *kind);
+        let first = of_kind.next()?;
+        let at = si(ran.session.clock().seconds(Cycle(first.edge)), "s");
+        Some(match of_kind.count() {
+            0 => format!("{kind} at {at}"),
+            more => format!("{kind} {} times, first at {at}", more + 1),
+        })
+    };
+    let waiting = match ran.summary.faults_waiting {
+        0 => None,
+        waiting => Some(format!("{waiting} more waited for an edge of the encoder that did not come")),
+    };
+    Mark::KINDS.iter().filter_map(line).chain(waiting).collect()
 }
 
 /// The words of the datapath: what they held, and for what share of the edges they had lost bits.

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use hpu_cosim::{AnyRig, Rig};
+use hpu_cosim::{AnyRig, Mark, Rig};
 use hpu_rtl::Around;
 use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
 use hpu_signal::{Clock, Cycle, Observe};
@@ -57,10 +57,11 @@ impl Waves {
         Ok(Self { layout, clock, saves, fst, vcd })
     }
 
-    /// Completes the files of a run of so many edges, with a mark at one of them, if there is one to mark.
-    pub fn finish(self, folder: &Folder, end: Cycle, mark: Option<Cycle>) -> Result<(), Failure> {
+    /// Completes the files of a run of so many edges, with a mark at one of them, if there is one to mark, and at faults.
+    pub fn finish(self, folder: &Folder, end: Cycle, mark: Option<Cycle>, faults: &[Mark]) -> Result<(), Failure> {
+        let faults: Vec<_> = faults.iter().map(|mark| Cycle(mark.edge)).collect();
         for (dump, mut file) in self.saves {
-            let save = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark);
+            let save = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark, &faults);
             file.write_all(save.as_bytes()).map_err(failed(folder, &save_name(dump)))?;
         }
         self.fst.complete(end).map_err(failed(folder, FST))?;

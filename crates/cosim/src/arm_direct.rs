@@ -104,6 +104,8 @@ impl ArmDirect<'_> {
             output_changes: course.output_changes,
             mode_changes: state.motion.mode_changes(),
             redecided: 0,
+            faults: Vec::new(),
+            faults_waiting: 0,
             energy: state.audit(),
             averages: None,
             nets: Vec::new(),

@@ -11,6 +11,7 @@ use crate::actuator::{Actuator, Latch, Shaping};
 use crate::body::Body;
 use crate::columns::{AXIS_ROW, tell};
 use crate::encoder::Encoder;
+use crate::faults::{FaultState, Mark};
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::Stepped;
@@ -33,6 +34,8 @@ pub struct AxisWorld<'p> {
     /// The outputs that the device was last told, unless it has gone on by itself since.
     told: Option<LoopOut<i64>>,
     encoder: Encoder,
+    /// What goes wrong between device and logic, if anything is to.
+    faults: Option<Box<FaultState<'p>>>,
     edge: u64,
     pins: Pins,
     /// Index of the next knot or recorded change.
@@ -60,6 +63,7 @@ impl<'p> AxisWorld<'p> {
             device: None,
             told: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
+            faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             edge: 0,
             pins: Pins::default(),
             next: 0,
@@ -121,6 +125,16 @@ impl<'p> AxisWorld<'p> {
         self.encoder.count()
     }
 
+    /// The count that its lines show.
+    pub(crate) fn shown_count(&self) -> i64 {
+        self.faults.as_ref().map_or(self.count(), |faults| faults.count(self.count()))
+    }
+
+    /// Whether its index comes.
+    pub(crate) fn has_index(&self) -> bool {
+        self.faults.as_ref().is_none_or(|faults| faults.has_index())
+    }
+
     /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the
     /// duty.
     fn due(&mut self) {
@@ -144,7 +158,8 @@ impl<'p> AxisWorld<'p> {
                     let device = self.device.as_mut().expect("an axis has a device");
                     device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
                     let angle_rad = device.angle_rad(self.edge);
-                    count(&mut self.encoder, &mut self.pins, device, self.edge, angle_rad);
+                    let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
+                    count(&mut self.encoder, lines, device, self.edge, angle_rad);
                 }
             }
             Kind::Capture { pins } => {
@@ -154,6 +169,15 @@ impl<'p> AxisWorld<'p> {
                     self.pins = now;
                 }
             }
+        }
+        if let Some(faults) = self.faults.as_mut().filter(|faults| faults.next().is_some_and(|next| next <= edge)) {
+            if faults.happen(edge)
+                && let (Some(out), Some(device)) = (self.told, &mut self.device)
+            {
+                // The switches may be others, though the outputs are the same.
+                device.driven(edge, Drive::Gates(gates(faults.drive(out))));
+            }
+            self.pins = faults.pins(self.encoder.count());
         }
         self.plan();
     }
@@ -166,25 +190,42 @@ impl<'p> AxisWorld<'p> {
         };
         let shaper = self.shaping.map(|shaping| shaping.next);
         let latch = self.latch.map(|latch| latch.next);
-        let all = [outside, self.schedule.next(self.edge), shaper, latch];
+        let faults = self.faults.as_ref().and_then(|faults| faults.next());
+        let all = [outside, self.schedule.next(self.edge), shaper, latch, faults];
         self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
     }
 }
 
+/// The encoder's lines, what goes wrong with them, and when anything is due next.
+struct Lines<'a, 'p> {
+    pins: &'a mut Pins,
+    faults: &'a mut Option<Box<FaultState<'p>>>,
+    next_due: &'a mut u64,
+}
+
 /// The encoder looks at the angle at an edge.
 #[inline(always)]
-fn count(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64, angle_rad: f64) {
+fn count(encoder: &mut Encoder, lines: Lines, device: &mut Body, edge: u64, angle_rad: f64) {
     let Band { low, high, .. } = encoder.band();
     if !device.is_surely_within(edge, angle_rad, (low, high)) {
-        recount(encoder, pins, device, edge, angle_rad);
+        recount(encoder, lines, device, edge, angle_rad);
     }
 }
 
 #[cold]
-fn recount(encoder: &mut Encoder, pins: &mut Pins, device: &mut Body, edge: u64, angle_rad: f64) {
-    if encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
-        *pins = encoder.pins();
+fn recount(encoder: &mut Encoder, lines: Lines, device: &mut Body, edge: u64, angle_rad: f64) {
+    let before = encoder.count();
+    if !encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
+        return;
     }
+    *lines.pins = match lines.faults {
+        None => encoder.pins(),
+        Some(faults) => {
+            faults.moved(edge, before, encoder.count());
+            *lines.next_due = faults.next().map_or(*lines.next_due, |next| next.min(*lines.next_due));
+            faults.pins(encoder.count())
+        }
+    };
 }
 
 /// The gates of a wiring's outputs.
@@ -222,7 +263,8 @@ impl World for AxisWorld<'_> {
         self.edge += 1;
         if let Some(device) = &mut self.device {
             let angle_rad = device.step(self.edge);
-            count(&mut self.encoder, &mut self.pins, device, self.edge, angle_rad);
+            let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
+            count(&mut self.encoder, lines, device, self.edge, angle_rad);
         }
         if self.edge >= self.next_due {
             self.due();
@@ -240,7 +282,8 @@ impl World for AxisWorld<'_> {
         self.edge = edge;
         if let (Some(device), Some(event)) = (&mut self.device, event) {
             let angle_rad = device.arrive(event);
-            count(&mut self.encoder, &mut self.pins, device, edge, angle_rad);
+            let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
+            count(&mut self.encoder, lines, device, edge, angle_rad);
         }
         if edge >= self.next_due {
             self.due();
@@ -272,7 +315,8 @@ impl World for AxisWorld<'_> {
             Actuator::Switching if self.told == Some(out) => {}
             Actuator::Switching => {
                 self.told = Some(out);
-                device.driven(edge, Drive::Gates(gates(out)));
+                let switches = self.faults.as_mut().map_or(out, |faults| faults.drive(out));
+                device.driven(edge, Drive::Gates(gates(switches)));
             }
             Actuator::Averaged { full_scale, .. } => {
                 let duty = words[self.command] as f64 / full_scale;
@@ -306,7 +350,7 @@ impl World for AxisWorld<'_> {
     }
 
     fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
-        if self.plant.actuator != Actuator::Switching {
+        if self.plant.actuator != Actuator::Switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
             return None;
         }
         let last = self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due);
@@ -384,7 +428,16 @@ impl World for AxisWorld<'_> {
     }
     #[inline]
     fn over(&self) -> Option<&'static str> {
-        self.encoder.over().or_else(|| self.device.as_ref().and_then(Body::over))
+        let faults = || self.faults.as_ref().and_then(|faults| faults.over());
+        self.encoder.over().or_else(|| self.device.as_ref().and_then(Body::over)).or_else(faults)
+    }
+
+    fn marks(&self) -> &[Mark] {
+        self.faults.as_ref().map_or(&[], |faults| faults.marks())
+    }
+
+    fn waiting(&self) -> u64 {
+        self.faults.as_ref().map_or(0, |faults| faults.waiting())
     }
 
     fn redecided(&self) -> u64 {

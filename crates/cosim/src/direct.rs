@@ -244,6 +244,8 @@ impl AxisDirect<'_> {
             output_changes: course.output_changes,
             mode_changes,
             redecided,
+            faults: Vec::new(),
+            faults_waiting: 0,
             energy: EnergyAudit::of(&energy, stored_j),
             averages: course.averages(edge, from),
             nets: Vec::new(),

@@ -210,9 +210,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.input = input;
             self.edge = edge;
             self.tick(observer);
-        } else if edge == end {
-            self.wiring.skip(end - self.edge, &self.input);
-            self.edge = end;
+        } else if edge == end || self.world.over().is_some() {
+            self.wiring.skip(edge - self.edge, &self.input);
+            self.edge = edge;
         }
     }
 

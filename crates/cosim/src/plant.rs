@@ -6,6 +6,7 @@ use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Latch, Shaping};
+use crate::faults::FaultPlan;
 use crate::law_loop::COMMAND_BITS;
 use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::stepped::Stepping;
@@ -47,6 +48,8 @@ pub struct Plant {
     pub(crate) modulator: Option<u64>,
     /// How its device is stepped, if it is.
     pub(crate) stepping: Option<Stepping>,
+    /// What goes wrong between it and the logic.
+    pub(crate) faults: Option<FaultPlan>,
 }
 
 /// What of a scene makes its world.
@@ -62,6 +65,7 @@ pub(crate) struct Around<'a> {
     /// Edges of a period of the modulator whose gates drive the device, if they do.
     pub(crate) modulator: Option<u64>,
     pub(crate) stepping: Option<Stepping>,
+    pub(crate) faults: Option<FaultPlan>,
     /// The farthest that the world looks, in edges.
     pub(crate) horizon: u64,
 }
@@ -84,6 +88,7 @@ impl Plant {
             actuator: actuator(scene)?,
             modulator: scene.modulator_clocks(),
             stepping: stepping(scene),
+            faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
             // A step may be longer than what is run of it.
             horizon: scene.edges().max(scene.step_clocks()),
         })
@@ -92,7 +97,7 @@ impl Plant {
     /// The world of these parts.
     pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
         let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
-        let Around { count_rad, actuator, modulator, stepping, .. } = around;
+        let Around { count_rad, actuator, modulator, stepping, faults, .. } = around;
         let edge_s = clock.period_s();
         if let scene::Hand::Capture { edges } = hand {
             let pins = edges
@@ -102,7 +107,15 @@ impl Plant {
                     (clock.first_edge_at(edge.picoseconds).0, pins)
                 })
                 .collect();
-            return Ok(Self { kind: Kind::Capture { pins }, count_rad, actuator, edge_s, modulator, stepping: None });
+            return Ok(Self {
+                kind: Kind::Capture { pins },
+                count_rad,
+                actuator,
+                edge_s,
+                modulator,
+                stepping: None,
+                faults,
+            });
         }
         let (hand, path) = match hand {
             scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -159,7 +172,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping })
+        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults })
     }
 
     /// Whether there is a device, and not a recording in its place.

@@ -408,6 +408,8 @@ impl<'s> Visit<'s> for Run<'_> {
             mode_changes: run.world.mode_changes(),
             steps: run.world.steps(),
             redecided: run.world.redecided(),
+            faults: run.world.marks().to_vec(),
+            faults_waiting: run.world.waiting(),
             energy: run.world.audit(),
             averages: if complete { run.averages(self.edge_s) } else { None },
             nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),

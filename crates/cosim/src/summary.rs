@@ -3,6 +3,7 @@
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
+use crate::faults::Mark;
 use crate::scene::{Experiment, Metric, OutcomeKind};
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::Verdict;
@@ -112,6 +113,10 @@ pub struct Summary {
     /// Exact means over the part of the run that a verdict is made of: of the actuator's torque or force, and of the
     /// position; of an axis that came that far.
     pub averages: Option<[f64; 2]>,
+    /// The faults that have happened, of those that the scene asks for.
+    pub faults: Vec<Mark>,
+    /// How many of those wait for an edge of the encoder that has not come.
+    pub faults_waiting: u64,
     /// The use of every net.
     pub nets: Vec<NetUse>,
 }

@@ -6,6 +6,7 @@
 use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
 
+use crate::faults::Mark;
 use crate::summary::EnergyAudit;
 
 /// The state of all that is outside the FPGA.
@@ -73,6 +74,14 @@ pub trait World: Clone {
     }
     /// Decisions so far that `f64` could not vouch for, made again in higher precision.
     fn redecided(&self) -> u64 {
+        0
+    }
+    /// The faults so far that the scene asks for.
+    fn marks(&self) -> &[Mark] {
+        &[]
+    }
+    /// How many of them wait for an edge of the encoder that has not come.
+    fn waiting(&self) -> u64 {
         0
     }
     /// Why the run cannot go on, if it cannot: the device has left what is modelled, or what its test allows.

@@ -135,6 +135,8 @@ fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRo
         mode_changes: totals.mode_changes,
         steps: totals.steps,
         redecided: totals.redecided,
+        faults: totals.faults,
+        faults_waiting: totals.faults_waiting,
         energy: totals.energy,
         averages: None,
         nets: nets.collect(),

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use hpu_cosim::{Control, EnergyAudit};
+use hpu_cosim::{Control, EnergyAudit, Mark};
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
 use crate::ghdl::GhdlError;
@@ -76,10 +76,26 @@ impl Recorder {
     /// What it has come to.
     pub(crate) fn complete(mut self, totals: &Totals) {
         self.put([END]);
-        let Totals { edges, output_changes, encoder_edges, mode_changes, steps, redecided, energy, uses, over } =
-            totals;
+        let Totals {
+            edges,
+            output_changes,
+            encoder_edges,
+            mode_changes,
+            steps,
+            redecided,
+            energy,
+            faults,
+            faults_waiting,
+            uses,
+            over,
+        } = totals;
         self.put([*edges, *output_changes, *encoder_edges, *mode_changes, *steps, *redecided]);
         self.put(flows(&mut energy.clone()).map(|flow| flow.to_bits()));
+        self.put([*faults_waiting, faults.len() as u64]);
+        self.put(faults.iter().flat_map(|mark| {
+            let kind = Mark::KINDS.iter().position(|kind| *kind == mark.what).expect("one of them");
+            [mark.edge, kind as u64]
+        }));
         self.put([uses.len() as u64]);
         self.put(uses.iter().flat_map(|&SignalUse { min, max, rounded, overflowed }| {
             [min.cast_unsigned(), max.cast_unsigned(), rounded, overflowed]
@@ -237,6 +253,12 @@ impl<R: Read> Player<R> {
         for flow in flows(&mut energy) {
             *flow = f64::from_bits(self.word()?);
         }
+        let faults_waiting = self.word()?;
+        let faults = (0..self.word()?).map(|_| {
+            let (edge, kind) = (self.word()?, usize::try_from(self.word()?).ok()?);
+            Some(Mark { edge, what: Mark::KINDS.get(kind)? })
+        });
+        let faults = faults.collect::<Option<_>>()?;
         let uses = (0..self.word()?).map(|_| {
             let (min, max) = (self.word()?.cast_signed(), self.word()?.cast_signed());
             Some(SignalUse { min, max, rounded: self.word()?, overflowed: self.word()? })
@@ -245,6 +267,18 @@ impl<R: Read> Player<R> {
         let length = self.word()?;
         let over = (0..length).map(|_| u8::try_from(self.word()?).ok()).collect::<Option<Vec<_>>>()?;
         let over = if length == 0 { None } else { Some(String::from_utf8(over).ok()?) };
-        Some(Totals { edges, output_changes, encoder_edges, mode_changes, steps, redecided, energy, uses, over })
+        Some(Totals {
+            edges,
+            output_changes,
+            encoder_edges,
+            mode_changes,
+            steps,
+            redecided,
+            energy,
+            faults,
+            faults_waiting,
+            uses,
+            over,
+        })
     }
 }

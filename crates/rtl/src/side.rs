@@ -1,6 +1,6 @@
 //! The two sides of a comparison: the emulator with its world, and the world that the VHDL drives.
 
-use hpu_cosim::{EnergyAudit, Visit, World};
+use hpu_cosim::{EnergyAudit, Mark, Visit, World};
 use hpu_datapath::{Repeat, Wiring, flatten};
 use hpu_signal::{Ports, Signal, SignalUse};
 
@@ -18,6 +18,8 @@ pub(crate) struct Totals {
     pub(crate) steps: u64,
     pub(crate) redecided: u64,
     pub(crate) energy: EnergyAudit,
+    pub(crate) faults: Vec<Mark>,
+    pub(crate) faults_waiting: u64,
     /// The use that the emulator made of its words: the VHDL's, as long as both agree.
     pub(crate) uses: Vec<SignalUse>,
     /// Why the world ended the run, if it did.
@@ -144,6 +146,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E
             steps: world.steps(),
             redecided: world.redecided(),
             energy: world.audit(),
+            faults: world.marks().to_vec(),
+            faults_waiting: world.waiting(),
             uses: self.wiring.uses(),
             over: world.over().map(str::to_string),
         }

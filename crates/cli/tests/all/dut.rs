@@ -164,6 +164,29 @@ fn our_own_loop_taken_for_foreign_has_the_nets_of_the_emulator() {
 }
 
 #[test]
+fn faults_strike_a_design_as_they_strike_ours() {
+    let dir = scratch("faults_of_both");
+    let faults = "[faults]\nmissed_edge = [\"1 ms\", \"3 ms\"]\ndoubled_edge = [\"2 ms\"]\nbounce = [\"4 ms\", \"5 ms\"]\n\
+                  glitch = [\"6 ms\"]\nglitch_clocks = 700\nclock_jitter = \"15 ns\"\nstuck_switch = \
+                  \"bridge.minus_high\"\nstuck_from = \"8 ms\"\nstuck_to = \"11 ms\"\n";
+    let scenes = [own(&dir, "verilator", 36, "20 ms"), ours(&dir)];
+    for scene in &scenes {
+        let toml = fs::read_to_string(scene).expect("a scene");
+        fs::write(scene, format!("{toml}\n{faults}")).expect("a scene");
+    }
+    let arguments = [&["run", &scenes[0], "--json", "--beside", &scenes[1], "--compare"][..], &NETS].concat();
+    let output = run(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let value = json(&output);
+    let struck = value["faults"].as_array().expect("a list");
+    let count = |kind: &str| struck.iter().filter(|mark| mark["kind"] == kind).count();
+    let counts = ["missed_edge", "doubled_edge", "bounce", "glitch", "stuck_switch"].map(count);
+    assert_eq!(counts, [2, 1, 2, 1, 1], "{struck:?}");
+    assert!(count("clock_jitter") > 3, "{struck:?}");
+    assert_eq!(value["compared"]["mismatches"], 0, "{}", value["compared"]);
+}
+
+#[test]
 fn a_stiffness_that_is_one_more_is_found_at_once() {
     let dir = scratch("own_but_stiffer");
     let (exit, value) = compared(&dir, "verilator", 37, "4 ms");

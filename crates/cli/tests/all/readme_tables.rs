@@ -49,6 +49,11 @@ pub const COMMANDS: &[(&str, Form)] = &[
         },
     ),
     (
+        "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 --set 'faults.clock_jitter=20 ns' \
+         -o faulty",
+        Form::AsIs,
+    ),
+    (
         "hpu check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
          --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE \
          testbench/dut/blocks/fast_mul.vhd",

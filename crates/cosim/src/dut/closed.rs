@@ -95,6 +95,8 @@ impl DutSession<'_> {
             mode_changes: world.mode_changes(),
             steps: 0,
             redecided: world.redecided(),
+            faults: world.marks().to_vec(),
+            faults_waiting: world.waiting(),
             energy: world.audit(),
             averages: if complete { rows.averages(world, edge, self.clock().period_s()) } else { None },
             nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
@@ -143,7 +145,14 @@ impl DutSession<'_> {
 /// What the world shows of itself now.
 fn given(world: &AxisWorld, start: i64) -> Given {
     let pins = world.pins();
-    Given { count: world.count(), start, a: pins.a, b: pins.b }
+    Given {
+        count: world.count(),
+        shown: world.shown_count(),
+        start,
+        a: pins.a,
+        b: pins.b,
+        has_index: world.has_index(),
+    }
 }
 
 /// The trace, the contact and the observer.

@@ -35,12 +35,15 @@ pub(super) struct Wires {
 /// What the world shows of itself.
 #[derive(Clone, Copy)]
 pub(super) struct Given {
-    /// The encoder's count, from angle 0, and that at the start.
+    /// The encoder's count, from angle 0, that which its lines show, and that at the start.
     pub(super) count: i64,
+    pub(super) shown: i64,
     pub(super) start: i64,
     /// Its lines.
     pub(super) a: i64,
     pub(super) b: i64,
+    /// Whether its index comes.
+    pub(super) has_index: bool,
 }
 
 /// A design that drives both switches of a leg, or does not say what it drives.
@@ -134,14 +137,17 @@ impl Wires {
                 let level = match line {
                     Line::A => given.a,
                     Line::B => given.b,
-                    _ => i64::from(self.revolution.is_some_and(|counts| given.count.rem_euclid(counts) == 0)),
+                    _ => {
+                        let is_there = |counts| given.has_index && given.count.rem_euclid(counts) == 0;
+                        i64::from(self.revolution.is_some_and(is_there))
+                    }
                 };
                 level ^ i64::from(inverted)
             }
-            Connection::Count => format.wrap((given.count - given.start).into()),
+            Connection::Count => format.wrap((given.shown - given.start).into()),
             Connection::Wall => format.wrap((self.wall - given.start).into()),
             Connection::Angle(format) => {
-                format.wrap((given.count as f64 * self.count_rad / format.lsb()).round() as i128)
+                format.wrap((given.shown as f64 * self.count_rad / format.lsb()).round() as i128)
             }
             Connection::Constant(word) => format.wrap(word.into()),
             Connection::Duty(..) | Connection::Force(..) | Connection::Open => 0,

@@ -19,6 +19,7 @@ use hpu_signal::{Clock, Format, Real, Signal};
 use crate::actuator::{Actuator, Shaping};
 use crate::axis_world::AxisWorld;
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
+use crate::faults::FaultPlan;
 use crate::plant::{Around, Plant};
 use crate::rig::Rig;
 use crate::scene::{Connection, Device, Driving, DutScene, Record, SceneError};
@@ -148,6 +149,7 @@ impl<'s> DutSession<'s> {
             actuator: actuator(scene)?,
             modulator: None,
             stepping: None,
+            faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
             horizon: scene.edges(),
         };
         Ok(Self { plant: Plant::around(around)?, scene, design, wires })

@@ -5,7 +5,7 @@ use std::fmt;
 use hpu_signal::Format;
 
 use super::source::{Places, SceneError};
-use super::{Accuracy, Amplifier, Bridge, Device, Encoder, Expect, Hand, Model, Parameter, Record, Run};
+use super::{Accuracy, Amplifier, Bridge, Device, Encoder, Expect, Faults, Hand, Model, Parameter, Record, Run};
 
 use std::sync::Arc;
 
@@ -36,6 +36,8 @@ pub struct DutScene {
     pub varies: Option<String>,
     /// What moves the device.
     pub hand: Hand,
+    /// What goes wrong between device and design.
+    pub faults: Option<Faults>,
     /// How much is modelled of the device.
     pub model: Model,
     /// How long it runs.

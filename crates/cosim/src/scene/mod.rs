@@ -36,6 +36,7 @@
 //! | `[hand]` `kind = "spring_damper"` | `stiffness`, `damping`, `path = [[time, angle], ...]` or `file` (CSV) |
 //! | `[hand]` `kind = "prescribed"` | `path` or `file` (CSV) |
 //! | `[hand]` `kind = "capture"` | `file` (VCD), `channel_a`, `channel_b` |
+//! | `[faults]` of lines and switches | a number of times at random (by `run.seed`) or a list of times each: `missed_edge`, `doubled_edge` with `doubled_clocks` \[4\], `bounce` with `bounces` \[3\] and `bounce_clocks` \[50\], `glitch` with `glitch_line` \[`encoder.a`\] and `glitch_clocks` \[1\]; `swapped` lines \[false\] with `swapped_from` \[0\]; `inverted`, a line, with `inverted_from` \[0\]; `lost_index` \[false\] of a `[dut]`; `stuck_switch`, as `bridge.plus_high`, with `stuck` \[`open`\] (`closed`), `stuck_from` \[0\], `stuck_to` \[the end\]; `clock_jitter` \[0\], up to a period |
 //! | `[model]` | `datapath` \[`words`\] (`law`: in floats on counts, with the gains that the words realise, for masses and averaged bridges; `linear`), `bridge` \[`switching`\] (`averaged`: its mean voltage, with the pulses' area and first moment), `delay` \[0\] of the linear law |
 //! | … what moves the device | `solver` \[`events`\] (`clock`; `sample`: exact, once a sample period; `euler`, `semi_implicit`, `midpoint`, `rk4`: in fixed steps), `step` of a fixed-step solver, rounded to whole clock edges |
 //! | … what is left out | `winding` \[`inductive`\] (`resistive`, of averaged bridges), `friction` \[`stick_slip`\] (`smoothed` below `friction_speed`, `none`), `encoder` \[`quantised`\] (`loaded`, of words in steps: counts go into the counter at samples, and at every step where a spring is live, without lines and without the clock between; `ideal`, of the law in steps) |
@@ -99,6 +100,7 @@
 mod accuracy;
 mod dut;
 mod expect;
+mod faults;
 mod law;
 mod model;
 mod parameter;
@@ -108,6 +110,7 @@ mod quantity;
 mod read;
 mod read_device;
 mod read_dut;
+mod read_faults;
 mod read_hand;
 mod read_method;
 mod read_model;
@@ -120,6 +123,7 @@ mod words;
 pub use accuracy::{Accuracy, Output};
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
+pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
@@ -302,6 +306,8 @@ pub struct Scene {
     pub wall: Wall,
     /// What moves the device.
     pub hand: Hand,
+    /// What goes wrong between device and logic.
+    pub faults: Option<Faults>,
     /// How much is modelled.
     pub model: Model,
     /// How long it runs.

@@ -5,10 +5,11 @@ use hpu_signal::Clock;
 use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::law::LawMethod;
-use super::model::{BridgeModel, Datapath};
+use super::model::{BridgeModel, Datapath, EncoderModel};
 use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
 use super::quantity as q;
 use super::read_device::{Axis, amplifier, bridge, device, encoder};
+use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
 use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
@@ -35,6 +36,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         "method",
         "wall",
         "hand",
+        "faults",
         "model",
         "run",
         "record",
@@ -59,6 +61,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         method: method(&root.section("method")?, axis)?,
         wall: wall(&root.section("wall")?, axis)?,
         hand,
+        faults: faults(&root, clock)?,
         model,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 10e3)?,
@@ -144,6 +147,17 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     }
     if let Some(ramp) = &scene.wall.ramp {
         agree_on_ramp(scene, ramp)?;
+    }
+    if let Some(faults) = &scene.faults {
+        let model = &scene.model;
+        let has_lines = model.datapath == Datapath::Words && model.encoder == EncoderModel::Quantised;
+        if !has_lines || matches!(scene.hand, Hand::Capture { .. }) {
+            let reason = "faults are those of an encoder's lines and a bridge's switches, which neither a recording nor a law \
+                          without lines has; write model.datapath = \"words\" and model.encoder = \"quantised\"";
+            return Err(scene.places.error("faults", reason));
+        }
+        let pins = Pins { lines: true, index: false, switches: scene.modulator_clocks().is_some() };
+        agree_on_faults(&scene.places, faults, pins)?;
     }
     if let Some(shaper) = scene.amplifier.and_then(|amplifier| amplifier.shaper)
         && scene.clock.edges(shaper.hold_s) == 0

@@ -10,6 +10,7 @@ use super::parameter::{Origin, ParameterValue};
 use super::parts::{Device, Hand};
 use super::read::{axis_expect, clock, imposed, record, run, scene_name};
 use super::read_device::{amplifier, bridge, device, encoder};
+use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
 use super::read_model::friction;
 use super::section::Sense::Any;
@@ -32,6 +33,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         "dut",
         "wall",
         "hand",
+        "faults",
         "model",
         "run",
         "record",
@@ -60,6 +62,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         wall_rad: wall.quantity("position", axis.position, Any, None)?,
         varies: varies(&wall)?,
         hand,
+        faults: faults(&root, clock)?,
         model: model(&root.section("model")?, &device)?,
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, 10e3)?,
@@ -79,6 +82,18 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         (_, Device::Mass(_)) => {
             return Err(scene.error("dut.ports", "a mass has an amplifier and no bridge; connect amplifier.force"));
         }
+    }
+    if let Some(faults) = &scene.faults {
+        let has = |line: Line| scene.dut.lines().any(|connected| connected == line);
+        agree_on_faults(
+            &scene.places,
+            faults,
+            Pins {
+                lines: has(Line::A) || has(Line::B),
+                index: has(Line::Index),
+                switches: !matches!(driving, Driving::Duty | Driving::Force),
+            },
+        )?;
     }
     if driving == Driving::Duty {
         scene.model.bridge = BridgeModel::Averaged;

@@ -7,6 +7,7 @@ mod contact;
 mod cruise;
 mod drivers;
 mod energy;
+mod faults;
 mod gallery;
 mod known_answers;
 mod law_scenes;

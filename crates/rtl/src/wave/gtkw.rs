@@ -71,13 +71,21 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
 /// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
 /// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves
-/// scaled to the whole run, and `span` filling the window, and the primary marker at an edge, if there is one to mark.
+/// scaled to the whole run, and `span` filling the window, and the primary marker at an edge, if there is one to mark;
+/// markers A to Z at the first 26 `named` edges.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
-pub fn gtkw(layout: &Layout, dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
+pub fn gtkw(
+    layout: &Layout,
+    dump: &str,
+    clock: Clock,
+    span: Range<Cycle>,
+    marker: Option<Cycle>,
+    named: &[Cycle],
+) -> String {
     let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
-    let mut file = header(&tree, dump, clock, span, marker);
+    let mut file = header(&tree, dump, clock, span, marker, named);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, names) in GROUPS {
         let all = || layout.nets.iter().enumerate();
@@ -100,13 +108,23 @@ fn base(name: &str) -> &str {
 }
 
 /// What a save file begins with: the window, open scopes of the hierarchy, and a marker, if any.
-pub(super) fn header(tree: &[&str], dump: &str, clock: Clock, span: Range<Cycle>, marker: Option<Cycle>) -> String {
+pub(super) fn header(
+    tree: &[&str],
+    dump: &str,
+    clock: Clock,
+    span: Range<Cycle>,
+    marker: Option<Cycle>,
+    named: &[Cycle],
+) -> String {
     // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
-    let marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
+    let mut marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
+    for &edge in named.iter().take(26) {
+        let _ = write!(marker, " {}", timescale.in_thousands(edge));
+    }
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
     // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");

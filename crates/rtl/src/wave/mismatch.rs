@@ -125,7 +125,7 @@ pub fn mismatch_vcd(around: &Around) -> String {
 pub fn mismatch_gtkw(around: &Around, number: u64, dump: &str) -> String {
     let ends = [around.rows.first(), around.rows.last()].map(|row| row.map_or(0, |row| row.number));
     let span = Cycle(ends[0].saturating_sub(1))..Cycle(ends[1] + 1);
-    let mut text = header(&[around.name], dump, around.clock, span, Some(Cycle(number)));
+    let mut text = header(&[around.name], dump, around.clock, span, Some(Cycle(number)), &[]);
     let vars = vars(around);
     let answers = around.columns.len() - around.inputs;
     let mut add = |var: &Var| {

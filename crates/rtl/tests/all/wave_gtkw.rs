@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Cycle, Format, Real};
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 
 fn save(layout: &Layout) -> String {
-    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000), None)
+    gtkw(layout, "run.fst", Clock::new(50_000_000).expect("valid"), Cycle(1_000)..Cycle(51_000), None, &[])
 }
 
 fn config() -> LoopConfig {
@@ -101,7 +101,7 @@ fn an_analyser_has_a_trace_a_channel() {
 fn a_comparison_with_vhdl_comes_first_and_its_first_difference_is_marked() {
     let layout = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS).with_comparison();
     let clock = Clock::new(50_000_000).expect("valid");
-    let save = gtkw(&layout, "run.fst", clock, Cycle(0)..Cycle(100), Some(Cycle(7)));
+    let save = gtkw(&layout, "run.fst", clock, Cycle(0)..Cycle(100), Some(Cycle(7)), &[]);
     // Edge 7 at 50 MHz is at 140 ns, and GTKWave counts nanoseconds.
     assert!(save.lines().any(|line| line.starts_with('*') && line.ends_with(" 140")), "{save}");
     assert_eq!(traces(&save)[0], "comparison.differs");

@@ -192,6 +192,7 @@ fn dut_motion<'a>(session: &'a DutSession, trace: &'a Trace, summary: &'a Summar
         modulator: None,
         wall_rad: scene.wall_rad,
         trace,
+        faults: &summary.faults,
         contact: trace.words(dut_nets(session).len() - 1),
         counted: None,
         asked: None,

@@ -2,19 +2,21 @@
 
 use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, PURPLE, SHADE, SKY};
+use super::series::{BLUE, Look, ORANGE, PURPLE, RUST, SHADE, SKY, mark};
 use super::words::{COMMAND, PENETRATION};
 use super::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
 use hpu_cosim::scene::{Device, Hand};
-use hpu_cosim::{Pace, TORQUE_BETWEEN, Trace};
-use hpu_signal::Clock;
+use hpu_cosim::{Mark, Pace, TORQUE_BETWEEN, Trace};
+use hpu_signal::{Clock, Cycle};
 
 /// Columns of [`hpu_plant::REALS`].
 pub(super) const ANGLE: usize = 2;
 /// Length of a close-up.
 const CLOSE_UP_S: f64 = 60e-3;
+/// So many faults are drawn as lines.
+const MOST_LINES: usize = 12;
 
 /// A motion, as its pictures need it, whoever closed the loop.
 pub(super) struct Motion<'a> {
@@ -31,6 +33,8 @@ pub(super) struct Motion<'a> {
     pub modulator: Option<u64>,
     pub wall_rad: f64,
     pub trace: &'a Trace,
+    /// What went wrong between device and logic.
+    pub faults: &'a [Mark],
     /// What is not 0 at a row where the wall is touched.
     pub contact: &'a [i64],
     /// The penetration as the datapath counts it: its words, and what one is worth in mrad.
@@ -54,6 +58,7 @@ impl<'a> Motion<'a> {
             modulator: run.scene.modulator_clocks(),
             wall_rad: run.words.realised.wall_position_rad,
             trace: run.trace,
+            faults: &run.summary.faults,
             contact: run.words_in(PENETRATION),
             counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.count_rad)),
             // A positive command pushes against the positive direction: its torque is negative, as in the trace.
@@ -72,6 +77,31 @@ impl<'a> Motion<'a> {
     fn words(&self, words: Option<(&'a [i64], f64)>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
         let (words, scale) = words.unwrap_or((&[], 0.0));
         self.trace.times_s().zip(words.iter().map(move |&word| word as f64 * scale))
+    }
+
+    /// The faults within a panel: a line each, or if they are many a tick each, at its upper end.
+    fn faults(&self, panel: &Panel, scale: f64, canvas: &mut Canvas) {
+        let within: Vec<_> = self.faults_within(&panel.x, scale).map(|(t, _)| t).collect();
+        let top = panel.y.end;
+        let low = if within.len() > MOST_LINES { top - 0.05 * (top - panel.y.start) } else { panel.y.start };
+        for t in within {
+            canvas.line(vec![panel.at(t, top), panel.at(t, low)], RUST.color, 2);
+            if low == panel.y.start {
+                mark(canvas, panel.at(t, top), RUST, 9);
+            }
+        }
+    }
+
+    fn faults_within<'r>(&'r self, x: &'r Range<f64>, scale: f64) -> impl Iterator<Item = (f64, &'static str)> + 'r {
+        let at = move |mark: &Mark| (self.clock.seconds(Cycle(mark.edge)) * scale, mark.what);
+        self.faults.iter().map(at).filter(move |(t, _)| x.contains(t))
+    }
+
+    /// What the faults within a panel are called in a legend, if there are any.
+    fn fault_names(&self, x: &Range<f64>, scale: f64) -> Option<String> {
+        let has = |kind: &&&str| self.faults_within(x, scale).any(|(_, what)| what == **kind);
+        let names: Vec<_> = Mark::KINDS.iter().filter(has).map(|kind| kind.replace('_', " ")).collect();
+        (!names.is_empty()).then(|| names.join(", "))
     }
 
     fn page(&self) -> Canvas {
@@ -127,7 +157,10 @@ pub(super) fn position(run: &Motion) -> Picture {
     if hand.is_some() {
         legend.push(("the hand's intention", Look::Line(PURPLE)));
     }
+    let faults = run.fault_names(&x, 1.0);
+    legend.extend(faults.iter().map(|names| (names.as_str(), Look::Line(RUST))));
     top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run.device));
+    run.faults(&top, 1.0, &mut canvas);
     if let Some(points) = hand {
         top.curve(&mut canvas, points.into_iter(), PURPLE, 3);
     }
@@ -148,7 +181,10 @@ pub(super) fn position(run: &Motion) -> Picture {
     if run.counted.is_some() {
         legend.insert(1, ("as counted by the datapath", Look::Line(ORANGE)));
     }
+    let faults = run.fault_names(&x, 1e3);
+    legend.extend(faults.iter().map(|names| (names.as_str(), Look::Line(RUST))));
     bottom.frame(&mut canvas, &legend, Some(x_label), &depth);
+    run.faults(&bottom, 1e3, &mut canvas);
     bottom.curve(&mut canvas, depths, BLUE, 5);
     bottom.curve(&mut canvas, counted, ORANGE, 3);
     canvas.render("position")
@@ -190,6 +226,7 @@ pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
         wall(motion.wall_rad, &top, &mut canvas);
         let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
         top.frame(&mut canvas, &legend, None, &angle_label(motion.device));
+        motion.faults(&top, 1.0, &mut canvas);
         top.curve(&mut canvas, motion.angles(1.0), BLUE, 4);
 
         let bottom = Panel { left, top: 850, right, bottom: HEIGHT - 150, x, y: torque_range.clone() };
@@ -241,6 +278,8 @@ pub(super) fn torque(run: &Motion) -> Picture {
         if run.asked.is_some() {
             legend.insert(0, ("commanded; negative pushes back", Look::Line(ORANGE)));
         }
+        let faults = run.fault_names(&x, scale);
+        legend.extend(faults.iter().map(|names| (names.as_str(), Look::Line(RUST))));
         panel.frame(&mut canvas, &legend, Some(x_label), y_label);
         let zero = [panel.at(x.start, 0.0), panel.at(x.end, 0.0)];
         if panel.y.contains(&0.0) {
@@ -250,6 +289,7 @@ pub(super) fn torque(run: &Motion) -> Picture {
         // The narrow command upon the wide mean: both are seen where they agree.
         panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, 1e3 * torque)), BLUE, 8);
         panel.curve(&mut canvas, asked, ORANGE, 3);
+        run.faults(&panel, scale, &mut canvas);
     }
     canvas.render("torque")
 }
