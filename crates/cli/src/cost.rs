@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::{Cache, Cost, CostError, Counts, GhdlError, HX8K_BRAM, HX8K_CELLS, Placed};
 use hpu_study::units;
 use serde_json::{Value, json};
@@ -12,7 +13,7 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
-use crate::terminal::{print, print_json, verdict};
+use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::{hdl, interrupt, widths_price};
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
@@ -29,7 +30,8 @@ pub struct Args {
     /// Configuration of the block, of those that `hpu block NAME` lists; may be repeated. Without it, all of them
     #[arg(long = "variant", value_name = "LABEL", requires = "name")]
     variants: Vec<String>,
-    /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less
+    /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less; or a design of your
+    /// own, each port on a pin
     #[arg(long, value_name = "SCENE", conflicts_with = "name")]
     scene: Option<String>,
     #[command(flatten)]
@@ -88,11 +90,77 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    if let Experiment::Dut(scene) = &loaded.scene {
+        return of_design(args, scene, folder);
+    }
     let cache = args.remember.open()?;
     let Some(price) = widths_price::price(&loaded.scene, &args.hdl.setup(), &cache, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
+    if let Some(mut folder) = folder {
+        folder.write("cost.json", format!("{json:#}\n"))?;
+        folder.write("cost.txt", &text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?
+    } else {
+        print(&text)?
+    }
+    Ok(Exit::Fine)
+}
+
+/// A design of the user's own.
+fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Exit, Failure> {
+    let mut simulators = args.hdl.simulators()?;
+    if let Some(cache) = &args.remember.cache {
+        simulators.cache.clone_from(cache);
+    }
+    let control = interrupt::heed();
+    let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));
+    let cost = cost.map_err(|error| Failure::from(hpu_cosim::dut::Fault::from(error)))?;
+    let (target, Counts { lut4, ff, carry, bram, dsp }) =
+        cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5));
+    let fits = cost.ecp5.is_none();
+    let mut text = header(&scene.dut.top, true).replace("  fmax MHz", "");
+    let shown_dsp = if fits { "-".to_string() } else { dsp.to_string() };
+    text += &format!(
+        "{:<30} {target:<12} {lut4:>6} {ff:>6} {carry:>6} {bram:>5} {shown_dsp:>4} {:>6}\n",
+        scene.name, cost.cells
+    );
+    if !fits {
+        text += &format!(
+            "  does not fit hx8k: needs {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
+            cost.cells, cost.ice40.bram
+        );
+    }
+    let mut clocks = Vec::new();
+    for (index, clock) in scene.dut.clocks.iter().enumerate() {
+        let asked_mhz = scene.clock.frequency_hz() as f64 / f64::from(clock.divide) / 1e6;
+        let fmax_mhz = cost.fmax_mhz(index);
+        let holds = fmax_mhz.map(|mhz| mhz >= asked_mhz);
+        let placed = &cost.clocks[index].1;
+        let each: Vec<_> = placed.iter().map(|mhz| mhz.map_or("-".to_string(), |mhz| format!("{mhz:.2}"))).collect();
+        text += &match fmax_mhz {
+            Some(mhz) => format!(
+                "clock {}: {mhz:.2} MHz, the median of {}; {asked_mhz} MHz are asked: {}\n",
+                clock.port,
+                each.join(", "),
+                if mhz >= asked_mhz { "it is in time" } else { "it is too slow" }
+            ),
+            None if fits => format!("clock {}: no way from register to register was placed\n", clock.port),
+            None => String::new(),
+        };
+        clocks.push(json!({ "port": clock.port, "fmax_mhz": fmax_mhz, "placed_mhz": placed, "asked_mhz": asked_mhz, "in_time": holds }));
+    }
+    text += &format!("each port on a pin, constants too; by {}\n", cost.tools);
+    let json = json!({
+        "scene": scene.name, "top": scene.dut.top, "target": target, "lut4": lut4, "ff": ff, "carry": carry, "bram": bram,
+        "dsp": (!fits).then_some(dsp), "cells": cost.cells, "fits": fits,
+        "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
+        "clocks": clocks, "tools": cost.tools,
+    });
     if let Some(mut folder) = folder {
         folder.write("cost.json", format!("{json:#}\n"))?;
         folder.write("cost.txt", &text)?;

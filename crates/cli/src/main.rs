@@ -38,6 +38,7 @@ mod reproduce_words;
 mod rows;
 mod run;
 mod run_json;
+mod run_junit;
 mod run_text;
 mod scene;
 mod terminal;

@@ -1,5 +1,6 @@
 //! `hpu run`: a scene, run; its summary, its files.
 
+use std::fs;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -13,7 +14,7 @@ use hpu_study::fit::Fit;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
-use crate::files::Folder;
+use crate::files::{Folder, Single};
 use crate::nets::{self, Held, Pairs};
 use crate::notation::Written;
 use crate::parameters::{self, Said};
@@ -21,7 +22,7 @@ use crate::rows::{Estimate, Rows};
 use crate::scene::{self, Loaded, quoted};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
-use crate::{fit, hdl, interrupt, pictures, run_json, run_text};
+use crate::{fit, hdl, interrupt, pictures, run_json, run_junit, run_text};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(clap::Args)]
@@ -56,6 +57,9 @@ pub struct Args {
     /// Draw no pictures
     #[arg(long, requires = "out")]
     no_plot: bool,
+    /// Files of a design of your own in the place of the scene's dut.files, in the order of their compilation
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    dut: Vec<PathBuf>,
     /// Draw this scene's run beside, in one figure
     #[arg(long, value_name = "SCENE")]
     beside: Option<String>,
@@ -63,6 +67,9 @@ pub struct Args {
     hdl: hdl::Vhdl,
     #[command(flatten)]
     notation: Written,
+    /// Write a JUnit report: what the scene expects, and what is compared
+    #[arg(short = 'x', long, value_name = "FILE")]
+    junit: Option<PathBuf>,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -132,6 +139,21 @@ impl Args {
         Err(Failure::usage(said))
     }
 
+    /// What is changed of the scene.
+    fn changes(&self) -> Result<Vec<(String, String)>, Failure> {
+        let mut set = self.set.set.clone();
+        if !self.dut.is_empty() {
+            // A scene's files are beside the scene; these are where the command runs.
+            let place = |file: &PathBuf| {
+                let place = fs::canonicalize(file).map_err(|error| Failure::at(file, error))?;
+                Ok(format!("{:?}", place.display().to_string()))
+            };
+            let places = self.dut.iter().map(place).collect::<Result<Vec<_>, Failure>>()?;
+            set.push(("dut.files".to_string(), format!("[{}]", places.join(", "))));
+        }
+        Ok(set)
+    }
+
     /// Why a run's expectations are not judged: they are of the scene as written, and of all of it.
     fn unjudged(&self, complete: bool) -> Option<&'static str> {
         // These sections change no run.
@@ -141,8 +163,8 @@ impl Args {
             Some("the run was not finished")
         } else if self.edges.is_some() {
             Some("they are of the scene's whole duration, and --edges sets another")
-        } else if !asked && self.set.set.iter().any(|(key, _)| !of_no_run(key)) {
-            Some("they are of the scene as written, and --set changes it; --expect judges them")
+        } else if !asked && (!self.dut.is_empty() || self.set.set.iter().any(|(key, _)| !of_no_run(key))) {
+            Some("they are of the scene as written, and --set or --dut changes it; --expect judges them")
         } else {
             None
         }
@@ -162,13 +184,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return scene::list(args.json);
     };
     args.agree()?;
-    let mut loaded = Loaded::new(name, &args.set.set, args.edges)?;
+    if !args.dut.is_empty() && !scene::source(name)?.text.contains("dut") {
+        let reason =
+            "--dut is for a scene with a [dut], which says what its ports are connected to: hpu scenes --template";
+        return Err(Failure::usage(format!("{name}: {reason}")));
+    }
+    let set = args.changes()?;
+    let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
+    let mut loaded = Loaded::new(name, &set, args.edges)?;
     let mut fitted = None;
     if loaded.scene.auto() {
-        let Some(found) = fit::least(&scene::source(name)?, &args.set.set, None, interrupt::heed())? else {
+        let Some(found) = fit::least(&scene::source(name)?, &set, None, interrupt::heed())? else {
             return Ok(Exit::Interrupted);
         };
-        let set: Vec<_> = args.set.set.iter().chain(&found.set).cloned().collect();
+        let set: Vec<_> = set.iter().chain(&found.set).cloned().collect();
         loaded = Loaded::new(name, &set, args.edges)?;
         fitted = Some(found);
     }
@@ -200,6 +229,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let reason = "PORT=NET is for a scene with a [dut]; VHDL of ours is compared by --driver rtl";
             return Err(Failure::usage(format!("{}: {reason}", session.name())));
         }
+        if junit_file.is_some() {
+            return Err(Failure::usage(
+                "--junit tells of a run; leave out --compare, or name PORT=NET of a design of yours",
+            ));
+        }
         return compare(ours, args.json);
     }
     let vhdl = (args.driver == Some(DriverArg::Rtl)).then(|| args.hdl.setup());
@@ -230,6 +264,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             return interrupted(&Ran { files: Vec::new(), ..ran }, args.json);
         }
         folder.commit()?;
+    }
+    if let Some(file) = junit_file {
+        file.write(&run_junit::report(&ran))?;
     }
     if args.json {
         print_json(&run_json::summary(&ran))?;

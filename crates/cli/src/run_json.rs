@@ -4,6 +4,7 @@ use hpu_cosim::dut::Wire;
 use hpu_cosim::{AnyRig, NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
 use hpu_rtl::Mismatch;
 use hpu_signal::{Clock, Cycle, Format};
+use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
 use crate::nets::Held;
@@ -178,7 +179,7 @@ fn outcome(verdict: Verdict, [from_s, to_s]: [f64; 2]) -> Value {
     }
 }
 
-fn signal(NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
+fn signal(net @ NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     let format = signal.format;
     // A run that was stopped before its first edge has seen no word.
     let seen = |word| (usage.min <= usage.max).then(|| format.to_f64(word));
@@ -188,6 +189,7 @@ fn signal(NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
         "unit": signal.unit,
         "min": seen(usage.min),
         "max": seen(usage.max),
+        "idle_bits": idle_bits(net),
         "rounded": losses_seen.then_some(usage.rounded),
         "overflowed": losses_seen.then_some(usage.overflowed),
     })

@@ -9,6 +9,7 @@ use hpu_cosim::dut::{DutSession, Wire};
 use hpu_cosim::scene::{Device, Metric, OutcomeKind, Units};
 use hpu_cosim::{AnyRig, Mark, NetUse, Ready, Rig, Session, Trace, Verdict, unseen_growth_per_s};
 use hpu_signal::{Cycle, Notation};
+use hpu_study::widths::idle_bits;
 
 use crate::columns::Column::{Left, Right};
 use crate::columns::aligned;
@@ -289,7 +290,10 @@ fn faults(ran: &Ran) -> Vec<String> {
 fn nets(ran: &Ran) -> String {
     let edges = ran.summary.edges;
     let nets: Vec<_> = ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1).collect();
-    let heads = ["", "net", "format", "min", "max", "rounded", "overflowed", "unit"].map(String::from);
+    // What a design of the user's own loses within, nobody sees; which of its bits are idle, its ports tell.
+    let is_own = matches!(ran.session, AnyRig::Dut(_));
+    let last = if is_own { ["idle bits", ""] } else { ["rounded", "overflowed"] };
+    let heads = ["", "net", "format", "min", "max", last[0], last[1], "unit"].map(String::from);
     let cells = |net: &&NetUse| {
         let (format, usage) = (net.signal.format, net.usage);
         let seen = |word| match usage.min <= usage.max {
@@ -299,6 +303,7 @@ fn nets(ran: &Ran) -> String {
         // Its range is that of the unsigned word, which wraps where the device passes the place where it began.
         let modulo =
             if net.signal.is_counter() { format!(", modulo 2^{}, as unsigned", format.width()) } else { String::new() };
+        let idle = |net: &NetUse| idle_bits(net).map_or("unknown".to_string(), |bits| bits.to_string());
         let share = |lost| if net.losses_seen { percent(lost, edges) } else { "unknown".to_string() };
         [
             "net".to_string(),
@@ -306,12 +311,13 @@ fn nets(ran: &Ran) -> String {
             ran.notation.of(format),
             seen(usage.min),
             seen(usage.max),
-            share(usage.rounded),
-            share(usage.overflowed),
+            if is_own { idle(net) } else { share(usage.rounded) },
+            if is_own { String::new() } else { share(usage.overflowed) },
             format!("{}{modulo}", net.signal.unit),
         ]
     };
-    let columns = [Left(10), Left(12), Left(10), Right(12), Right(12), Right(11), Right(11), Left(0)];
+    let lost = if is_own { 0 } else { 11 };
+    let columns = [Left(10), Left(12), Left(10), Right(12), Right(12), Right(11), Right(lost), Left(0)];
     let rows = aligned(columns, std::iter::once(heads).chain(nets.iter().map(cells)).collect());
     let overflowed = std::iter::once(false).chain(nets.iter().map(|net| net.usage.overflowed > 0));
     let lines = rows.into_iter().zip(overflowed).map(|(mut cells, overflowed)| {

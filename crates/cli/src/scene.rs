@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
 use hpu_rtl::LoopScene;
 use serde_json::json;
@@ -18,18 +18,34 @@ pub struct ListArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
-    /// Print a scene for a design of your own, to be filled in
-    #[arg(long, conflicts_with = "json")]
-    pub template: bool,
+    /// Print what a design of your own begins with, to be filled in: its scene, or the steps that check it in continuous
+    /// integration
+    #[arg(long, value_enum, num_args = 0..=1, default_missing_value = "scene", conflicts_with = "json")]
+    pub template: Option<Template>,
 }
 
-/// The scene to be filled in.
-const TEMPLATE: &str = include_str!("../../../testbench/dut/template.toml");
+/// What is to be filled in.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A scene
+    Scene,
+    /// A workflow for GitHub Actions, which others read too
+    Ci,
+}
+
+impl Template {
+    fn text(self) -> &'static str {
+        match self {
+            Self::Scene => include_str!("../../../testbench/dut/template.toml"),
+            Self::Ci => include_str!("../../../testbench/dut/ci.yml"),
+        }
+    }
+}
 
 /// `hpu scenes`.
 pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
-    if args.template {
-        print(TEMPLATE)?;
+    if let Some(template) = args.template {
+        print(template.text())?;
         return Ok(Exit::Fine);
     }
     list(args.json)

@@ -2,34 +2,56 @@
 
 use std::fmt::Write as _;
 
-use crate::report::CheckReport;
+use crate::report::{CheckReport, CheckRow};
+
+/// A test, and why it failed.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Case {
+    /// What it is a test of, and its name.
+    pub class: String,
+    /// Its name there.
+    pub name: String,
+    /// Seconds taken.
+    pub seconds: f64,
+    /// Why it failed, if it did.
+    pub failure: Option<String>,
+}
 
 /// The report as one test suite, a test case each configuration and each closed loop.
 #[must_use]
 pub fn junit(report: &CheckReport) -> String {
-    let failures = report.all().filter(|row| !row.ok()).count();
-    let seconds: f64 = report.all().map(|row| row.seconds).sum();
+    let case = |row: &CheckRow| {
+        let failure = match (&row.failure, &row.first) {
+            _ if row.ok() => None,
+            (Some(failure), _) => Some(failure.clone()),
+            (None, Some(first)) => Some(first.to_string()),
+            (None, None) => Some("nothing was compared".to_string()),
+        };
+        Case { class: row.block.clone(), name: row.variant.clone(), seconds: row.seconds, failure }
+    };
+    junit_suite("hpu check", &report.all().map(case).collect::<Vec<_>>())
+}
+
+/// Tests as one suite.
+#[must_use]
+pub fn junit_suite(name: &str, cases: &[Case]) -> String {
+    let failures = cases.iter().filter(|case| case.failure.is_some()).count();
+    let seconds: f64 = cases.iter().map(|case| case.seconds).sum();
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n\
-         <testsuite name=\"hpu check\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" time=\"{seconds:.3}\">\n",
-        report.all().count()
+         <testsuite name=\"{}\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" time=\"{seconds:.3}\">\n",
+        escape(name),
+        cases.len()
     );
-    for row in report.all() {
-        let (block, variant) = (escape(&row.block), escape(&row.variant));
-        write!(xml, "<testcase classname=\"{block}\" name=\"{variant}\" time=\"{:.3}\"", row.seconds)
-            .expect("a string grows");
-        if row.ok() {
+    for Case { class, name, seconds, failure } in cases {
+        let (class, name) = (escape(class), escape(name));
+        write!(xml, "<testcase classname=\"{class}\" name=\"{name}\" time=\"{seconds:.3}\"").expect("a string grows");
+        let Some(detail) = failure else {
             xml += "/>\n";
             continue;
-        }
-        let detail = match (&row.failure, &row.first) {
-            (Some(failure), _) => failure.clone(),
-            (None, Some(first)) => first.to_string(),
-            (None, None) => "nothing was compared".to_string(),
         };
         let brief = escape(detail.trim().lines().next().unwrap_or(""));
-        writeln!(xml, "><failure message=\"{brief}\">{}</failure></testcase>", escape(&detail))
-            .expect("a string grows");
+        writeln!(xml, "><failure message=\"{brief}\">{}</failure></testcase>", escape(detail)).expect("a string grows");
     }
     xml + "</testsuite>\n</testsuites>\n"
 }

@@ -41,7 +41,7 @@ pub use cost::{
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use hdl::{Hdl, Setup, differs_from_the_hardware};
-pub use junit::junit;
+pub use junit::{Case, junit, junit_suite};
 pub use late::{Late, comparison_edges};
 pub use loop_bench::{LOOP_BRIDGE, loop_bench, probe};
 pub use package::package;

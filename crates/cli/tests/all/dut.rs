@@ -386,3 +386,91 @@ fn verbs_about_our_own_words_refuse_a_design_of_yours() {
         assert!(stderr(&output).starts_with("error: "), "{arguments:?}: {}", stderr(&output));
     }
 }
+
+/// A design of two flip-flops: it drives forward while both lines of the encoder are 1.
+const TINY: &str = "module tiny (input clk, a, b, output reg pwm = 0, output reg dir = 0);
+  always @(posedge clk) begin
+    pwm <= a & b;
+    dir <= 1'b1 ^ (a & ~b & pwm);
+  end
+endmodule
+";
+
+/// A scene around it.
+fn tiny(dir: &Path, expect: &str) -> String {
+    fs::write(dir.join("tiny.v"), TINY).expect("a file");
+    let scene = dir.join("tiny.toml");
+    let toml = format!(
+        "about = \"two flip-flops\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"1 MHz\"\n\
+         [dut]\nfiles = [\"tiny.v\"]\ntop = \"tiny\"\nclock = \"clk\"\n[dut.ports]\na = \"encoder.a\"\nb = \"encoder.b\"\n\
+         pwm = \"bridge.pwm\"\ndir = \"bridge.direction\"\n[wall]\nposition = \"1 rad\"\n[hand]\nkind = \"none\"\n[run]\n\
+         duration = \"20 ms\"\n[expect]\noutcome = \"{expect}\"\n"
+    );
+    fs::write(&scene, toml).expect("a scene");
+    text(&scene).to_string()
+}
+
+#[test]
+fn what_a_design_costs_is_counted_and_its_clocks_are_held_against_those_that_are_asked() {
+    let dir = scratch("cost_of_a_design");
+    let cache = dir.join("cache");
+    let cost = |scene: &str, set: &[&str]| {
+        json(&run(&[&["cost", "--scene", scene, "--cache", text(&cache), "--json"], set].concat()))
+    };
+    let scene = tiny(&dir, "settled");
+    let value = cost(&scene, &[]);
+    // Two registers, each behind at most one table of four inputs.
+    assert_eq!((&value["ff"], &value["fits"], &value["carry"]), (&2.into(), &true.into(), &0.into()), "{value}");
+    assert!(value["lut4"].as_u64().is_some_and(|count| (1..=2).contains(&count)), "{value}");
+    let clock = &value["clocks"][0];
+    assert_eq!((&clock["port"], &clock["in_time"]), (&"clk".into(), &true.into()), "{value}");
+    let mut placed: Vec<f64> = clock["placed_mhz"].as_array().expect("a list").iter().map(number).collect();
+    placed.sort_by(f64::total_cmp);
+    assert_eq!((placed.len(), number(&clock["fmax_mhz"])), (3, placed[1]));
+    assert_eq!(cost(&scene, &[]), value, "it is remembered");
+    let fast = cost(&scene, &["--set", "clock.frequency=9 GHz"]);
+    assert_eq!(fast["clocks"][0]["in_time"], false, "{fast}");
+    // VHDL by way of GHDL.
+    let value = cost("testbench/dut/rim.toml", &[]);
+    assert!(value["tools"].as_str().is_some_and(|tools| tools.starts_with("ghdl")), "{value}");
+    assert!(value["cells"].as_u64() >= value["ff"].as_u64() && value["clocks"][0]["in_time"] == true, "{value}");
+    // What Yosys does not read it says, with file and line.
+    let refused = run(&["cost", "--scene", "testbench/dut/paddle.toml", "--cache", text(&cache)]);
+    assert_refused(&refused, 1, &["yosys refuses `PaddleDrive`", "WallSpring.sv:"]);
+}
+
+#[test]
+fn a_run_is_reported_as_tests_and_takes_other_files() {
+    let dir = scratch("junit_of_a_run");
+    let report = dir.join("report.xml");
+    let read = || fs::read_to_string(&report).expect("a report");
+    for (expect, failures, exit) in [("settled", 0, 0), ("diverged", 1, 1)] {
+        let output = run(&["run", &tiny(&dir, expect), "--junit", text(&report)]);
+        assert_eq!(code(&output), exit, "{}{}", stdout(&output), stderr(&output));
+        let xml = read();
+        assert!(xml.contains(&format!("tests=\"2\" failures=\"{failures}\"")), "{xml}");
+        assert!(xml.contains("classname=\"tiny\" name=\"run\"") && xml.contains("name=\"outcome\""), "{xml}");
+    }
+    assert!(read().contains("expected diverged, found settled"), "{}", read());
+    // Another file in the place of the scene's: other ports are missed at once.
+    let other = dir.join("other.v");
+    fs::write(
+        &other,
+        TINY.replace("input clk, a, b", "input clk, a, c")
+            .replace("b)", "c)")
+            .replace("~b", "~c")
+            .replace("& b", "& c"),
+    )
+    .expect("a file");
+    let scene = tiny(&dir, "settled");
+    assert_refused(&run(&["run", &scene, "--dut", text(&other)]), 4, &["`tiny` has no port `b`; it has", "c"]);
+    assert_refused(&run(&["run", &scene, "--dut", "nowhere.v"]), 4, &["nowhere.v: No such file"]);
+    // A shipped scene of ours has no files.
+    assert_eq!(code(&run(&["run", "hybrid-wall", "--dut", text(&other)])), 2);
+    let value = json(&run(&["run", &scene, "--dut", text(&dir.join("tiny.v")), "--json"]));
+    assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--dut")), "{value}");
+    // What is printed to begin with.
+    let template = |name: &[&str]| stdout(&run(&[&["scenes", "--template"], name].concat()));
+    assert!(template(&[]).contains("[dut.ports]") && template(&["scene"]) == template(&[]));
+    assert!(template(&["ci"]).contains("--junit") && template(&["ci"]).contains("hpu check --entity"));
+}

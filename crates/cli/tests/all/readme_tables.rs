@@ -48,6 +48,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
             record: Some("testbench/record/widths.txt"),
         },
     ),
+    ("hpu scenes --template ci > haptics.yml", Form::AsIs),
+    ("hpu cost --scene testbench/dut/knee.toml", Form::AsIs),
     (
         "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 --set 'faults.clock_jitter=20 ns' \
          -o faulty",

@@ -31,7 +31,8 @@ use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::{self, Fault, Tool, ToolError};
-use said::{cell_counts, fmax, is_full, sum, used_cells};
+pub(crate) use said::{cell_counts, is_full, used_cells};
+use said::{fmax, sum};
 
 pub use cache::Cache;
 pub use error::CostError;
@@ -126,7 +127,7 @@ fn ecp5_script(name: &str) -> String {
 }
 
 /// The device, for nextpnr.
-const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
+pub(crate) const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
 
 /// Synthesises a block from its VHDL in a directory, with the generics of its configuration; places and times it.
 ///
@@ -166,26 +167,34 @@ fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts),
     library.write("block.v", verilog::verilog(block, &library)?)?;
     library.write("bench.v", bench::bench(block))?;
     let cells = yosys(&library, name, &ice40_script(name), "ice40.txt")?;
-    let ice40 = Counts {
-        lut4: sum(&cells, "SB_LUT4"),
-        ff: sum(&cells, "SB_DFF"),
-        carry: sum(&cells, "SB_CARRY"),
-        bram: sum(&cells, "SB_RAM40_4K"),
+    Ok((library, ice40_counts(&cells)))
+}
+
+/// Primitives of the iCE40.
+pub(crate) fn ice40_counts(cells: &BTreeMap<String, u64>) -> Counts {
+    Counts {
+        lut4: sum(cells, "SB_LUT4"),
+        ff: sum(cells, "SB_DFF"),
+        carry: sum(cells, "SB_CARRY"),
+        bram: sum(cells, "SB_RAM40_4K"),
         dsp: 0,
-    };
-    Ok((library, ice40))
+    }
+}
+
+/// Primitives of the ECP5.
+pub(crate) fn ecp5_counts(cells: &BTreeMap<String, u64>) -> Counts {
+    Counts {
+        lut4: sum(cells, "LUT4"),
+        ff: sum(cells, "TRELLIS_FF"),
+        carry: sum(cells, "CCU2C"),
+        bram: sum(cells, "DP16KD"),
+        dsp: sum(cells, "MULT18X18D"),
+    }
 }
 
 /// A block too large for the HX8K, in the primitives of the ECP5.
 fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
-    let cells = yosys(library, name, &ecp5_script(name), "ecp5.txt")?;
-    Ok(Counts {
-        lut4: sum(&cells, "LUT4"),
-        ff: sum(&cells, "TRELLIS_FF"),
-        carry: sum(&cells, "CCU2C"),
-        bram: sum(&cells, "DP16KD"),
-        dsp: sum(&cells, "MULT18X18D"),
-    })
+    Ok(ecp5_counts(&yosys(library, name, &ecp5_script(name), "ecp5.txt")?))
 }
 
 /// The block placed on its bench.

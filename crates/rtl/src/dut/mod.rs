@@ -5,6 +5,7 @@
 //! the tools.
 
 mod build;
+mod cost;
 mod ghdl;
 mod interface;
 mod process;
@@ -22,6 +23,7 @@ use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
 
 pub(crate) use build::Model;
+pub use cost::DutCost;
 pub(crate) use ghdl::ASK;
 pub(crate) use wire::Served;
 

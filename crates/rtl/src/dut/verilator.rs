@@ -71,7 +71,7 @@ impl Simulators {
     }
 
     /// VHDL as Verilog, put right.
-    fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
+    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, DutError> {
             let mut command = self.ghdl_command("--synth", dut, folder);
@@ -194,7 +194,7 @@ impl Simulators {
 }
 
 /// The files that are compiled; headers are read where they are included.
-fn sources(dut: &Dut) -> Vec<String> {
+pub(super) fn sources(dut: &Dut) -> Vec<String> {
     let names = dut.files.iter().map(|(name, _)| base(name).to_string());
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }

@@ -1,7 +1,7 @@
 //! What happened to every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
-use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, Ready, Rig, Visit, Wired, World, law_as_asked};
+use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, NetUse, Ready, Rig, Visit, Wired, World, law_as_asked};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -138,6 +138,14 @@ pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalR
         }
     });
     rows.collect()
+}
+
+/// Upper bits of a net that a run left unused, were its range a word's own; `None` where no word was seen.
+#[must_use]
+pub fn idle_bits(NetUse { signal, usage, .. }: &NetUse) -> Option<u32> {
+    let format = signal.format;
+    let ends = [usage.min, usage.max].map(|word| format.value(word));
+    (ends[0] <= ends[1]).then(|| format.width() - bits(format.is_signed(), ends[0], ends[1]).max(1))
 }
 
 /// The least width of a word that holds both ends.

@@ -19,7 +19,7 @@ mod recommend;
 use hpu_signal::{Cycle, Format};
 
 pub use field::Field;
-pub use measured::{Measured, beside, measured, together};
+pub use measured::{Measured, beside, idle_bits, measured, together};
 pub use noise::{Asked, Beside};
 pub(crate) use proof::System;
 pub use random::{Walk, random};

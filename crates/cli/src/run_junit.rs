@@ -1,0 +1,43 @@
+//! A run as JUnit tests.
+
+use hpu_cosim::Rig;
+use hpu_rtl::{Case, junit_suite};
+
+use crate::run::Ran;
+use crate::run_text::outcome_name;
+
+/// What is expected and compared, as tests; first of all, that the run came to its end.
+pub fn report(ran: &Ran) -> String {
+    junit_suite("hpu run", &cases(ran))
+}
+
+fn cases(ran: &Ran) -> Vec<Case> {
+    let case = |name: &str, seconds: f64, failure: Option<String>| Case {
+        class: ran.session.name().to_string(),
+        name: name.to_string(),
+        seconds,
+        failure,
+    };
+    let ended = ran.summary.aborted.map(|abort| format!("at {:e} s: {}", abort.at_s, abort.why));
+    let mut cases = vec![case("run", ran.summary.wall_s, ended)];
+    cases.extend(ran.outcome_met.map(|(kind, met)| {
+        let found = ran.summary.outcome().map_or("none", outcome_name);
+        let why = format!("expected {}, found {found}", outcome_name(kind));
+        case("outcome", 0.0, (!met).then_some(why))
+    }));
+    cases.extend(ran.numbers.iter().map(|(expected, got, met)| {
+        let (value, tolerance) = (expected.value, expected.tolerance);
+        let found = got.map_or("nothing".to_string(), |got| got.to_string());
+        let why = format!("expected {value} within {tolerance}, found {found}");
+        case(expected.metric.name(), 0.0, (!met).then_some(why))
+    }));
+    cases.extend(ran.held.as_ref().map(|held| {
+        let said = held.text(ran.session.clock().period_s());
+        case("compare", 0.0, (!held.ok()).then_some(said))
+    }));
+    cases.extend(ran.rtl.as_ref().map(|(row, _)| {
+        let why = row.failure.clone().or(row.first.as_ref().map(ToString::to_string));
+        case("rtl", row.seconds, (!row.ok()).then(|| why.unwrap_or_default()))
+    }));
+    cases
+}

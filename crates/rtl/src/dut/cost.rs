@@ -1,0 +1,217 @@
+//! What a design of the user's own costs in an FPGA: counted and placed as it is, its ports as pins.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use hpu_cosim::scene::{Dut, DutScene, Generic};
+
+use super::build::{Model, base, write, write_files};
+use super::verilator::sources;
+use super::{DutError, Simulators, is_vhdl};
+use crate::cost::{
+    Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
+};
+use crate::tool::{Fault, Tool, ToolError, run};
+
+/// The file in which a cost is kept.
+const COST: &str = "cost";
+
+/// What a design costs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DutCost {
+    /// Primitives of the iCE40.
+    pub ice40: Counts,
+    /// Logic cells of the HX8K.
+    pub cells: u64,
+    /// Primitives of the ECP5 when the HX8K is too small.
+    pub ecp5: Option<Counts>,
+    /// Its clocks, and the fastest of each in megahertz, by placement; none where there is no way from register to
+    /// register, or no room.
+    pub clocks: Vec<(String, Vec<Option<f64>>)>,
+    /// The tools with their versions.
+    pub tools: String,
+}
+
+impl DutCost {
+    /// The fastest clock in megahertz, the median of the placements; one without room is slower than any other.
+    #[must_use]
+    pub fn fmax_mhz(&self, clock: usize) -> Option<f64> {
+        let mut placed = self.clocks[clock].1.clone();
+        placed.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
+        *placed.get(placed.len() / 2)?
+    }
+}
+
+impl Simulators {
+    /// What the design of a scene costs: Yosys counts it for the iCE40, or for the ECP5 where the HX8K is too small, and
+    /// nextpnr places it three times, each port on a pin. VHDL is first synthesised by GHDL. Constants of the scene are
+    /// pins too: they can be changed.
+    ///
+    /// # Errors
+    ///
+    /// When a tool is missing, or refuses the design.
+    pub fn cost(&self, scene: &DutScene) -> Result<DutCost, DutError> {
+        let dut = &scene.dut;
+        let mut tools = vec![Tool::Yosys, Tool::Nextpnr];
+        if is_vhdl(&dut.files) {
+            tools.insert(0, Tool::Ghdl);
+        }
+        let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version().map_err(DutError::Tool)?));
+        let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, DutError>>()?.join(", ");
+        let folder = self.built(&Model::of(scene), &format!("cost by {tools}"), |folder| {
+            write_files(dut, folder)?;
+            let cost = self.priced(dut, folder)?;
+            write(folder, COST, line(&cost).as_bytes())
+        })?;
+        let path = folder.join(COST);
+        let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path.clone(), error))?;
+        let cost = of_line(&text, &tools);
+        cost.ok_or_else(|| DutError::Ended(format!("{}: no cost; remove this file's folder", path.display())))
+    }
+
+    fn priced(&self, dut: &Dut, folder: &Path) -> Result<DutCost, DutError> {
+        let (files, top) = if is_vhdl(&dut.files) {
+            (self.synthesised(dut, folder)?, dut.top.to_lowercase())
+        } else {
+            (sources(dut), dut.top.clone())
+        };
+        let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", base(file))).collect();
+        let parameter = |(name, value): &(String, Generic)| {
+            let value = match value {
+                Generic::Flag(flag) => i32::from(*flag).to_string(),
+                Generic::Integer(number) => number.to_string(),
+                Generic::Text(text) => format!("\"{text}\""),
+            };
+            format!("chparam -set {name} {value} {top}; ")
+        };
+        let parameters: String =
+            if is_vhdl(&dut.files) { String::new() } else { dut.generics.iter().map(parameter).collect() };
+        let read = format!("read_verilog -sv {}; {parameters}", files.join(" "));
+        let tool = |tool: Tool, step: &str, arguments: &[&str]| self.told(dut, folder, tool, step, arguments);
+        let ice40 = format!("{read}synth_ice40 -abc9 -device hx -top {top} -json block.json; tee -q -o ice40.txt stat");
+        tool(Tool::Yosys, "synthesise a design", &["-q", "-p", &ice40])?;
+        let stat = |name: &str| {
+            let path = folder.join(name);
+            fs::read_to_string(&path).map(|text| cell_counts(&text)).map_err(|error| DutError::Io(path, error))
+        };
+        let counts = ice40_counts(&stat("ice40.txt")?);
+        let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
+        let said = tool(Tool::Nextpnr, "pack a design", &pack)?;
+        let silent = || ToolError::new(Tool::Nextpnr, "pack a design", Fault::Silent("number of cells"), &said);
+        let cells = used_cells(&said).ok_or_else(silent).map_err(DutError::Tool)?;
+        let mut clocks: Vec<_> = dut.clocks.iter().map(|clock| (clock.port.clone(), Vec::new())).collect();
+        let mut ecp5 = None;
+        if cells > HX8K_CELLS || counts.bram > HX8K_BRAM {
+            let script = format!("{read}synth_ecp5 -abc9 -top {top}; tee -q -o ecp5.txt stat");
+            tool(Tool::Yosys, "synthesise a design", &["-q", "-p", &script])?;
+            ecp5 = Some(ecp5_counts(&stat("ecp5.txt")?));
+        } else {
+            for seed in SEEDS {
+                let seed = seed.to_string();
+                let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "block.json"]].concat();
+                let said = match tool(Tool::Nextpnr, "place a design", &place) {
+                    Err(DutError::Refused { said, .. }) if is_full(&said) => String::new(),
+                    said => said?,
+                };
+                for (port, placed) in &mut clocks {
+                    placed.push(fmax(&said, port));
+                }
+            }
+        }
+        Ok(DutCost { ice40: counts, cells, ecp5, clocks, tools: String::new() })
+    }
+
+    /// Runs a tool in the folder; what it said.
+    fn told(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+        tool: Tool,
+        step: &str,
+        arguments: &[impl AsRef<OsStr>],
+    ) -> Result<String, DutError> {
+        let mut command = Command::new(tool.name());
+        command.args(arguments).current_dir(folder).env("TMPDIR", folder);
+        let said = run(tool, step, command, self.limit()).map_err(|error| DutError::of(&dut.top, error))?;
+        Ok(said.out + &said.err)
+    }
+}
+
+/// The last (routed) `Max frequency for clock 'clk$SB_IO_IN_$glb_clk': 290.87 MHz` of a clock's port.
+fn fmax(said: &str, port: &str) -> Option<f64> {
+    let is_its = |name: &str| {
+        let rest = name.get(..port.len()).filter(|start| start.eq_ignore_ascii_case(port)).map(|_| &name[port.len()..]);
+        rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_'))
+    };
+    let mhz = |line: &str| {
+        let (name, mhz) = line.split_once("Max frequency for clock '")?.1.split_once("': ")?;
+        is_its(name).then(|| mhz.split_whitespace().next()?.parse().ok()).flatten()
+    };
+    said.lines().rev().find_map(mhz)
+}
+
+/// A cost as lines.
+fn line(cost: &DutCost) -> String {
+    let counts = |counts: &Counts| {
+        let Counts { lut4, ff, carry, bram, dsp } = counts;
+        format!("{lut4} {ff} {carry} {bram} {dsp}")
+    };
+    let mut text = format!("{}\n{}\n", counts(&cost.ice40), cost.cells);
+    text += &format!("{}\n", cost.ecp5.as_ref().map_or("-".to_string(), counts));
+    for (clock, placed) in &cost.clocks {
+        let placed = placed.iter().map(|mhz| mhz.map_or("-".to_string(), |mhz| mhz.to_string()));
+        text += &format!("{clock} {}\n", placed.collect::<Vec<_>>().join(" "));
+    }
+    text
+}
+
+fn of_line(text: &str, tools: &str) -> Option<DutCost> {
+    let counts = |line: &str| {
+        let numbers: Vec<u64> = line.split(' ').map(|word| word.parse().ok()).collect::<Option<_>>()?;
+        let [lut4, ff, carry, bram, dsp] = numbers.try_into().ok()?;
+        Some(Counts { lut4, ff, carry, bram, dsp })
+    };
+    let mut lines = text.lines();
+    let (ice40, cells) = (counts(lines.next()?)?, lines.next()?.parse().ok()?);
+    let ecp5 = match lines.next()? {
+        "-" => None,
+        line => Some(counts(line)?),
+    };
+    let clock = |line: &str| {
+        let (name, placed) = line.split_once(' ')?;
+        let mhz = |word: &str| if word == "-" { Some(None) } else { word.parse().ok().map(Some) };
+        let placed = placed.split(' ').filter(|word| !word.is_empty()).map(mhz).collect::<Option<_>>()?;
+        Some((name.to_string(), placed))
+    };
+    let clocks = lines.map(clock).collect::<Option<_>>()?;
+    Some(DutCost { ice40, cells, ecp5, clocks, tools: tools.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cost_is_read_as_it_was_written() {
+        let counts = Counts { lut4: 5, ff: 4, carry: 3, bram: 2, dsp: 0 };
+        let clocks = vec![("clk".to_string(), vec![Some(61.25), None, Some(63.5)])];
+        let cost = DutCost { ice40: counts, cells: 12, ecp5: None, clocks, tools: "yosys 1".to_string() };
+        for ecp5 in [None, Some(Counts { dsp: 7, ..counts })] {
+            let cost = DutCost { ecp5, ..cost.clone() };
+            assert_eq!(of_line(&line(&cost), "yosys 1"), Some(cost));
+        }
+        assert_eq!(cost.fmax_mhz(0), Some(61.25));
+        assert_eq!(of_line("5 4 3\n12\n-\n", ""), None);
+    }
+
+    #[test]
+    fn a_clock_s_frequency_is_the_last_that_is_told_of_it() {
+        let said = "Info: Max frequency for clock 'clk$SB_IO_IN_$glb_clk': 90.1 MHz (PASS at 12.00 MHz)\n\
+                    Info: Max frequency for clock 'clk_2$SB_IO_IN_$glb_clk': 200.5 MHz (PASS at 12.00 MHz)\n\
+                    Info: Max frequency for clock    'clk': 1 MHz\n\
+                    Info: Max frequency for clock 'clk$SB_IO_IN_$glb_clk': 88.25 MHz (PASS at 12.00 MHz)\n";
+        assert_eq!((fmax(said, "clk"), fmax(said, "CLK_2"), fmax(said, "clk_")), (Some(88.25), Some(200.5), None));
+    }
+}
