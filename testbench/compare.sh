@@ -91,6 +91,7 @@ iverilog -g2005-sv -s bench -o icarus_time hybrid_loop.v "$sources/bench.v"
 iverilog -g2005-sv -s bench -DNETS -o icarus_trace hybrid_nets.v "$sources/bench.v"
 
 # The ways to run each.
+in_dut() { "$hpu" run "$sources/foreign.toml" --edges "$1"; }
 in_verilator() { ./time/time "$1" "${words[@]}"; }
 in_ghdl() { # BACKEND EDGES
     (cd "$1" && "ghdl-$1" --elab-run "${std[@]}" bench --ieee-asserts=disable -gEDGES="$2" -gREFERENCE="${words[0]}" \
@@ -154,6 +155,11 @@ trace near $cocotb_compared --set "wall.position=4 mrad"
     done
     in_icarus icarus_trace $icarus_compared +pins=hpu.csv >icarus.csv
     "$hpu" run hybrid-wall --compare --edges $all >compared.log || { cat compared.log >&2; false; }
+    # The ports of the same VHDL as a design of the user's own, against the nets of ours.
+    pairs=()
+    for port in a_pin b_pin reference stiffness damping period a_high a_low b_high b_low; do pairs+=("$port=$port"); done
+    "$hpu" run "$sources/foreign.toml" --compare "${pairs[@]}" --beside hybrid-wall --edges $all >dut.log ||
+        { cat dut.log >&2; false; }
     differs hpu.csv icarus.csv $icarus_compared >icarus.differs
 }
 wait $!
@@ -168,8 +174,11 @@ for _ in 1 2 3; do
     cpu_s_of_edges 1 $all by_events | awk '{ print $1 / 50 }' >>events_s.all
     cpu_s_of_edges 1 $all by_clock >>clock_s.all
     cpu_s_of_edges 1 $all in_verilator >>verilator_s.all
+    cpu_s_of_edges 1 $all in_dut >>dut_s.all
+    seconds() { local TIMEFORMAT=%R; { time "$@" >/dev/null 2>&1; } 2>&1; }
+    paste <(seconds in_verilator $all) <(seconds in_dut $all) >>elapsed.all
 done
-for name in events clock verilator; do least <${name}_s.all >${name}_s; done
+for name in events clock verilator dut; do least <${name}_s.all >${name}_s; done
 for backend in mcode llvm; do cpu_s_of_edges 3 $ghdl_timed in_ghdl $backend >$backend.bench_s; done
 cpu_s_of_edges 3 $icarus_timed in_icarus icarus_time >icarus_s
 for _ in 1 2 3; do in_cocotb timed $cocotb_timed "${words[*]}" && cat timed/out; done | least >cocotb_s
@@ -188,6 +197,7 @@ hpu_version=$(version "$hpu" --version)
     row "hpu events" "$hpu_version" "closed form" $all "$events_s" $all
     row "hpu clock" "$hpu_version" "closed form" $all "$(<clock_s)" $all
     row "Verilator" "$(version verilator --version)" "C++" $all "$(<verilator_s)" $all
+    row "hpu run of a [dut]" "$hpu_version" "closed form" $all "$(<dut_s)" $all
     row "GHDL LLVM" "$ghdl_version" "C++ by VHPIDIRECT" $ghdl_timed "$(<llvm.bench_s)" $ghdl_compared
     row "GHDL mcode" "$ghdl_version" "C++ by VHPIDIRECT" $ghdl_timed "$(<mcode.bench_s)" $ghdl_compared
     row "GHDL LLVM in hpu check" "$ghdl_version" "hpu by VHPIDIRECT" $ghdl_compared "$(<llvm.check_s)" $ghdl_compared
@@ -204,6 +214,7 @@ hpu_version=$(version "$hpu" --version)
 
 Every net, at every edge                                                edges      first difference
 hpu events and clock, the plant's states too                            $all  none
+hpu run of a [dut] by Verilator, its ports                              $all  none
 GHDL LLVM and mcode, closed around hpu's plant                          $ghdl_compared   none
 Verilator, hpu's pins replayed                                          $all  $(<hpu.csv.differs)
 Verilator, closed around the plant stepped in long double               $all  $(<extended.differs)
@@ -211,6 +222,8 @@ Verilator, closed around the plant stepped in double                    $all  $(
 Icarus, hpu's pins replayed                                             $icarus_compared   $(<icarus.differs)
 cocotb, closed around the plant stepped in Python's double              $cocotb_compared     $(<free.differs)
 cocotb, the same with the wall at 4 mrad, which it reaches              $cocotb_compared     $(<near.differs)
+
+The [dut] takes $(awk '{ a += $1; b += $2 } END { printf "%.2f", b / a }' elapsed.all) times as long as the loop in Verilator above it, by the clock on the wall: a mean of three by turns.
 
 With the plant stepped in double $(<f64.moved) encoder edges fall on another clock than hpu's; in long double, $(<extended.moved).
 
