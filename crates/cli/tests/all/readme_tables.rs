@@ -297,7 +297,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("Medians on one core of a shared 2-core Intel Xeon", MACHINE),
     ("by 0.1 to 0.9 of that", MACHINE),
     ("is 1000 times slower than events", MACHINE),
-    ("GHDL more than 40 000 times slower", MACHINE),
+    ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
     // What a sentence is about: settings that a reader chooses, and figures of other people.
     ("Vasudevan, Manohar and Manivannan (2007)", LITERATURE),
