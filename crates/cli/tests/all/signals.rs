@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::{self, sleep};
 use std::time::{Duration, Instant};
 
-use crate::common::{code, hpu, names, run, scratch, stderr, stdout, text, tools};
+use crate::common::{ROOT, code, hpu, names, run, scratch, stderr, stdout, text, tools};
 
 /// How long a command may take to end.
 const SOON: Duration = Duration::from_secs(2);
@@ -128,6 +128,37 @@ fn signals_end_a_synthesis_with_what_yosys_started() {
             });
         }
     });
+}
+
+/// A map of a design, every cell of which is run.
+fn map_of<'a>(scene: &'a str, out: &'a str) -> Vec<&'a str> {
+    let axes = ["map", scene, "--x", "dut.ports.gain=50..550:6", "--y", "hand.stiffness=0.1..1.1:6"];
+    [&axes[..], &["--set", "run.duration=100 ms", "--full", "-o", out]].concat()
+}
+
+#[test]
+fn a_map_of_a_design_goes_on_after_a_signal_with_the_cells_that_it_had_begun() {
+    let work = scratch("signal-dut-map");
+    let [cut, whole] = ["cut", "whole"].map(|name| work.join(name));
+    let scene = fs::canonicalize(Path::new(ROOT).join("testbench/dut/knee.toml")).expect("a scene");
+    assert_eq!(code(&run(&map_of(text(&scene), text(&whole)))), 0);
+    let journal = cut.join("journal.txt");
+    let cells = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
+    // Whenever the signal comes: a simulator that it kills is no cell that has failed.
+    for cells_before in [2, 7, 12] {
+        let map = Started::new(&map_of(text(&scene), text(&cut)), &work, None);
+        map.until("some cells", || cells() > cells_before);
+        let (exit, said, _) = map.end("INT");
+        assert_eq!(exit, 130, "{said}");
+        let journal = fs::read_to_string(&journal).expect("a journal");
+        assert!(!journal.contains("failed") && !journal.contains("ended by signal"), "{journal}");
+    }
+    assert_eq!(code(&run(&map_of(text(&scene), text(&cut)))), 0);
+    let rows = |out: &Path| {
+        let text = fs::read_to_string(out.join("map.csv")).expect("a map");
+        text.lines().skip(1).map(str::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(rows(&cut), rows(&whole));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The loop of a design and its world.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use hpu_datapath::LoopOut;
@@ -75,7 +76,11 @@ impl DutSession<'_> {
             closed.world.measure(stride);
         }
         closed.tell(0, &mut watch);
-        let complete = closed.run(end, &mut watch, control)?;
+        let complete = match closed.run(end, &mut watch, control) {
+            // Who stops a run may end the simulator first.
+            Err(_) if control.stop.load(Ordering::Relaxed) => false,
+            ran => ran?,
+        };
         let (edge, world) = (closed.edge, &closed.world);
         watch.log(world, edge);
         let Watch { rows, seen } = watch;

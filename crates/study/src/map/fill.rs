@@ -48,7 +48,13 @@ impl Map {
         for (index, row) in done {
             found[index] = Some(Found::Run(read(row)));
         }
-        let unit = |index: usize, control: &Control| self.run_cell(index, plan.limits, control);
+        // Who stops the map may end a simulator, and with it a cell, before the cell itself is told to stop: what has
+        // failed then is run again.
+        let stopped = || control.stop.load(Ordering::Relaxed);
+        let unit = |index: usize, own: &Control| {
+            let row = self.run_cell(index, plan.limits, own);
+            row.filter(|row| row.is_ok() || !stopped())
+        };
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
             let mut left: Vec<usize> = wanted.filter(|index| found[*index].is_none()).collect();
             left.sort_unstable_by_key(scattered);
