@@ -1,7 +1,7 @@
 //! A block of somebody else's, held against one of ours: the same stimuli for both, each answer compared.
 //!
 //! Theirs is simulated as a design of a scene is: VHDL by GHDL, Verilog by Verilator, in a process of its own that is
-//! given the bits at its inputs and tells those at its outputs. It is first clocked [`SETTLE`] times in reset.
+//! given the bits at its inputs and tells those at its outputs. It is first clocked some times in reset.
 
 mod told;
 mod wires;
