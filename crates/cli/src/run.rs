@@ -163,8 +163,10 @@ impl Args {
             Some("the run was not finished")
         } else if self.edges.is_some() {
             Some("they are of the scene's whole duration, and --edges sets another")
-        } else if !asked && (!self.dut.is_empty() || self.set.set.iter().any(|(key, _)| !of_no_run(key))) {
-            Some("they are of the scene as written, and --set or --dut changes it; --expect judges them")
+        } else if !asked && self.set.set.iter().any(|(key, _)| !of_no_run(key)) {
+            Some("they are of the scene as written, and --set changes it; --expect judges them")
+        } else if !asked && !self.dut.is_empty() {
+            Some("they are of the scene's own files, and --dut gives others; --expect judges them")
         } else {
             None
         }

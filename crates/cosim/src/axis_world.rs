@@ -36,6 +36,8 @@ pub struct AxisWorld<'p> {
     encoder: Encoder,
     /// What goes wrong between device and logic, if anything is to.
     faults: Option<Box<FaultState<'p>>>,
+    /// Why the run cannot go on, for all that the device knows of.
+    over: Option<&'static str>,
     edge: u64,
     pins: Pins,
     /// Index of the next knot or recorded change.
@@ -64,6 +66,7 @@ impl<'p> AxisWorld<'p> {
             told: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
+            over: None,
             edge: 0,
             pins: Pins::default(),
             next: 0,
@@ -82,6 +85,7 @@ impl<'p> AxisWorld<'p> {
             });
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
             world.pins = world.encoder.pins();
+            world.over = world.encoder.over();
         }
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
@@ -135,6 +139,34 @@ impl<'p> AxisWorld<'p> {
         self.faults.as_ref().is_none_or(|faults| faults.has_index())
     }
 
+    /// The encoder looks at the angle at the present edge.
+    #[inline(always)]
+    fn look_at(&mut self, angle_rad: f64) {
+        let Band { low, high, .. } = self.encoder.band();
+        let device = self.device.as_mut();
+        if device.is_some_and(|device| !device.is_surely_within(self.edge, angle_rad, (low, high))) {
+            self.recount(angle_rad);
+        }
+    }
+
+    #[cold]
+    fn recount(&mut self, angle_rad: f64) {
+        let (edge, before) = (self.edge, self.encoder.count());
+        let Some(device) = &mut self.device else { return };
+        if !self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
+            return;
+        }
+        self.over = self.encoder.over();
+        self.pins = match &mut self.faults {
+            None => self.encoder.pins(),
+            Some(faults) => {
+                faults.moved(edge, before, self.encoder.count());
+                self.next_due = faults.next().map_or(self.next_due, |next| next.min(self.next_due));
+                faults.pins(self.encoder.count())
+            }
+        };
+    }
+
     /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the
     /// duty.
     fn due(&mut self) {
@@ -158,8 +190,7 @@ impl<'p> AxisWorld<'p> {
                     let device = self.device.as_mut().expect("an axis has a device");
                     device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
                     let angle_rad = device.angle_rad(self.edge);
-                    let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
-                    count(&mut self.encoder, lines, device, self.edge, angle_rad);
+                    self.look_at(angle_rad);
                 }
             }
             Kind::Capture { pins } => {
@@ -176,6 +207,7 @@ impl<'p> AxisWorld<'p> {
             {
                 // The switches may be others, though the outputs are the same.
                 device.driven(edge, Drive::Gates(gates(faults.drive(out))));
+                self.over = self.over.or(faults.over());
             }
             self.pins = faults.pins(self.encoder.count());
         }
@@ -194,38 +226,6 @@ impl<'p> AxisWorld<'p> {
         let all = [outside, self.schedule.next(self.edge), shaper, latch, faults];
         self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
     }
-}
-
-/// The encoder's lines, what goes wrong with them, and when anything is due next.
-struct Lines<'a, 'p> {
-    pins: &'a mut Pins,
-    faults: &'a mut Option<Box<FaultState<'p>>>,
-    next_due: &'a mut u64,
-}
-
-/// The encoder looks at the angle at an edge.
-#[inline(always)]
-fn count(encoder: &mut Encoder, lines: Lines, device: &mut Body, edge: u64, angle_rad: f64) {
-    let Band { low, high, .. } = encoder.band();
-    if !device.is_surely_within(edge, angle_rad, (low, high)) {
-        recount(encoder, lines, device, edge, angle_rad);
-    }
-}
-
-#[cold]
-fn recount(encoder: &mut Encoder, lines: Lines, device: &mut Body, edge: u64, angle_rad: f64) {
-    let before = encoder.count();
-    if !encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
-        return;
-    }
-    *lines.pins = match lines.faults {
-        None => encoder.pins(),
-        Some(faults) => {
-            faults.moved(edge, before, encoder.count());
-            *lines.next_due = faults.next().map_or(*lines.next_due, |next| next.min(*lines.next_due));
-            faults.pins(encoder.count())
-        }
-    };
 }
 
 /// The gates of a wiring's outputs.
@@ -263,8 +263,7 @@ impl World for AxisWorld<'_> {
         self.edge += 1;
         if let Some(device) = &mut self.device {
             let angle_rad = device.step(self.edge);
-            let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
-            count(&mut self.encoder, lines, device, self.edge, angle_rad);
+            self.look_at(angle_rad);
         }
         if self.edge >= self.next_due {
             self.due();
@@ -282,8 +281,7 @@ impl World for AxisWorld<'_> {
         self.edge = edge;
         if let (Some(device), Some(event)) = (&mut self.device, event) {
             let angle_rad = device.arrive(event);
-            let lines = Lines { pins: &mut self.pins, faults: &mut self.faults, next_due: &mut self.next_due };
-            count(&mut self.encoder, lines, device, edge, angle_rad);
+            self.look_at(angle_rad);
         }
         if edge >= self.next_due {
             self.due();
@@ -315,7 +313,14 @@ impl World for AxisWorld<'_> {
             Actuator::Switching if self.told == Some(out) => {}
             Actuator::Switching => {
                 self.told = Some(out);
-                let switches = self.faults.as_mut().map_or(out, |faults| faults.drive(out));
+                let switches = match &mut self.faults {
+                    None => out,
+                    Some(faults) => {
+                        let switches = faults.drive(out);
+                        self.over = self.over.or(faults.over());
+                        switches
+                    }
+                };
                 device.driven(edge, Drive::Gates(gates(switches)));
             }
             Actuator::Averaged { full_scale, .. } => {
@@ -428,8 +433,7 @@ impl World for AxisWorld<'_> {
     }
     #[inline]
     fn over(&self) -> Option<&'static str> {
-        let faults = || self.faults.as_ref().and_then(|faults| faults.over());
-        self.encoder.over().or_else(|| self.device.as_ref().and_then(Body::over)).or_else(faults)
+        self.over.or_else(|| self.device.as_ref().and_then(Body::over))
     }
 
     fn marks(&self) -> &[Mark] {

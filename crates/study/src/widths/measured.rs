@@ -145,7 +145,9 @@ pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalR
 pub fn idle_bits(NetUse { signal, usage, .. }: &NetUse) -> Option<u32> {
     let format = signal.format;
     let ends = [usage.min, usage.max].map(|word| format.value(word));
-    (ends[0] <= ends[1]).then(|| format.width() - bits(format.is_signed(), ends[0], ends[1]).max(1))
+    // Of bits that VHDL never sets no range is known: it is none of the format's.
+    let used = (ends[0] <= ends[1]).then(|| bits(format.is_signed(), ends[0], ends[1]).max(1));
+    used.and_then(|used| format.width().checked_sub(used))
 }
 
 /// The least width of a word that holds both ends.
