@@ -43,8 +43,8 @@ pub fn listen() -> Result<(), Failure> {
     listening.map(drop).map_err(|error| Failure::usage(format!("cannot listen for signals: {error}")))
 }
 
-/// Ends the program.
-fn end() -> ! {
+/// Ends the program, with what it has written.
+pub fn end() -> ! {
     stop_tools();
     temporary::remove_temporaries();
     std::process::exit(code().into());

@@ -194,11 +194,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
             })
         });
-        (found, curves.join())
-    });
-    let Some(found) = found? else {
-        return map_text::interrupted(&map, kept, args.out.as_deref(), args.json);
-    };
+        if let Ok(None) = found {
+            // Nobody waits for the curves of a map that is not drawn.
+            map_text::interrupted(&map, kept, args.out.as_deref(), args.json)?;
+            interrupt::end();
+        }
+        Ok::<_, Failure>((found?, curves.join()))
+    })?;
+    let found = found.expect("an interrupted map has ended");
     let curves = curves.unwrap_or_else(|panic| resume_unwind(panic));
     let command = command + &args.options();
     let mut mapped = Mapped { map, found, curves, command, scene: args.scene.clone(), files: Vec::new() };
