@@ -305,7 +305,13 @@ fn a_long_run_by_edges_or_steps_is_timed_over_its_first_part_and_says_so() {
     for row in [rows[1], rows[2]] {
         let timed_s = row.speed.timed_s.expect("ten million edges and two million steps take longer");
         assert!(timed_s > 0.0 && timed_s < 0.2 && row.speed.wall_s.is_finite(), "{row:?}");
-        assert!(row.speed.timed().starts_with("first 0.") && row.speed.timed().len() < 14, "{}", row.speed.timed());
+        // Two digits at most, however slow the machine is at that moment.
+        let timed = row.speed.timed();
+        let digits = timed
+            .strip_prefix("first 0.")
+            .and_then(|rest| rest.strip_suffix(" s"))
+            .map(|rest| rest.trim_start_matches('0'));
+        assert!(digits.is_some_and(|digits| (1..=2).contains(&digits.len())), "{timed}");
     }
     assert_eq!(rows[1].grade, Grade::Exact, "over the whole motion");
     let done = control.progress.load(std::sync::atomic::Ordering::Relaxed);
