@@ -30,8 +30,8 @@ pub struct Args {
     /// Configuration of the block, of those that `hpu block NAME` lists; may be repeated. Without it, all of them
     #[arg(long = "variant", value_name = "LABEL", requires = "name")]
     variants: Vec<String>,
-    /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less; or a design of your
-    /// own, each port on a pin
+    /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less; or a design of
+    /// your own, each port on a pin
     #[arg(long, value_name = "SCENE", conflicts_with = "name")]
     scene: Option<String>,
     #[command(flatten)]
@@ -87,6 +87,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
+/// Writes a cost's two files, where a folder is asked for.
+fn write(folder: Option<Folder>, json: &Value, text: &str) -> Result<(), Failure> {
+    let Some(mut folder) = folder else { return Ok(()) };
+    folder.write("cost.json", format!("{json:#}\n"))?;
+    folder.write("cost.txt", text)?;
+    folder.commit()
+}
+
 fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
@@ -98,11 +106,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
-    if let Some(mut folder) = folder {
-        folder.write("cost.json", format!("{json:#}\n"))?;
-        folder.write("cost.txt", &text)?;
-        folder.commit()?;
-    }
+    write(folder, &json, &text)?;
     if args.json {
         print_json(&json)?
     } else {
@@ -139,7 +143,6 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
     for (index, clock) in scene.dut.clocks.iter().enumerate() {
         let asked_mhz = scene.clock.frequency_hz() as f64 / f64::from(clock.divide) / 1e6;
         let fmax_mhz = cost.fmax_mhz(index);
-        let holds = fmax_mhz.map(|mhz| mhz >= asked_mhz);
         let placed = &cost.clocks[index].1;
         let each: Vec<_> = placed.iter().map(|mhz| mhz.map_or("-".to_string(), |mhz| format!("{mhz:.2}"))).collect();
         text += &match fmax_mhz {
@@ -152,7 +155,13 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
             None if fits => format!("clock {}: no way from register to register was placed\n", clock.port),
             None => String::new(),
         };
-        clocks.push(json!({ "port": clock.port, "fmax_mhz": fmax_mhz, "placed_mhz": placed, "asked_mhz": asked_mhz, "in_time": holds }));
+        clocks.push(json!({
+            "port": clock.port,
+            "fmax_mhz": fmax_mhz,
+            "placed_mhz": placed,
+            "asked_mhz": asked_mhz,
+            "in_time": fmax_mhz.map(|mhz| mhz >= asked_mhz),
+        }));
     }
     text += &format!("each port on a pin, constants too; by {}\n", cost.tools);
     let json = json!({
@@ -161,11 +170,7 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
         "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
         "clocks": clocks, "tools": cost.tools,
     });
-    if let Some(mut folder) = folder {
-        folder.write("cost.json", format!("{json:#}\n"))?;
-        folder.write("cost.txt", &text)?;
-        folder.commit()?;
-    }
+    write(folder, &json, &text)?;
     if args.json {
         print_json(&json)?
     } else {
@@ -225,11 +230,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     }
 
     let json = json!({ "block": name, "hdl": setup.hdl.to_string(), "variants": rows });
-    if let Some(mut folder) = folder {
-        folder.write("cost.json", format!("{json:#}\n"))?;
-        folder.write("cost.txt", &text)?;
-        folder.commit()?;
-    }
+    write(folder, &json, &text)?;
     if args.json {
         print_json(&json)?;
     }

@@ -19,16 +19,21 @@ use crate::terminal::tell;
 #[command(next_help_heading = "A block of your own")]
 pub struct Theirs {
     /// Its entity or module; FILEs in the order of compilation stand in the place of BLOCKS
-    #[arg(long, value_name = "NAME", requires_all = ["as_block", "blocks"], conflicts_with_all = ["scenes", "edges", "exhaustive", "hdl"])]
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires_all = ["as_block", "blocks"],
+        conflicts_with_all = ["scenes", "edges", "exhaustive", "hdl"]
+    )]
     entity: Option<String>,
     /// The block here that it is to equal, row by row
     #[arg(long = "as", id = "as_block", value_name = "BLOCK", requires = "entity")]
     as_block: Option<String>,
-    /// What a port of it is: THEIRS=OURS, an input also THEIRS=NUMBER, an output also THEIRS=open; open=OURS for an
+    /// Connect a port of it: THEIRS=OURS, an input also THEIRS=NUMBER, an output also THEIRS=open; open=OURS for an
     /// output that it does not have; ports of the same name need none; may be repeated
     #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
     port: Vec<(String, String)>,
-    /// What a generic or parameter of it is: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; may be repeated
+    /// Set a generic or parameter of it: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; may be repeated
     #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
     generic: Vec<(String, String)>,
     /// Its clock [default: clk]

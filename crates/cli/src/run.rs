@@ -139,7 +139,7 @@ impl Args {
         Err(Failure::usage(said))
     }
 
-    /// What is changed of the scene.
+    /// The changes of the scene that `--set` and `--dut` ask for.
     fn changes(&self) -> Result<Vec<(String, String)>, Failure> {
         let mut set = self.set.set.clone();
         if !self.dut.is_empty() {

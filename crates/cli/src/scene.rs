@@ -24,7 +24,7 @@ pub struct ListArgs {
     pub template: Option<Template>,
 }
 
-/// What is to be filled in.
+/// A file to be filled in.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Template {
     /// A scene

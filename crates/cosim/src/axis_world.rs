@@ -34,7 +34,7 @@ pub struct AxisWorld<'p> {
     /// The outputs that the device was last told, unless it has gone on by itself since.
     told: Option<LoopOut<i64>>,
     encoder: Encoder,
-    /// What goes wrong between device and logic, if anything is to.
+    /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
     /// Why the run cannot go on, for all that the device knows of.
     over: Option<&'static str>,

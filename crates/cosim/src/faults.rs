@@ -21,7 +21,7 @@ use crate::world::Pins;
 pub struct Mark {
     /// The clock edge at which it began.
     pub edge: u64,
-    /// What it is, as scenes call it.
+    /// Its name, as scenes have it.
     pub what: &'static str,
 }
 
@@ -43,9 +43,9 @@ impl Mark {
 /// The faults of a scene, on clock edges.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct FaultPlan {
-    /// What happens to the first edge of the encoder from a clock edge on, in order.
+    /// Faults that wait for an edge of the encoder, the first from a clock edge on; in order.
     at_edges: Vec<(u64, AtEdge)>,
-    /// What happens at clock edges.
+    /// Faults at clock edges, in order.
     timed: Vec<(u64, Action)>,
     doubled_clocks: u64,
     bounces: u64,
@@ -58,7 +58,7 @@ pub(crate) struct FaultPlan {
     seed: u64,
 }
 
-/// What happens to an edge of the encoder.
+/// A fault of one edge of the encoder.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum AtEdge {
     Missed,
@@ -66,7 +66,7 @@ enum AtEdge {
     Bounce,
 }
 
-/// What happens at a clock edge.
+/// A change at a clock edge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Action {
     /// The lines are displaced by so many counts more.
@@ -139,7 +139,7 @@ pub(crate) struct FaultState<'p> {
     /// Places in the two lists of the plan.
     next_at_edge: usize,
     next_timed: usize,
-    /// What is still to come of faults that have begun.
+    /// Changes still to come of faults that have begun, by their clock edges.
     begun: BTreeMap<u64, Vec<Action>>,
     displaced: i64,
     shaken: i64,

@@ -8,7 +8,7 @@ use std::process::Command;
 use hpu_cosim::scene::{Dut, DutScene, Generic};
 
 use super::build::{Model, base, write, write_files};
-use super::verilator::sources;
+use super::verilator::{literal, sources};
 use super::{DutError, Simulators, is_vhdl};
 use crate::cost::{
     Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
@@ -45,7 +45,7 @@ impl DutCost {
 }
 
 impl Simulators {
-    /// What the design of a scene costs: Yosys counts it for the iCE40, or for the ECP5 where the HX8K is too small, and
+    /// Prices the design of a scene: Yosys counts it for the iCE40, or for the ECP5 where the HX8K is too small, and
     /// nextpnr places it three times, each port on a pin. VHDL is first synthesised by GHDL. Constants of the scene are
     /// pins too: they can be changed.
     ///
@@ -78,14 +78,7 @@ impl Simulators {
             (sources(dut), dut.top.clone())
         };
         let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", base(file))).collect();
-        let parameter = |(name, value): &(String, Generic)| {
-            let value = match value {
-                Generic::Flag(flag) => i32::from(*flag).to_string(),
-                Generic::Integer(number) => number.to_string(),
-                Generic::Text(text) => format!("\"{text}\""),
-            };
-            format!("chparam -set {name} {value} {top}; ")
-        };
+        let parameter = |(name, value): &(String, Generic)| format!("chparam -set {name} {} {top}; ", literal(value));
         let parameters: String =
             if is_vhdl(&dut.files) { String::new() } else { dut.generics.iter().map(parameter).collect() };
         let read = format!("read_verilog -sv {}; {parameters}", files.join(" "));

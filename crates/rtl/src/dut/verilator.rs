@@ -199,8 +199,8 @@ pub(super) fn sources(dut: &Dut) -> Vec<String> {
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }
 
-/// A parameter as Verilator takes it.
-fn literal(value: &Generic) -> String {
+/// A parameter as Verilog writes it.
+pub(super) fn literal(value: &Generic) -> String {
     match value {
         Generic::Flag(flag) => i32::from(*flag).to_string(),
         Generic::Integer(number) => number.to_string(),
