@@ -102,7 +102,9 @@ impl From<hpu_cosim::dut::Fault> for Failure {
             Ok(error) => match *error {
                 DutError::Tool(error) => error.into(),
                 // A design that a tool refuses, or that ends its simulation, has not passed.
-                error @ (DutError::Refused { .. } | DutError::Ended(_)) => Self::new(Exit::Differs, error),
+                error @ (DutError::Refused { .. } | DutError::Lost { .. } | DutError::Ended(_)) => {
+                    Self::new(Exit::Differs, error)
+                }
                 error @ DutError::Io(..) => Self::file(error),
             },
             Err(fault) => Self::file(fault),

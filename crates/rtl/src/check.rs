@@ -11,7 +11,7 @@ use hpu_cosim::Control;
 use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
 
 use crate::around::Around;
-use crate::closed_loop::{LoopJob, LoopLibraries, LoopScene};
+use crate::closed_loop::{LoopJob, LoopScene, Loops};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::package::package;
@@ -81,7 +81,7 @@ pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
 pub struct Check<'o> {
     options: &'o CheckOptions,
     blocks: Option<Library>,
-    loops: LoopLibraries,
+    loops: Loops,
     scenes: Vec<LoopJob>,
     rows: Vec<Row>,
     jobs: Vec<Job>,
@@ -130,7 +130,7 @@ impl<'o> Check<'o> {
             jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(edge_us(scene.wiring), scene.edges) });
             rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
         }
-        let loops = LoopLibraries::new(&scenes, &options.setup)?;
+        let loops = Loops::new(&scenes, &options.setup)?;
         Ok(Self { options, blocks, loops, scenes, rows, jobs })
     }
 

@@ -1,39 +1,32 @@
-//! A loop closed around the VHDL itself: GHDL simulates the wiring, and calls this crate's shared library, which holds
-//! the plant and the emulator, at every edge.
+//! A loop closed around the VHDL itself, in the machinery that closes loops around designs of the user's own: GHDL
+//! simulates the wiring in a bench that answers requests, the plant and the emulator are here.
 //!
 //! GHDL 2.0 cannot read signals inside a design by external names. So the wiring is simulated from a copy in the work
-//! directory, its text as it is but for one instance added before the end of its architecture: a probe that tells every
-//! net. The library, `libhpu_rtl.so`, is what the program carries, or it is looked for beside the running executable
-//! and in `deps` there, which is where cargo leaves it.
+//! directory, its text as it is but for statements before the end of its architecture that tell every net inside. The
+//! shared library, `libhpu_rtl.so`, by which the bench talks, is what the program carries, or it is looked for beside the
+//! running executable and in `deps` there, which is where cargo leaves it.
 
-use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::{env, fs};
 
-use hpu_cosim::scene::{Experiment, shipped_file};
+use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
 use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, Wired, follow};
-use hpu_datapath::block_by_name;
-use hpu_signal::{Observe, SignalUse};
+use hpu_signal::{Clock, Observe, SignalUse};
 
 use crate::around::Around;
+use crate::dut::{ANSWER, DutError, Model, Process, bench, bridge, interface, simulate};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
-use crate::loop_bench::{LOOP_BRIDGE, loop_bench, probe, probe_instance};
-use crate::motion::{Pipe, Played};
-use crate::package::package;
-use crate::report::{CheckRow, Tally, tally};
+use crate::lockstep::{Lockstep, Played};
+use crate::report::{CheckRow, Tally};
 use crate::side::Totals;
 use crate::sources::sources;
-use crate::testbench::VECTOR_READER;
-use crate::tool::{Fault, Tool, ToolError};
-use crate::vector::{Header, literal};
+use crate::tool::{Tool, ToolError};
+use crate::vector::literal;
 
 /// Name of the shared library.
-pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
-/// No simulation is so slow: what takes longer for an edge hangs.
-const LONGEST_EDGE: Duration = Duration::from_millis(10);
+const LIBRARY: &str = "libhpu_rtl.so";
 
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -61,9 +54,9 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
     Tool::Ghdl.version().map_err(GhdlError::Tool)?;
-    let libraries = LoopLibraries::new(std::slice::from_ref(&job), setup)?;
+    let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
-    row.add(Ok(job.run(&libraries)?), true, start.elapsed().as_secs_f64());
+    row.add(Ok(job.run(&loops)?), true, start.elapsed().as_secs_f64());
     Ok(row)
 }
 
@@ -86,28 +79,16 @@ pub fn run_vhdl(
     control: &Control,
 ) -> Result<(Summary, CheckRow), GhdlError> {
     let start = Instant::now();
-    let mut job = LoopJob::new(scene)?;
+    let job = LoopJob::new(scene)?;
     Tool::Ghdl.version().map_err(GhdlError::Tool)?;
-    let libraries = LoopLibraries::new(std::slice::from_ref(&job), setup)?;
-    let pipe = Pipe::new(libraries.of(&job).dir())?;
-    job.environment.push(("HPU_LOOP_RECORD", Pipe::NAME.to_string()));
+    let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
     let summary = follow(rig, trace, observer, |observer| {
-        let ended = AtomicBool::new(false);
-        let (motion, tally) = thread::scope(|scope| {
-            let ghdl = scope.spawn(|| {
-                let tally = job.run(&libraries);
-                ended.store(true, Ordering::Release);
-                tally
-            });
-            // One net is more than the wiring has: whether any has differed.
-            let columns = (rig.nets().len() + 1, rig.row().len());
-            let motion = pipe.play(&ended, columns, observer, control);
-            (motion, ghdl.join().unwrap_or_else(|panic| resume_unwind(panic)))
-        });
-        row.add(Ok(tally?), true, start.elapsed().as_secs_f64());
-        let broken_off = || ToolError::new(Tool::Ghdl, "tell its motion", Fault::Silent("motion"), "");
-        let Played { totals, ranges } = motion.ok_or_else(broken_off)?;
+        let mut lockstep = Lockstep::new(rig, job.edges, false);
+        lockstep.show(observer, rig.stride());
+        let tally = job.close(&loops, &mut lockstep, control)?;
+        row.add(Ok(tally), true, start.elapsed().as_secs_f64());
+        let Played { totals, ranges } = lockstep.played();
         Ok::<_, GhdlError>(sum_up(rig, totals, &ranges, &row))
     })?;
     Ok((summary, row))
@@ -148,12 +129,18 @@ fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRo
 /// A scene whose wiring is known.
 pub(crate) struct LoopJob {
     pub(crate) wiring: &'static str,
-    scene: String,
+    scene: Experiment,
     pub(crate) edges: u64,
-    generics: Vec<(&'static str, String)>,
-    environment: Vec<(&'static str, String)>,
-    /// The probe, and the instance of it.
-    probe: [String; 2],
+    /// Whether it is compared from shortly before the wall is reached.
+    is_late: bool,
+    /// What the copy of the wiring says of nets inside, and the names of all nets.
+    tells: String,
+    nets: Vec<&'static str>,
+    /// How many of them, the first, are ports.
+    ports: usize,
+    /// The wiring as a design.
+    dut: Dut,
+    clock: Clock,
     /// The columns of what is told of a mismatch.
     around: Around,
 }
@@ -170,114 +157,136 @@ impl LoopJob {
             let why = "with this model.solver it runs without a clock, and VHDL has one";
             return Err(GhdlError::Scene(format!("{name}: {why}")));
         }
-        let wiring = session.wiring().block();
-        let mut generics: Vec<_> = wiring.generics().into_iter().map(|(name, value)| (name, literal(value))).collect();
-        generics.push(("FORMAT", Header::of(wiring).to_string()));
-        let set: Vec<_> = overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        Ok(Self {
-            wiring: wiring.name(),
-            scene: session.name().to_string(),
-            edges: *edges,
-            generics,
-            environment: vec![
-                ("HPU_SCENE_NAME", name.clone()),
-                ("HPU_SCENE_TEXT", text.clone()),
-                ("HPU_SCENE_SET", set.join("\n")),
-                ("HPU_SCENE_DATA", data.display().to_string()),
-                ("HPU_LOOP_EDGES", edges.to_string()),
-            ],
-            probe: [probe(session.wiring()), probe_instance(session.wiring())],
-            around: Around::of_loop(wiring.name(), &session.nets(), session.clock()),
-        })
+        let block = session.wiring().block();
+        let nets: Vec<_> = session.nets().iter().map(|net| net.name).collect();
+        let ports = block.inputs().len() + block.outputs().len();
+        let inside = nets.iter().enumerate().skip(ports);
+        let tells =
+            inside.map(|(index, net)| format!("  work.hpu_dut_bridge.hpu_dut_tell({index}, {net});\n")).collect();
+        let generics = block.generics().into_iter();
+        let dut = Dut {
+            files: Vec::new(),
+            library: "work".to_string(),
+            top: block.name().to_string(),
+            standard: Standard::Vhdl2008,
+            engine: Engine::Ghdl,
+            clocks: vec![DutClock { port: "clk".to_string(), divide: 1 }],
+            reset: Some(DutReset { port: "rst".to_string(), active_low: false, clocks: 1 }),
+            generics: generics.map(|(name, value)| (name.to_string(), Generic::Text(literal(value)))).collect(),
+            ports: Vec::new(),
+            floats: false,
+        };
+        let (wiring, clock) = (block.name(), session.clock());
+        let around = Around::of_loop(wiring, &session.nets(), clock);
+        Ok(Self { wiring, edges: *edges, is_late: false, tells, nets, ports, dut, clock, around, scene })
     }
 
     /// The same, compared from shortly before the wall is reached.
     pub(crate) fn late(mut self) -> Self {
-        self.environment.push(("HPU_LOOP_LATE", String::new()));
+        self.is_late = true;
         self
     }
 
     pub(crate) fn row(&self) -> CheckRow {
-        CheckRow::new(self.wiring, &self.scene)
+        CheckRow::new(self.wiring, self.scene.name())
     }
 
-    pub(crate) fn run(&self, libraries: &LoopLibraries) -> Result<Tally, GhdlError> {
-        let unit = format!("tb_loop_{}", self.wiring);
-        let longest = u32::try_from(self.edges).map_or(Duration::MAX, |edges| LONGEST_EDGE.saturating_mul(edges));
-        let said = libraries.of(self).run(&unit, &self.generics, &self.environment, longest)?;
-        let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-        // A late one has its encoders turned before it.
-        let is_whole = |tally: &Tally| tally.rows >= self.edges || tally.is_over;
-        Ok(tally(&said, &self.around).filter(is_whole).ok_or_else(unfinished)?)
+    pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, GhdlError> {
+        let session = Ready::new(&self.scene).map_err(|error| GhdlError::Scene(error.to_string()))?;
+        let mut lockstep = Lockstep::new(&session, self.edges, self.is_late);
+        self.close(loops, &mut lockstep, &Control::default())
+    }
+
+    /// Closes the loop.
+    fn close(&self, loops: &Loops, lockstep: &mut Lockstep, control: &Control) -> Result<Tally, GhdlError> {
+        let Bench { unit, ports, .. } = loops.benches.iter().find(|bench| bench.of(self)).expect("every job has one");
+        let mut command = simulate(self.dut.standard, loops.library.dir(), unit);
+        // Words are unknown before the first edge; the comparison sees that, a warning a row does not help.
+        command.arg("--ieee-asserts=disable");
+        let start = |words: &[u64], drives: &[bool], changes: &mut Vec<_>| {
+            Process::start(Tool::Ghdl, command, loops.limit, (words, drives), changes)
+        };
+        match lockstep.run(ports, start, control) {
+            Ok(()) => Ok(lockstep.tally(&self.around)),
+            Err(DutError::Lost { error, .. } | DutError::Tool(error)) => {
+                Err(ToolError { step: format!("run {unit}"), ..error }.into())
+            }
+            Err(error) => Err(GhdlError::Failed { step: format!("run {unit}"), said: error.to_string() }),
+        }
     }
 }
 
-/// The wirings of some scenes, each probed, analysed with their blocks and their testbenches. The probe of a wiring may
-/// differ by scene (a net of one bit is no vector), and then so does the library.
-pub(crate) struct LoopLibraries(Vec<(Vec<Probed>, Library)>);
+/// Wirings, each in a copy that tells its nets, analysed with their blocks and a bench for each of some scenes.
+pub(crate) struct Loops {
+    benches: Vec<Bench>,
+    library: Library,
+    /// How long an answer may take.
+    limit: Duration,
+}
 
-/// A wiring with its probe.
-#[derive(Clone, PartialEq)]
-struct Probed {
+/// The bench of a scene.
+struct Bench {
     wiring: &'static str,
-    probe: [String; 2],
+    generics: Vec<(String, Generic)>,
+    clock: Clock,
+    /// Its entity.
+    unit: String,
+    /// Which net each of its ports is.
+    ports: Vec<Option<usize>>,
 }
 
-impl Probed {
-    fn of(job: &LoopJob) -> Self {
-        Self { wiring: job.wiring, probe: job.probe.clone() }
+impl Bench {
+    fn of(&self, LoopJob { wiring, dut, clock, .. }: &LoopJob) -> bool {
+        (self.wiring, &self.generics, self.clock) == (*wiring, &dut.generics, *clock)
     }
 }
 
-impl LoopLibraries {
+impl Loops {
     pub(crate) fn new(jobs: &[LoopJob], setup: &Setup) -> Result<Self, GhdlError> {
-        let mut groups: Vec<Vec<Probed>> = Vec::new();
-        for wired in jobs.iter().map(Probed::of) {
-            let fits =
-                |group: &&mut Vec<Probed>| group.iter().all(|in_it| in_it.wiring != wired.wiring || *in_it == wired);
-            match groups.iter_mut().find(fits) {
-                Some(group) if group.contains(&wired) => {}
-                Some(group) => group.push(wired),
-                None => groups.push(vec![wired]),
+        let mut wirings: Vec<&LoopJob> = Vec::new();
+        for job in jobs {
+            if wirings.iter().all(|other| other.wiring != job.wiring) {
+                wirings.push(job);
             }
         }
-        let analysed = |group: Vec<Probed>| library(&group, setup).map(|library| (group, library));
-        Ok(Self(groups.into_iter().map(analysed).collect::<Result<_, _>>()?))
-    }
-
-    fn of(&self, job: &LoopJob) -> &Library {
-        let wired = Probed::of(job);
-        let found = self.0.iter().find(|(group, _)| group.contains(&wired));
-        &found.expect("the wiring of every job is analysed").1
-    }
-}
-
-/// What the runner asks its child process for.
-pub(crate) struct Asked {
-    pub(crate) scene: Experiment,
-    pub(crate) edges: u64,
-    /// Whether to begin shortly before the wall is reached.
-    pub(crate) late: bool,
-    /// Where to record the motion of the VHDL's world.
-    pub(crate) record: Option<PathBuf>,
-}
-
-impl Asked {
-    pub(crate) fn from_environment() -> Result<Self, String> {
-        let get = |name: &str| env::var(name).map_err(|error| format!("{name}: {error}"));
-        let set = get("HPU_SCENE_SET")?;
-        let overrides: Vec<_> = set
-            .lines()
-            .filter_map(|line| line.split_once('='))
-            .map(|(key, value)| (key.to_string(), value.to_string()))
-            .collect();
-        let (name, text, data) = (get("HPU_SCENE_NAME")?, get("HPU_SCENE_TEXT")?, get("HPU_SCENE_DATA")?);
-        Ok(Self {
-            scene: parse(&name, &text, &overrides, data.as_ref())?,
-            edges: get("HPU_LOOP_EDGES")?.parse().map_err(|error| format!("HPU_LOOP_EDGES: {error}"))?,
-            late: env::var_os("HPU_LOOP_LATE").is_some(),
-            record: env::var_os("HPU_LOOP_RECORD").map(PathBuf::from),
-        })
+        let (mut texts, mut benches) = (Vec::new(), Vec::<Bench>::new());
+        for of_wiring in wirings {
+            let wiring = of_wiring.wiring;
+            let failed = |said| GhdlError::Failed { step: format!("close the loop of {wiring}"), said };
+            let text = setup.hdl.text(wiring)?;
+            let file = setup.hdl.file(wiring);
+            // The last one ends the architecture.
+            let Some(end) = text.to_lowercase().rfind("end architecture") else {
+                return Err(failed(format!("{} has no `end architecture`", file.display())));
+            };
+            texts.push((format!("{wiring}.vhd"), format!("{}{}\n{}", &text[..end], of_wiring.tells, &text[end..])));
+            let interface = interface(&[&text], wiring);
+            let interface = interface.ok_or_else(|| failed(format!("{} has no such entity", file.display())))?;
+            let ports: Vec<_> = interface.ports.iter().map(|port| port.name.to_lowercase()).collect();
+            let needed = ["clk", "rst"].iter().chain(&of_wiring.nets[..of_wiring.ports]);
+            if let Some(missing) = needed.copied().find(|name| !ports.iter().any(|port| port == name)) {
+                return Err(failed(format!("{} has no port `{missing}`", file.display())));
+            }
+            let nets = ports.iter().filter(|port| *port != "clk" && *port != "rst");
+            let net = |port: &String| of_wiring.nets.iter().position(|net| net == port);
+            let nets: Vec<_> = nets.map(net).chain((of_wiring.ports..of_wiring.nets.len()).map(Some)).collect();
+            for job in jobs.iter().filter(|job| job.wiring == wiring) {
+                if benches.iter().any(|bench| bench.of(job)) {
+                    continue;
+                }
+                let unit = format!("bench_{wiring}_{}", benches.len());
+                let (generics, clock) = (job.dut.generics.clone(), job.clock);
+                let text = bench(&unit, &Model { dut: &job.dut, clock, settle: 1 }, &interface);
+                texts.push((format!("{unit}.vhd"), text));
+                benches.push(Bench { wiring, generics, clock, unit, ports: nets.clone() });
+            }
+        }
+        let mut blocks = sources(jobs.iter().map(|job| job.wiring), &setup.hdl)?;
+        blocks.retain(|name| TheLoop::all().iter().all(|wiring| wiring.name() != name));
+        let bridge = [("hpu_dut_bridge.vhd".to_string(), bridge(Standard::Vhdl2008))];
+        let library = Library::analyse(&bridge, setup, blocks.iter().map(String::as_str), &texts)?;
+        place_library(setup, library.dir())?;
+        Ok(Self { benches, library, limit: setup.timeout.unwrap_or(ANSWER) })
     }
 }
 
@@ -286,40 +295,18 @@ fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) ->
     Experiment::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
 }
 
-/// Analyses the blocks, probed copies of wirings, and their testbenches, and puts the shared library beside them.
-fn library(group: &[Probed], setup: &Setup) -> Result<Library, GhdlError> {
-    let mut packages = vec![
-        ("vector_reader.vhd".to_string(), VECTOR_READER.to_string()),
-        ("loop_bridge.vhd".to_string(), LOOP_BRIDGE.to_string()),
-    ];
-    let mut benches = Vec::new();
-    for Probed { wiring: name, probe: [probe, instance] } in group {
-        let by_default = block_by_name(name).expect("a wiring is a block");
-        let text = setup.hdl.text(name)?;
-        // The last one ends the architecture.
-        let Some(end) = text.to_lowercase().rfind("end architecture") else {
-            let said = format!("{} has no `end architecture`", setup.hdl.file(name).display());
-            return Err(GhdlError::Failed { step: format!("close the loop of {name}"), said });
-        };
-        packages.push((format!("{name}_pkg.vhd"), package(&*by_default)));
-        packages.push((format!("probe_{name}.vhd"), probe.clone()));
-        benches.push((format!("{name}.vhd"), format!("{}{instance}{}", &text[..end], &text[end..])));
-        benches.push((format!("tb_loop_{name}.vhd"), loop_bench(&*by_default)));
-    }
-    let mut blocks = sources(group.iter().map(|wired| wired.wiring), &setup.hdl)?;
-    blocks.retain(|name| TheLoop::all().iter().all(|wiring| wiring.name() != name));
-    let library = Library::analyse(&packages, setup, blocks.iter().map(String::as_str), &benches)?;
+/// Puts the shared library that GHDL calls into a folder.
+pub(crate) fn place_library(setup: &Setup, folder: &Path) -> Result<(), GhdlError> {
+    let place = folder.join(LIBRARY);
     if setup.library.is_empty() {
         let shared = shared_library()?;
-        fs::copy(&shared, library.dir().join(LIBRARY)).map_err(|error| GhdlError::Io(shared, error))?;
-    } else {
-        library.write(LIBRARY, setup.library)?;
+        return fs::copy(&shared, place).map(|_| ()).map_err(|error| GhdlError::Io(shared, error));
     }
-    Ok(library)
+    fs::write(&place, setup.library).map_err(|error| GhdlError::Io(place, error))
 }
 
 /// The shared library of this build, which no program carries.
-pub(crate) fn shared_library() -> Result<PathBuf, GhdlError> {
+fn shared_library() -> Result<PathBuf, GhdlError> {
     let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
     let beside = exe.parent().unwrap_or(Path::new("."));
     let places = [beside.join("deps").join(LIBRARY), beside.join(LIBRARY)];

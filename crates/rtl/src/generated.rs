@@ -4,10 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use hpu_cosim::TheLoop;
 use hpu_datapath::{registry, variants};
 
-use crate::loop_bench::{loop_bench, probe};
 use crate::package::package;
 use crate::stimuli;
 use crate::temporary::{self, Temporary, sweep_files};
@@ -25,11 +23,6 @@ pub fn generated() -> Vec<(PathBuf, String)> {
         let name = block.name();
         files.push((format!("hdl/generated/{name}_pkg.vhd"), package(&*block)));
         files.push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block)));
-    }
-    for wiring in &TheLoop::all() {
-        let name = wiring.name();
-        files.push((format!("testbench/vhdl/generated/probe_{name}.vhd"), probe(wiring)));
-        files.push((format!("testbench/vhdl/generated/tb_loop_{name}.vhd"), loop_bench(wiring.block())));
     }
     for (label, mut block) in variants() {
         let directed: Vec<_> = stimuli::directed(&*block).into_iter().take(COMMITTED_ROWS).collect();

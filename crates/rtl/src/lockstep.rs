@@ -1,26 +1,26 @@
-//! The emulator's side of a loop closed around VHDL: a plant driven by the VHDL's gates, the emulator beside it with a
-//! plant of its own, and every net compared after every edge. What the VHDL's plant does can be recorded.
+//! A loop closed around VHDL, edge by edge: a plant driven by the VHDL's outputs, the emulator beside it with a plant of
+//! its own, and every net compared after every edge.
+//!
+//! The simulator is asked for many edges at a time. The emulator goes ahead: as long as both sides agree, what it is
+//! given next is what the VHDL will be given, up to the edge at which a word that drives the plant changes.
 
 use std::collections::VecDeque;
-use std::fmt::Write as _;
-use std::io;
-use std::path::Path;
+use std::sync::atomic::Ordering;
 
-use hpu_cosim::Wired;
-use hpu_signal::{Format, Signal, UNKNOWN};
+use hpu_cosim::dut::{Change, Simulation};
+use hpu_cosim::{Control, Wired};
+use hpu_signal::{Cycle, Format, Observe, Signal, UNKNOWN};
 
-use crate::around::{AFTER, BEFORE};
+use crate::around::{AFTER, Around, BEFORE, Row};
+use crate::dut::DutError;
 use crate::late::{Late, touching};
-use crate::motion::Recorder;
+use crate::report::{Contact, Mismatch, Tally};
 use crate::side::{Pair, Pairing, Sides, Totals};
+use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{digits, hex};
 
-/// Bits of a word that cross the border to VHDL at a time.
-const PART_BITS: u32 = 30;
-/// Added to the pins when a word of several bits has changed.
-const WORDS_CHANGED: i32 = 1 << 24;
-/// Parts of the widest word.
-const PARTS: usize = 3;
+/// The most edges that the emulator goes ahead: a simulator is to answer in a fraction of a second.
+const AHEAD: usize = 1024;
 
 /// The words of all nets after an edge, in the emulator and in the VHDL.
 #[derive(Default)]
@@ -33,26 +33,46 @@ struct Edge {
 /// The first mismatch.
 struct Found {
     edge: u64,
-    signal: &'static str,
-    expected: String,
-    got: String,
+    net: usize,
+    expected: i64,
+    got: Option<i64>,
+}
+
+/// Who looks at the VHDL's world.
+struct Shown<'s> {
+    observer: &'s mut dyn Observe,
+    /// Edges between rows of the plant's outputs.
+    stride: u64,
+    /// The words that were shown last, unknown ones as [`UNKNOWN`], and whether they have ever differed.
+    words: Vec<i64>,
+    ranges: Vec<(i64, i64)>,
+    reals: Vec<f64>,
+}
+
+/// A motion that was shown to its end.
+pub(crate) struct Played {
+    pub(crate) totals: Totals,
+    /// Of each net the least and the greatest word that it had from the first edge on, unknown ones left out.
+    pub(crate) ranges: Vec<(i64, i64)>,
 }
 
 /// VHDL and emulator, edge by edge.
-pub struct Lockstep<'s> {
+pub(crate) struct Lockstep<'s> {
     nets: Vec<Signal>,
+    /// Index of the first output.
+    outputs: usize,
+    /// Whether the world looks at a net.
+    drives: Vec<bool>,
+    pair: Box<dyn Pair + 's>,
+    /// What the emulator has done beyond the edge at which the VHDL stands: the words of all nets after each edge.
+    ahead: VecDeque<Vec<i64>>,
+    spare: Vec<Vec<i64>>,
     /// The words of the inputs, as the next edge samples them.
     input: Vec<i64>,
-    before: Vec<i64>,
-    pair: Box<dyn Pair + 's>,
-    /// What the VHDL told of each net: parts of its word, -1 when unknown.
-    told: Vec<[i32; PARTS]>,
-    /// The words made of them, unless a bit is unknown.
+    /// The words of the VHDL, unless a bit is unknown.
     got: Vec<Option<i64>>,
     /// The same, an unknown one as 0.
     words: Vec<i64>,
-    /// Index of the first output.
-    outputs: usize,
     edge: u64,
     edges: u64,
     mismatches: u64,
@@ -62,42 +82,35 @@ pub struct Lockstep<'s> {
     touching: Vec<usize>,
     touched: u64,
     late: Option<Late>,
-    record: Option<Record>,
-}
-
-/// What the VHDL's world does, on its way out.
-struct Record {
-    to: Recorder,
-    /// Edges between rows of the plant's outputs.
-    stride: u64,
-    /// Whether the VHDL has told a word since the last ones were recorded.
-    is_told: bool,
-    /// The words of its nets, unknown ones as [`UNKNOWN`], and whether they have ever differed.
-    words: Vec<i64>,
-    reals: Vec<f64>,
+    shown: Option<Shown<'s>>,
 }
 
 impl<'s> Lockstep<'s> {
     /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is
     /// reached.
-    #[must_use]
-    pub fn new(session: &'s impl Wired, edges: u64, late: bool) -> Self {
+    pub(crate) fn new(session: &'s impl Wired, edges: u64, late: bool) -> Self {
         let late = late.then(|| (edges, session.edges()));
-        let Sides { pair, input, nets, late, homing } =
-            session.visit(Pairing { late, modulated: session.gates_drive() });
+        let modulated = session.gates_drive();
+        let Sides { pair, input, nets, late, homing } = session.visit(Pairing { late, modulated });
+        let outputs = input.len();
+        let drives = (0..nets.len()).map(|net| {
+            let is_output = (outputs..outputs + session.wiring().block().outputs().len()).contains(&net);
+            is_output || !modulated && nets[net].name == "command"
+        });
         Self {
             touching: touching(&nets),
             touched: 0,
             late,
-            record: None,
-            outputs: input.len(),
-            told: vec![[-1; PARTS]; nets.len()],
+            shown: None,
+            outputs,
+            drives: drives.collect(),
             got: vec![None; nets.len()],
             words: vec![0; nets.len()],
             nets,
-            before: input.clone(),
             input,
             pair,
+            ahead: VecDeque::new(),
+            spare: Vec::new(),
             edge: 0,
             edges: edges + homing,
             mismatches: 0,
@@ -106,87 +119,131 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Records what the VHDL's world does in a file or a pipe, with rows of the plant's outputs so many edges apart.
+    /// Shows what the VHDL's world does, with rows of the plant's outputs so many edges apart.
+    pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64) {
+        self.pair.measure(stride);
+        let ranges = vec![(i64::MAX, i64::MIN); self.nets.len() + 1];
+        self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, reals: Vec::new() });
+    }
+
+    /// Runs to the end of the comparison, or to where a world that is shown ends it. `ports` tells of each port of the
+    /// simulation which net it is; `start` starts it, with the bits of the ports and whether they drive the world.
     ///
     /// # Errors
     ///
-    /// When it cannot be opened.
-    pub fn record(&mut self, path: &Path, stride: u64) -> io::Result<()> {
-        let words = Vec::with_capacity(self.nets.len() + 1);
-        self.pair.measure(stride);
-        self.record = Some(Record { to: Recorder::open(path)?, stride, is_told: true, words, reals: Vec::new() });
+    /// When the simulator fails or does not answer, and when the control has stopped the run.
+    pub(crate) fn run<S: Simulation>(
+        &mut self,
+        ports: &[Option<usize>],
+        start: impl FnOnce(&[u64], &[bool], &mut Vec<Change>) -> Result<S, DutError>,
+        control: &Control,
+    ) -> Result<(), DutError> {
+        let drives: Vec<_> = ports.iter().map(|port| port.is_some_and(|net| self.drives[net])).collect();
+        let mut changes = Vec::new();
+        let mut simulation = start(&self.bits(ports), &drives, &mut changes)?;
+        self.take(ports, &changes);
+        self.note(true);
+        while self.edge < self.edges && !self.is_over() {
+            control.progress.store(self.edge, Ordering::Relaxed);
+            if control.stop.load(Ordering::Relaxed) {
+                return Err(DutError::Tool(ToolError::new(Tool::Ghdl, "close a loop", Fault::Stopped, "")));
+            }
+            self.pair.sense(&mut self.input);
+            let (edges, agrees) = (self.plan(), self.mismatches == 0);
+            changes.clear();
+            let bits = self.bits(ports);
+            let done = simulation.clock(&bits, edges, true, &mut changes).map_err(DutError::from)?;
+            let mut told = changes.chunk_by(|one, two| one.edge == two.edge).peekable();
+            for edge in 1..=done {
+                if edge > 1 {
+                    if self.is_over() {
+                        break;
+                    }
+                    self.pair.sense(&mut self.input);
+                    assert_eq!(self.bits(ports), bits, "both worlds agree as long as both sides do");
+                }
+                let changes = told.next_if(|changes| changes[0].edge == edge).unwrap_or_default();
+                self.take(ports, changes);
+                self.compare(agrees, !changes.is_empty() || edge == 1);
+            }
+        }
         Ok(())
     }
 
-    /// Part of the word of an input.
-    #[must_use]
-    pub fn input(&self, net: usize, part: usize) -> i32 {
-        let bits = self.nets[net].format.bits(self.input[net]) >> (PART_BITS * part as u32);
-        Format::unsigned(PART_BITS).from_bits(bits) as i32
+    /// The bits at the ports that are inputs, as the next edge samples them.
+    fn bits(&self, ports: &[Option<usize>]) -> Vec<u64> {
+        let input = |net: usize| self.input.get(net).map_or(0, |&word| self.nets[net].format.bits(word));
+        ports.iter().map(|port| port.map_or(0, input)).collect()
     }
 
-    /// Flows the world to the next edge: the inputs of one bit which that edge samples, the first port lowest, and
-    /// [`WORDS_CHANGED`] when a wider one has changed; `None` after the last edge, which a recorded world may bring on.
-    pub fn pins(&mut self) -> Option<i32> {
-        if self.edge == 0 {
-            self.note();
+    /// How many edges the VHDL can be asked for at once: while both sides agree, up to the first after which the world is
+    /// driven otherwise, or before which it gives something else.
+    fn plan(&mut self) -> u64 {
+        self.foresee(1);
+        let mut count = 1;
+        while self.mismatches == 0 && count < AHEAD && self.edge + (count as u64) < self.edges {
+            let before = count.checked_sub(2).map_or(&self.words, |before| &self.ahead[before]);
+            let last = &self.ahead[count - 1];
+            if (0..self.nets.len()).any(|net| self.drives[net] && last[net] != before[net]) {
+                break;
+            }
+            self.foresee(count + 1);
+            if self.ahead[count][..self.outputs] != self.ahead[count - 1][..self.outputs] {
+                break;
+            }
+            count += 1;
         }
-        if self.edge == self.edges || self.is_over() {
-            self.complete();
-            return None;
+        count as u64
+    }
+
+    /// Lets the emulator go so many edges ahead.
+    fn foresee(&mut self, edges: usize) {
+        while self.ahead.len() < edges {
+            let mut words = self.spare.pop().unwrap_or_default();
+            words.clear();
+            words.extend_from_slice(self.pair.step());
+            self.ahead.push_back(words);
         }
-        std::mem::swap(&mut self.before, &mut self.input);
-        self.pair.sense(&mut self.input);
-        let (mut pins, mut place) = (0, 0);
-        for (net, (now, before)) in self.nets.iter().zip(self.input.iter().zip(&self.before)) {
-            if net.format.width() == 1 {
-                pins += i32::from(*now != 0) << place;
-                place += 1;
-            } else if now != before {
-                pins |= WORDS_CHANGED;
+    }
+
+    /// The VHDL tells words of its nets.
+    fn take(&mut self, ports: &[Option<usize>], changes: &[Change]) {
+        for &Change { port, bits, .. } in changes {
+            if let Some(net) = ports[port] {
+                self.got[net] = bits.map(|bits| self.nets[net].format.from_bits(bits));
             }
         }
-        Some(pins)
-    }
-
-    /// The VHDL tells a part of a net's word.
-    pub fn tell(&mut self, net: usize, part: usize, word: i32) {
-        let format = self.nets[net].format;
-        self.told[net][part] = word;
-        if let Some(record) = &mut self.record {
-            record.is_told = true;
+        // What it is given, it has.
+        for (got, &word) in self.got.iter_mut().zip(&self.input) {
+            *got = Some(word);
         }
-        let parts = format.width().div_ceil(PART_BITS) as usize;
-        let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
-        let bits = self.told[net][..parts].iter().rev().try_fold(0, whole);
-        self.got[net] = bits.map(|bits| format.from_bits(bits));
     }
 
-    /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant.
-    pub fn compare(&mut self) {
+    /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant. `agrees`: both were
+    /// equal at every edge before the present request.
+    fn compare(&mut self, agrees: bool, told: bool) {
         self.edge += 1;
         // From the first mismatch on, the edges after it are kept too, so many.
         let oldest = if self.first.is_none() && self.history.len() == BEFORE { self.history.pop_front() } else { None };
         let mut latest = oldest.unwrap_or_default();
         latest.edge = self.edge;
-        latest.expected.clear();
-        latest.expected.extend_from_slice(self.pair.step());
+        let expected = self.ahead.pop_front().expect("the emulator goes ahead");
+        self.spare.push(std::mem::replace(&mut latest.expected, expected));
         latest.got.clone_from(&self.got);
         let mut different = 0;
         let mut first = None;
         for (net, (&expected, &got)) in latest.expected.iter().zip(&latest.got).enumerate() {
             if got != Some(expected) {
                 different += 1;
-                first = first.or(Some(net));
+                first = first.or(Some(Found { edge: self.edge, net, expected, got }));
             }
         }
+        let is_first = self.mismatches == 0 && different > 0;
         self.mismatches += different;
         if !self.pair.is_homing() {
             self.touched += u64::from(self.touching.iter().any(|&net| latest.expected[net] != 0));
         }
-        if let (None, Some(net)) = (&self.first, first) {
-            self.first = Some(self.mismatch(net, &latest));
-        }
+        self.first = self.first.take().or(first);
         if self.first.as_ref().is_none_or(|first| self.edge - first.edge <= AFTER as u64) {
             self.history.push_back(latest);
         }
@@ -195,88 +252,83 @@ impl<'s> Lockstep<'s> {
         for (word, got) in self.words.iter_mut().zip(&self.got) {
             *word = got.unwrap_or(0);
         }
-        self.pair.drive(self.outputs, &self.words, self.mismatches == 0);
-        self.note();
+        self.pair.drive(self.outputs, &self.words, agrees);
+        self.note(told || is_first);
     }
 
-    /// Records what is new at the present edge.
-    fn note(&mut self) {
-        let Some(record) = &mut self.record else { return };
-        // The first edge is recorded in any case: from there on the use of the words is told.
-        if record.is_told || self.edge == 1 {
+    /// Shows what is new at the present edge.
+    fn note(&mut self, told: bool) {
+        let Some(shown) = &mut self.shown else { return };
+        // The first edge is shown in any case: from there on the use of the words is told.
+        if told || self.edge == 1 {
             let unknown = |(word, net): (&Option<i64>, &Signal)| match word {
                 Some(word) => *word,
                 None if net.format.width() < 64 => UNKNOWN,
                 None => 0,
             };
-            record.words.clear();
-            record.words.extend(self.got.iter().zip(&self.nets).map(unknown));
-            record.words.push(i64::from(self.mismatches > 0));
-            record.to.nets(self.edge, &record.words);
-            record.is_told = false;
+            shown.words.clear();
+            shown.words.extend(self.got.iter().zip(&self.nets).map(unknown));
+            shown.words.push(i64::from(self.mismatches > 0));
+            if self.edge > 0 {
+                for ((least, greatest), &word) in shown.ranges.iter_mut().zip(&shown.words) {
+                    if word != UNKNOWN {
+                        (*least, *greatest) = ((*least).min(word), (*greatest).max(word));
+                    }
+                }
+            }
+            shown.observer.nets(Cycle(self.edge), &shown.words);
         }
-        if self.edge.is_multiple_of(record.stride) {
-            self.pair.reals(self.edge, &mut record.reals);
-            record.to.reals(self.edge, &record.reals);
+        if self.edge.is_multiple_of(shown.stride) {
+            self.pair.reals(self.edge, &mut shown.reals);
+            shown.observer.reals(Cycle(self.edge), &shown.reals);
         }
     }
 
-    /// Whether the world has ended a run that is recorded. A mere comparison goes on.
+    /// Whether the world has ended a run that is shown. A mere comparison goes on.
     fn is_over(&self) -> bool {
-        self.record.is_some() && self.pair.over().is_some()
+        self.shown.is_some() && self.pair.over().is_some()
     }
 
-    /// Completes the record.
-    fn complete(&mut self) {
-        if let Some(record) = self.record.take() {
-            record.to.complete(&Totals { edges: self.edge, ..self.pair.totals() });
-        }
+    /// What was found, with rows under these columns.
+    pub(crate) fn tally(&self, around: &Around) -> Tally {
+        let first = self.first.as_ref().map(|&Found { edge, net, expected, got }| {
+            let Signal { name, format, .. } = self.nets[net];
+            let rows = self.history.iter().map(|edge| self.row(edge)).collect();
+            Mismatch {
+                row: edge,
+                signal: name.to_string(),
+                expected: told(format, Some(expected)),
+                got: told(format, got),
+                around: Around { rows, ..around.clone() },
+            }
+        });
+        let contact = self.late.map(|late| Contact { late, edges: self.touched });
+        Tally { rows: self.edge, mismatches: self.mismatches, first, contact }
     }
 
-    /// The mismatch of a net at the latest edge.
-    fn mismatch(&self, net: usize, latest: &Edge) -> Found {
-        let format = self.nets[net].format;
-        Found {
-            edge: self.edge,
-            signal: self.nets[net].name,
-            expected: shown(format, Some(latest.expected[net])),
-            got: shown(format, latest.got[net]),
-        }
+    /// What has become of a world that was shown.
+    pub(crate) fn played(self) -> Played {
+        let totals = Totals { edges: self.edge, ..self.pair.totals() };
+        Played { totals, ranges: self.shown.map(|shown| shown.ranges).unwrap_or_default() }
     }
 
-    /// An edge of the history: every net of the emulator in hex, then every net of the VHDL.
-    fn line(&self, Edge { edge, expected, got }: &Edge) -> String {
-        let mut line = format!("row={edge}");
-        for (net, &word) in self.nets.iter().zip(expected) {
-            write!(line, " {}", hex(net.format, word)).expect("a string grows");
+    /// An edge of the history: every net of the emulator in hex, and every net of the VHDL.
+    fn row(&self, Edge { edge, expected, got }: &Edge) -> Row {
+        let unknown = |format: Format| "X".repeat(digits(format));
+        let nets = || self.nets.iter().map(|net| net.format);
+        Row {
+            number: *edge,
+            expected: nets().zip(expected).map(|(format, &word)| hex(format, word)).collect(),
+            got: nets()
+                .zip(got)
+                .map(|(format, word)| word.map_or_else(|| unknown(format), |word| hex(format, word)))
+                .collect(),
         }
-        line += " got";
-        for (net, word) in self.nets.iter().zip(got) {
-            let unknown = || "X".repeat(digits(net.format));
-            write!(line, " {}", word.map_or_else(unknown, |word| hex(net.format, word))).expect("a string grows");
-        }
-        line
-    }
-
-    /// What testbenches print: `MISMATCH`, `HISTORY`, `RESULT`.
-    #[must_use]
-    pub fn result(&self) -> String {
-        let mut text = String::new();
-        if let Some(Found { edge, signal, expected, got }) = &self.first {
-            text += &format!("MISMATCH row={edge} signal={signal} expected={expected} got={got}\n");
-            self.history.iter().for_each(|edge| text += &format!("HISTORY {}\n", self.line(edge)));
-        }
-        text += &format!("RESULT rows={} mismatches={}", self.edge, self.mismatches);
-        if let Some(Late { from_edge, reached, is_long }) = self.late {
-            let reached = reached.map_or("never".to_string(), |edge| edge.to_string());
-            text += &format!(" from={from_edge} reached={reached} long={is_long} touched={}", self.touched);
-        }
-        text + if self.pair.over().is_some() { " over\n" } else { "\n" }
     }
 }
 
 /// A word in bits and in value.
-fn shown(format: Format, word: Option<i64>) -> String {
+fn told(format: Format, word: Option<i64>) -> String {
     let width = format.width() as usize;
     word.map_or("unknown".to_string(), |word| format!("{:0width$b} ({})", format.bits(word), format.to_f64(word)))
 }

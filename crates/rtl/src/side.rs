@@ -1,5 +1,7 @@
 //! The two sides of a comparison: the emulator with its world, and the world that the VHDL drives.
 
+use std::collections::VecDeque;
+
 use hpu_cosim::{EnergyAudit, Mark, Visit, World};
 use hpu_datapath::{Repeat, Wiring, flatten};
 use hpu_signal::{Ports, Signal, SignalUse};
@@ -28,12 +30,12 @@ pub(crate) struct Totals {
 
 /// Both sides of a scene, whatever its wiring and its world are.
 pub(crate) trait Pair {
-    /// One edge of the emulator; the words of all nets after it.
+    /// One edge of the emulator, which may be ahead of the VHDL's world; the words of all nets after it.
     fn step(&mut self) -> &[i64];
     /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
     fn sense(&mut self, input: &mut Vec<i64>);
-    /// The words that the VHDL's nets have, outputs from this index on, drive its world. `agrees`: they have been the
-    /// emulator's at every edge.
+    /// The words that the VHDL's nets have, outputs from this index on, drive its world, once for each step of the
+    /// emulator. `agrees`: what the emulator promises of its outputs goes for the VHDL's too.
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool);
     /// Whether the encoders are still being turned to where they are at the start, and the worlds wait for that.
     fn is_homing(&self) -> bool;
@@ -76,16 +78,23 @@ impl<E: World> Driven<E> {
     /// Takes the outputs of the present edge. A world that is told how they repeat goes on by itself, as it does for
     /// the engine; one whose outputs then do something else is driven by those.
     #[inline]
-    fn drive(&mut self, out: E::Out, words: &[i64], repeats: impl FnOnce(&E::In) -> Option<Repeat<E::Out>>) {
+    fn drive(
+        &mut self,
+        out: E::Out,
+        words: &[i64],
+        repeats: impl FnOnce(&E::In) -> Option<Repeat<E::Out>>,
+    ) -> Option<Repeat<E::Out>> {
         let changed = std::mem::replace(&mut self.out, out) != out;
         self.output_changes += u64::from(changed);
         if self.homing.is_some() {
-            return;
+            return None;
         }
         self.world.drive(out, words);
-        if changed && let Some(repeat) = repeats(&self.input) {
-            self.world.foresee(&repeat);
+        let repeat = if changed { repeats(&self.input) } else { None };
+        if let Some(repeat) = &repeat {
+            self.world.foresee(repeat);
         }
+        repeat
     }
 }
 
@@ -93,14 +102,16 @@ struct Both<W, E: World> {
     wiring: W,
     emulated: Driven<E>,
     vhdl: Driven<E>,
+    /// How the emulator's outputs repeat from each edge on at which the VHDL has not been yet.
+    repeats: VecDeque<Option<Repeat<E::Out>>>,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E> {
     fn step(&mut self) -> &[i64] {
-        let Self { wiring, emulated, .. } = self;
+        let Self { wiring, emulated, repeats, .. } = self;
         emulated.sense();
         let out = wiring.tick(emulated.input);
-        emulated.drive(out, wiring.words(), |input| wiring.repeats(input));
+        repeats.push_back(emulated.drive(out, wiring.words(), |input| wiring.repeats(input)));
         wiring.words()
     }
 
@@ -111,11 +122,11 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E
     }
 
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool) {
-        let Self { wiring, vhdl, .. } = self;
         let mut next = words[outputs..].iter();
         let out = E::Out::build(|| *next.next().expect("outputs come before other nets"));
         // VHDL promises nothing; but as long as it agrees, the emulator's promise is about the same registers.
-        vhdl.drive(out, words, |input| if agrees { wiring.repeats(input) } else { None });
+        let repeat = self.repeats.pop_front().flatten().filter(|_| agrees);
+        self.vhdl.drive(out, words, |_| repeat);
     }
 
     fn is_homing(&self) -> bool {
@@ -195,6 +206,12 @@ impl<'s> Visit<'s> for Pairing {
         let edges = homing.as_ref().map_or(0, Homing::edges);
         let side = |world, homing| Driven { world, input, out, output_changes: 0, homing };
         let (emulated, vhdl) = (side(world.clone(), homing.clone()), side(world, homing));
-        Sides { pair: Box::new(Both { wiring, emulated, vhdl }), input: words, nets, late, homing: edges }
+        Sides {
+            pair: Box::new(Both { wiring, emulated, vhdl, repeats: VecDeque::new() }),
+            input: words,
+            nets,
+            late,
+            homing: edges,
+        }
     }
 }

@@ -258,6 +258,11 @@ struct Running {
 
 static RUNNING: Mutex<Running> = Mutex::new(Running { stopped: false, groups: Vec::new() });
 
+/// Whether the tools that run are being stopped, because the program is to end.
+pub(crate) fn is_stopping() -> bool {
+    running().stopped
+}
+
 fn running() -> MutexGuard<'static, Running> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -325,7 +330,7 @@ pub fn run(tool: Tool, step: &str, mut command: Command, limit: Duration) -> Res
         Err(fault) => fault,
     };
     // What is killed by who stops the tools was killed on purpose.
-    let fault = if running().stopped { Fault::Stopped } else { fault };
+    let fault = if is_stopping() { Fault::Stopped } else { fault };
     Err(ToolError::new(tool, step, fault, &said.all()))
 }
 

@@ -87,7 +87,7 @@ fn signals_end_a_check_while_ghdl_runs() {
         let (work, out) = (dir.join("work"), dir.join("out"));
         let scene = ["check", "--edges", "1000000000", "-o", text(&out), "--scene"];
         let started = Started::new(&[&scene[..], &ENDLESS].concat(), &work, None);
-        started.until_runs("tb_loop_hybrid_loop");
+        started.until_runs("bench_hybrid_loop_0");
         assert_ended(&started.end(signal), expected, &work);
         assert_eq!(names(&dir), ["work"]);
     }
@@ -100,7 +100,7 @@ fn signals_end_a_run_of_the_vhdl_while_ghdl_runs() {
         let (work, out) = (dir.join("work"), dir.join("out"));
         let arguments = [&["run"], &ENDLESS[..], &["--driver", "rtl", "-o", text(&out)]].concat();
         let started = Started::new(&arguments, &work, None);
-        started.until_runs("tb_loop_hybrid_loop");
+        started.until_runs("bench_hybrid_loop_0");
         assert_ended(&started.end(signal), expected, &work);
         assert_eq!(names(&dir), ["work"]);
     }
@@ -214,7 +214,7 @@ fn the_work_of_ghdl_that_a_killed_check_left_is_swept_by_the_next() {
     let work = scratch("killed-check");
     let scene = ["check", "--edges", "1000000000", "--scene"];
     let started = Started::new(&[&scene[..], &ENDLESS].concat(), &work, None);
-    started.until_runs("tb_loop_hybrid_loop");
+    started.until_runs("bench_hybrid_loop_0");
     started.end("KILL");
     for (id, _) in running(text(&work)) {
         send("KILL", id);

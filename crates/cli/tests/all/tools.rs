@@ -52,10 +52,14 @@ fn a_ghdl_that_is_missing_or_too_old_is_named() {
 #[test]
 fn a_ghdl_that_hangs_is_killed_and_named_with_its_last_words() {
     let hanging = ghdl("echo half a result; sleep 1000");
-    let words = ["ghdl was killed: no end after 0.5 s (--tool-timeout) when asked to run tb_", "half a result"];
-    for (test, arguments) in [("tool-hang-check", &["check", "saturator"][..]), ("tool-hang-run", &LOOP)] {
+    let all = [
+        ("tool-hang-check", &["check", "saturator"][..], "tb_saturator"),
+        ("tool-hang-run", &LOOP, "bench_hybrid_loop_0"),
+    ];
+    for (test, arguments, unit) in all {
         let output = with(test, &[("ghdl", &hanging)], &[arguments, &["--tool-timeout", "0.5"]].concat());
-        assert_blamed(&output, 4, &words);
+        let killed = format!("ghdl was killed: no end after 0.5 s (--tool-timeout) when asked to run {unit}");
+        assert_blamed(&output, 4, &[&killed, "half a result"]);
     }
     let hanging = [("ghdl", "[ \"$1\" = --version ] && echo 'GHDL 2.0.0' && exit; while :; do :; done")];
     let output = with("tool-hang-analysis", &hanging, &["check", "--tool-timeout", "0.5"]);

@@ -1,7 +1,6 @@
 //! A design by GHDL: its files as they are, and a bench that talks to hpu through VHPIDIRECT.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -14,7 +13,7 @@ use super::build::{Model, base, common_cycle, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
-use crate::closed_loop::{LIBRARY, shared_library};
+use crate::closed_loop::place_library;
 use crate::temporary::Temporary;
 use crate::tool::{Tool, run};
 
@@ -67,20 +66,15 @@ impl Simulators {
         if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
             return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
         }
-        let bench = bench(model, &interface);
+        let bench = bench(BENCH, model, &interface);
         write(folder.path(), "hpu_dut_bridge.vhd", bridge(dut.standard).as_bytes())?;
         write(folder.path(), "hpu_dut_bench.vhd", bench.as_bytes())?;
         let mut command = self.ghdl_command("-a", dut, folder.path());
         command.args(["hpu_dut_bridge.vhd", "hpu_dut_bench.vhd"]);
         let say = |error| DutError::of(&dut.top, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
-        if self.setup.library.is_empty() {
-            let shared = shared_library().map_err(|error| DutError::Ended(error.to_string()))?;
-            fs::copy(&shared, folder.path().join(LIBRARY)).map_err(|error| DutError::Io(shared, error))?;
-        } else {
-            write(folder.path(), LIBRARY, self.setup.library)?;
-        }
-        let mut command = simulate(dut, folder.path());
+        place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
+        let mut command = simulate(dut.standard, folder.path(), BENCH);
         command.env(ASK, "");
         let said = run(Tool::Ghdl, "tell its ports", command, self.limit()).map_err(say)?;
         let told: Vec<(Format, bool)> = said.out.lines().filter_map(format).collect();
@@ -128,11 +122,9 @@ fn standard(standard: Standard) -> &'static str {
 }
 
 /// The run of a bench.
-fn simulate(dut: &Dut, folder: &Path) -> Command {
+pub(crate) fn simulate(of: Standard, folder: &Path, bench: &str) -> Command {
     let mut command = Command::new(Tool::Ghdl.name());
-    command.args(["--elab-run", standard(dut.standard), "-fsynopsys", "-Wno-hide", BENCH]).current_dir(folder);
-    // Words are unknown before the reset; what reaches the device is looked at anyway.
-    command.arg("--ieee-asserts=disable-at-0");
+    command.args(["--elab-run", standard(of), "-fsynopsys", "-Wno-hide", bench]).current_dir(folder);
     command
 }
 
@@ -149,7 +141,7 @@ fn has(items: &[Item], name: &str) -> bool {
 }
 
 /// The bridge's package in a standard: since 2008 vectors of resolved and unresolved bits are one type.
-fn bridge(standard: Standard) -> String {
+pub(crate) fn bridge(standard: Standard) -> String {
     let (mut text, mut skips) = (String::new(), false);
     for line in BRIDGE.lines() {
         match line.trim() {
@@ -162,8 +154,9 @@ fn bridge(standard: Standard) -> String {
     text
 }
 
-/// The bench: a signal a port, of the port's own type.
-fn bench(model: &Model, interface: &Interface) -> String {
+/// The bench, an entity of this name: a signal a port, of the port's own type. The ports beside clocks and reset are
+/// told and asked for by their order.
+pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String {
     let dut = model.dut;
     let mut constants = String::new();
     for generic in &interface.generics {
@@ -205,17 +198,29 @@ fn bench(model: &Model, interface: &Interface) -> String {
         // A port that is not there is refused once all are known.
         index.map(|index| format!("hpu_{index}"))
     };
-    let levels: String = dut
-        .clocks
-        .iter()
-        .filter_map(|clock| {
-            let (signal, divide) = (signal(&clock.port)?, clock.divide);
-            Some(format!(
-                "    if half mod {} < {divide} then {signal} <= '1'; else {signal} <= '0'; end if;\n",
-                2 * divide
-            ))
-        })
-        .collect();
+    let common = common_cycle(dut);
+    // A half of a cycle of the fastest clock. GHDL takes longer for a procedure that waits.
+    let half_cycle = |indent: &str, rises: bool| {
+        let mut text = String::new();
+        if common > 1 {
+            let _ = writeln!(text, "{indent}half := (half + 1) mod {};", 2 * common);
+        }
+        for clock in &dut.clocks {
+            // A port that is not there is refused once all are known.
+            let Some(signal) = signal(&clock.port) else { continue };
+            let divide = clock.divide;
+            let _ = match common {
+                1 => writeln!(text, "{indent}{signal} <= '{}';", u8::from(rises)),
+                _ => writeln!(
+                    text,
+                    "{indent}if half mod {} < {divide} then {signal} <= '1'; else {signal} <= '0'; end if;",
+                    2 * divide
+                ),
+            };
+        }
+        text + &format!("{indent}wait for HALF_PERIOD;\n")
+    };
+    let cycle = |indent: &str| half_cycle(indent, true) + &half_cycle(indent, false);
     let (mut active, mut passive) = (String::new(), String::new());
     if let Some((reset, signal)) = dut.reset.as_ref().and_then(|reset| Some((reset, signal(&reset.port)?))) {
         let level = |high: bool| if high { "'1'" } else { "'0'" };
@@ -229,19 +234,19 @@ fn bench(model: &Model, interface: &Interface) -> String {
     let generic_map: Vec<_> = generic_map.map(|generic| format!("{0} => {0}", generic.name)).collect();
     let generic_map =
         if generic_map.is_empty() { String::new() } else { format!(" generic map ({})", generic_map.join(", ")) };
-    let (common, settle) = (common_cycle(dut), model.settle);
+    let settle = model.settle;
     let half_fs = (0.5e15 / model.clock.frequency_hz() as f64).round().max(1.0);
     let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
     format!(
         "{library}{context}use work.hpu_dut_bridge.all;
 
-entity {BENCH} is
+entity {name} is
 end entity;
 
 library ieee;
 use ieee.std_logic_1164.all;
 
-architecture test of {BENCH} is
+architecture test of {name} is
 {constants}{signals}begin
 
   dut : entity {of}.{top}{generic_map} port map ({map});
@@ -249,34 +254,21 @@ architecture test of {BENCH} is
 {tells}
   process
     constant HALF_PERIOD : time := {half_fs} fs;
-    variable half        : natural := {before};
-    variable edges       : integer;
-
-    procedure step is
-    begin
-      half := (half + 1) mod {period};
-  {levels}    wait for HALF_PERIOD;
-    end procedure;
+{half}    variable edges       : integer;
   begin
     if hpu_dut_asks /= 0 then
 {kinds}      wait;
     end if;
     if hpu_dut_open /= 0 then
 {gives}    end if;
-{active}    half := half - 1;
-    step;
-    for cycle in 1 to {settle} loop
-      step;
-      step;
-    end loop;
+{active}{low}    for cycle in 1 to {settle} loop
+{settling}    end loop;
 {passive}    hpu_dut_reset;
     loop
       edges := hpu_dut_next;
       exit when edges < 0;
 {gives}      for cycle in 1 to edges loop
-        step;
-        step;
-        exit when hpu_dut_edge /= 0;
+{clocking}        exit when hpu_dut_edge /= 0;
       end loop;
     end loop;
     wait;
@@ -288,8 +280,14 @@ end architecture;
         of = dut.library,
         top = dut.top,
         map = map.join(", "),
-        before = 2 * common - 1,
-        period = 2 * common,
+        // Where there is but one clock, nothing is counted.
+        half = match common {
+            1 => String::new(),
+            _ => format!("    variable half        : natural := {};\n", 2 * common - 2),
+        },
+        low = half_cycle("    ", false),
+        settling = cycle("      "),
+        clocking = cycle("        "),
     )
 }
 
@@ -307,7 +305,9 @@ impl Design for Analysed {
     }
 
     fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
-        let command = simulate(&self.dut, self.folder.path());
+        let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
+        // Words are unknown before the reset; what reaches the device is looked at anyway.
+        command.arg("--ieee-asserts=disable-at-0");
         let process = Process::start(Tool::Ghdl, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }

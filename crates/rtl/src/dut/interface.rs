@@ -3,32 +3,32 @@
 
 /// An entity's generics and ports.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub(super) struct Interface {
+pub(crate) struct Interface {
     /// The library and use clauses before it.
-    pub(super) context: String,
-    pub(super) generics: Vec<Item>,
-    pub(super) ports: Vec<Item>,
+    pub(crate) context: String,
+    pub(crate) generics: Vec<Item>,
+    pub(crate) ports: Vec<Item>,
 }
 
 /// A generic or a port.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Item {
-    pub(super) name: String,
+pub(crate) struct Item {
+    pub(crate) name: String,
     /// `in` unless it is said.
-    pub(super) mode: String,
+    pub(crate) mode: String,
     /// Its subtype.
-    pub(super) kind: String,
+    pub(crate) kind: String,
     /// Its default.
-    pub(super) default: Option<String>,
+    pub(crate) default: Option<String>,
 }
 
 /// The interface of an entity in some files; `None` when none of them declares it.
-pub(super) fn interface(texts: &[&str], entity: &str) -> Option<Interface> {
+pub(crate) fn interface(texts: &[&str], entity: &str) -> Option<Interface> {
     texts.iter().find_map(|text| of_text(&without_comments(text), entity))
 }
 
 /// The names of all entities.
-pub(super) fn entities(texts: &[&str]) -> Vec<String> {
+pub(crate) fn entities(texts: &[&str]) -> Vec<String> {
     let mut names = Vec::new();
     for text in texts {
         let text = without_comments(text);

@@ -20,11 +20,13 @@ use hpu_cosim::dut::{Design, Designs, Fault};
 use hpu_cosim::scene::{DutScene, Engine, SourceFile};
 
 use crate::hdl::Setup;
-use crate::tool::{Tool, ToolError};
+use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
 pub(crate) use build::Model;
 pub use cost::DutCost;
-pub(crate) use ghdl::ASK;
+pub(crate) use ghdl::{ASK, bench, bridge, simulate};
+pub(crate) use interface::interface;
+pub(crate) use process::{ANSWER, Process};
 pub(crate) use wire::Served;
 
 /// Why a design could not be built or simulated.
@@ -42,6 +44,13 @@ pub enum DutError {
         said: String,
     },
     /// The simulation ended, or did not answer.
+    Lost {
+        /// How.
+        error: ToolError,
+        /// The last clock edge that it answered for.
+        edge: u64,
+    },
+    /// Something else that has to be there is not.
     Ended(String),
     /// A file could not be read or written.
     Io(PathBuf, std::io::Error),
@@ -53,12 +62,39 @@ impl fmt::Display for DutError {
             Self::Tool(error) => error.fmt(f),
             Self::Refused { tool, top, said } => write!(f, "{} refuses `{top}`:\n{}", tool.name(), said.trim_end()),
             Self::Ended(said) => f.write_str(said.trim_end()),
+            Self::Lost { error: ToolError { tool, fault, said, .. }, edge } => {
+                let tool = tool.name();
+                let head = format!("the simulation by {tool} ended");
+                match fault {
+                    ToolFault::TooLong(limit) => {
+                        let limit_s = limit.as_secs_f64();
+                        write!(f, "the design does not end a step: {tool} gave no answer for {limit_s} s")?;
+                    }
+                    ToolFault::Failed(code) => write!(f, "{head} with code {code}")?,
+                    ToolFault::Killed(signal) => write!(f, "{head} by signal {signal}")?,
+                    ToolFault::Stopped => write!(f, "{head}, for it was stopped,")?,
+                    _ => write!(f, "{head} without an answer")?,
+                }
+                write!(f, " after clock edge {edge}")?;
+                if said.trim().is_empty() {
+                    f.write_str("; it said nothing")
+                } else {
+                    write!(f, ":\n{}", said.trim_end())
+                }
+            }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
         }
     }
 }
 
 impl std::error::Error for DutError {}
+
+impl From<Fault> for DutError {
+    /// What a simulator that runs answers is one of these.
+    fn from(fault: Fault) -> Self {
+        fault.downcast().map_or_else(|other| Self::Ended(other.to_string()), |error| *error)
+    }
+}
 
 impl DutError {
     /// What a tool did not do with a design: refused it, or failed by itself.

@@ -13,17 +13,19 @@ use hpu_cosim::dut::{Change, Fault, Simulation};
 
 use super::DutError;
 use super::wire::{DESCRIPTOR, put, take_answer};
-use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, shortened};
+use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, is_stopping};
 
 /// How long an answer may take, unless a tool's time is limited otherwise: it clocks at most some ten thousand edges.
-pub(super) const ANSWER: Duration = Duration::from_secs(20);
+pub(crate) const ANSWER: Duration = Duration::from_secs(20);
+/// What it is asked to do.
+const SIMULATE: &str = "simulate a design";
 /// Bytes that are kept of what a simulator prints: as many of its beginning.
 const KEPT: usize = 1 << 14;
 /// How long the last words of a process that has ended are waited for.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 
 /// A simulator that runs.
-pub(super) struct Process {
+pub(crate) struct Process {
     tool: Tool,
     group: Group,
     stream: UnixStream,
@@ -37,15 +39,14 @@ pub(super) struct Process {
 
 impl Process {
     /// Starts a simulator and lets it come through its reset.
-    pub(super) fn start(
+    pub(crate) fn start(
         tool: Tool,
         mut command: Command,
         limit: Duration,
         (words, drives): (&[u64], &[bool]),
         changes: &mut Vec<Change>,
-    ) -> Result<Self, Fault> {
-        let step = "simulate a design";
-        let not_started = |error| ToolError::new(tool, step, ToolFault::NotStarted(error), "");
+    ) -> Result<Self, DutError> {
+        let not_started = |error| ToolError::new(tool, SIMULATE, ToolFault::NotStarted(error), "");
         let (ours, theirs) = UnixStream::pair().map_err(not_started).map_err(DutError::Tool)?;
         let descriptor = theirs.as_raw_fd();
         let given = move || {
@@ -62,7 +63,7 @@ impl Process {
         // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
         unsafe { command.pre_exec(given) };
         let mut group =
-            Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, step, fault, "")))?;
+            Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, SIMULATE, fault, "")))?;
         drop(theirs);
         let said = Arc::new(Mutex::new(Vec::new()));
         let mut readers = Vec::new();
@@ -81,7 +82,7 @@ impl Process {
         Ok(process)
     }
 
-    fn ask(&mut self, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+    fn ask(&mut self, changes: &mut Vec<Change>) -> Result<u64, DutError> {
         let answer = put(&mut self.stream, &self.request)
             .and_then(|()| take_answer(&mut io::BufReader::with_capacity(1 << 14, &mut self.stream), changes));
         self.request.clear();
@@ -90,50 +91,42 @@ impl Process {
                 self.edge += done;
                 Ok(done)
             }
-            Err(error) => Err(self.ended(&error).into()),
+            Err(error) => Err(self.lost(&error)),
         }
     }
 
     /// Why it does not answer.
-    fn ended(&mut self, error: &io::Error) -> DutError {
-        let tool = self.tool.name();
-        if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
-            let limit_s = self.limit.as_secs_f64();
-            let said = self.last_words();
-            return DutError::Ended(format!(
-                "the design does not end a step: {tool} gave no answer for {limit_s} s after clock edge {}{said}",
-                self.edge
-            ));
-        }
-        let start = Instant::now();
-        let status = loop {
-            match self.group.child.try_wait() {
-                Ok(None) if start.elapsed() < LAST_WORDS => thread::sleep(Duration::from_millis(5)),
-                Ok(status) => break status,
-                Err(_) => break None,
-            }
-        };
-        let how = match status {
-            Some(status) => match (status.code(), status.signal()) {
-                (Some(code), _) => format!("with code {code}"),
-                (_, Some(signal)) => format!("by signal {signal}"),
-                _ => "by itself".to_string(),
-            },
-            None => format!("its answers ({error})"),
+    fn lost(&mut self, error: &io::Error) -> DutError {
+        let fault = if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
+            ToolFault::TooLong(self.limit)
+        } else {
+            let start = Instant::now();
+            let status = loop {
+                match self.group.child.try_wait() {
+                    Ok(None) if start.elapsed() < LAST_WORDS => thread::sleep(Duration::from_millis(5)),
+                    Ok(status) => break status,
+                    Err(_) => break None,
+                }
+            };
+            let ended = status.and_then(|status| {
+                let code = status.code().map(ToolFault::Failed);
+                code.or(status.signal().map(ToolFault::Killed))
+            });
+            // What is killed by who stops the tools was killed on purpose.
+            if is_stopping() { ToolFault::Stopped } else { ended.unwrap_or(ToolFault::Silent("answer")) }
         };
         let said = self.last_words();
-        DutError::Ended(format!("the simulation by {tool} ended {how} after clock edge {}{said}", self.edge))
+        DutError::Lost { error: ToolError::new(self.tool, SIMULATE, fault, &said), edge: self.edge }
     }
 
-    /// What it printed, shortened.
+    /// What it printed.
     fn last_words(&mut self) -> String {
         let start = Instant::now();
         while self.readers.iter().any(|reader| !reader.is_finished()) && start.elapsed() < LAST_WORDS / 4 {
             thread::sleep(Duration::from_millis(5));
         }
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
-        let said = String::from_utf8_lossy(&said).into_owned();
-        if said.trim().is_empty() { "; it said nothing".to_string() } else { format!(":\n{}", shortened(&said)) }
+        String::from_utf8_lossy(&said).into_owned()
     }
 }
 
@@ -141,7 +134,7 @@ impl Simulation for Process {
     fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
         self.request.extend([edges, u64::from(all)]);
         self.request.extend_from_slice(words);
-        self.ask(changes)
+        Ok(self.ask(changes)?)
     }
 }
 

@@ -114,7 +114,7 @@ impl<'a> Told<'a> {
     pub(super) fn tally(self) -> Tally {
         let (rows, around) = (Vec::from(self.last), self.around);
         let first = self.first.map(|first| Mismatch { around: Around { rows, ..around }, ..first });
-        Tally { rows: self.compared, mismatches: self.mismatches, first, contact: None, is_over: false }
+        Tally { rows: self.compared, mismatches: self.mismatches, first, contact: None }
     }
 }
 
