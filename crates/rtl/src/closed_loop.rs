@@ -22,7 +22,7 @@ use crate::lockstep::{Lockstep, Played};
 use crate::report::{CheckRow, Tally};
 use crate::side::Totals;
 use crate::sources::sources;
-use crate::tool::{Tool, ToolError};
+use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::literal;
 
 /// Name of the shared library.
@@ -209,7 +209,9 @@ impl LoopJob {
         match lockstep.run(ports, start, control) {
             Ok(()) => Ok(lockstep.tally(&self.around)),
             Err(DutError::Lost { error, .. } | DutError::Tool(error)) => {
-                Err(ToolError { step: format!("run {unit}"), ..error }.into())
+                // Our bench never ends by itself.
+                let fault = if let Fault::Failed(0) = error.fault { Fault::Silent("result") } else { error.fault };
+                Err(ToolError { step: format!("run {unit}"), fault, ..error }.into())
             }
             Err(error) => Err(GhdlError::Failed { step: format!("run {unit}"), said: error.to_string() }),
         }

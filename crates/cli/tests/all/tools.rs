@@ -80,14 +80,16 @@ fn a_ghdl_that_floods_is_killed_and_named() {
 #[test]
 fn a_ghdl_that_dies_or_says_nothing_is_no_mismatch() {
     let ways = [
-        ("echo before; kill -SEGV $$", "ghdl was killed by signal 11 (SIGSEGV) when asked to run tb_"),
-        ("exit 0", "ghdl ended without an error and without a result when asked to run tb_"),
-        ("echo hello", "ghdl ended without an error and without a result when asked to finish tb_"),
-        ("exit 7", "ghdl ended with code 7 when asked to run tb_"),
+        ("echo before; kill -SEGV $$", "ghdl was killed by signal 11 (SIGSEGV) when asked to", "run"),
+        ("exit 0", "ghdl ended without an error and without a result when asked to", "run"),
+        ("echo hello", "ghdl ended without an error and without a result when asked to", "finish"),
+        ("exit 7", "ghdl ended with code 7 when asked to", "run"),
     ];
-    for (script, words) in ways {
-        for arguments in [&["check", "saturator"][..], &LOOP] {
-            assert_blamed(&with("tool-dies", &[("ghdl", &ghdl(script))], arguments), 4, &[words]);
+    for (script, words, step) in ways {
+        // A loop's bench answers at every step; that of a block tells its result at the end.
+        let both = [(&["check", "saturator"][..], format!("{step} tb_")), (&LOOP, "run bench_".to_string())];
+        for (arguments, asked) in both {
+            assert_blamed(&with("tool-dies", &[("ghdl", &ghdl(script))], arguments), 4, &[&format!("{words} {asked}")]);
         }
     }
 }
