@@ -26,7 +26,7 @@ use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::literal;
 
 /// Name of the shared library.
-const LIBRARY: &str = "libhpu_rtl.so";
+pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
 
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]

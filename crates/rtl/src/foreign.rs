@@ -4,7 +4,7 @@
 
 use std::cell::RefCell;
 
-use crate::dut::{ASK, Served};
+use crate::dut::{ASK, Inside, Served};
 
 /// A count that VHDL handed over, which is a `natural`.
 fn natural(value: i32) -> usize {
@@ -23,8 +23,19 @@ fn with_dut<R>(act: impl FnOnce(&mut Served) -> R) -> R {
 /// Whether the bench is to tell what its ports are, and end.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_dut_asks() -> i32 {
-    i32::from(std::env::var_os(ASK).is_some())
+    if std::env::var_os(ASK).is_none() {
+        return 0;
+    }
+    for signal in Inside::all().map(|inside| inside.signals).unwrap_or_default() {
+        println!("INSIDE {} {} {}", signal.name, signal.width, if signal.is_number { "number" } else { "unsigned" });
+    }
+    1
 }
+
+/// What a library is to call at its start, which GHDL looks for where it is to be asked for signals: nothing.
+#[allow(non_upper_case_globals, reason = "the name is the standard's")]
+#[unsafe(no_mangle)]
+pub static vlog_startup_routines: [Option<extern "C" fn()>; 1] = [None];
 
 /// A port: its bits, and whether they are an unsigned word, a signed one, or a number.
 #[unsafe(no_mangle)]

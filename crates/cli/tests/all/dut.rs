@@ -1,10 +1,13 @@
 //! Designs of somebody else's in the loop: those of `testbench/dut`, written from an interface alone, and our own taken
 //! for foreign.
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::BufReader;
 use std::path::Path;
 
 use serde_json::Value;
+use vcd::{Command, IdCode, Parser, ScopeItem};
 
 use crate::common::{ROOT, assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 
@@ -70,15 +73,81 @@ fn told(mut value: Value) -> Value {
     value
 }
 
+/// Near enough that GHDL comes to it: a wall three counts away, for 4 ms.
+const NEAR: [&str; 4] =
+    ["wall.position=4.6 mrad", "dut.generics.WALL_AT=3", "run.duration=4 ms", "hand.path=[[0, 0], [0.002, 0.03]]"];
+
+/// The words of each signal of a waveform by its path, with the times from which they stay.
+fn words(waveform: &Path) -> BTreeMap<String, Vec<(u64, String)>> {
+    fn note(items: &[ScopeItem], path: &str, names: &mut Vec<(IdCode, String)>) {
+        for item in items {
+            match item {
+                ScopeItem::Scope(scope) => note(&scope.items, &format!("{path}{}.", scope.identifier), names),
+                ScopeItem::Var(var) => {
+                    // Without its bits, which are fewer where synthesis knows a number's range.
+                    let name = var.reference.split('[').next().unwrap_or_default();
+                    names.push((var.code, format!("{path}{name}")));
+                }
+                _ => {}
+            }
+        }
+    }
+    let mut parser = Parser::new(BufReader::new(fs::File::open(waveform).expect("a waveform")));
+    let header = parser.parse_header().expect("a header");
+    let (mut names, mut time) = (Vec::new(), 0);
+    note(&header.items, "", &mut names);
+    let mut words: BTreeMap<String, Vec<(u64, String)>> = BTreeMap::new();
+    for command in parser {
+        let (code, word) = match command.expect("VCD") {
+            Command::Timestamp(at) => {
+                time = at;
+                continue;
+            }
+            Command::ChangeScalar(code, value) => (code, value.to_string()),
+            Command::ChangeVector(code, vector) => (code, vector.to_string().trim_start_matches('0').to_string()),
+            _ => continue,
+        };
+        for (_, name) in names.iter().filter(|(known, _)| *known == code) {
+            let before = words.entry(name.clone()).or_default();
+            if before.last().is_none_or(|(_, last)| *last != word) {
+                before.push((time, word.clone()));
+            }
+        }
+    }
+    words
+}
+
+#[test]
+fn ghdl_shows_inside_a_design_what_verilator_shows() {
+    let dir = scratch("inside_by_ghdl");
+    let with = |engine: &str| {
+        let (set, out) = (format!("dut.engine={engine}"), dir.join(engine));
+        let scene = ["run", "testbench/dut/rim.toml", "--vcd", "--no-plot", "-o", text(&out), "--set", &set];
+        let output = run(&scene.into_iter().chain(NEAR.iter().flat_map(|set| ["--set", set])).collect::<Vec<_>>());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        words(&out.join("wave.vcd"))
+    };
+    let (ghdl, verilator) = (with("ghdl"), with("verilator"));
+    // Signals of its source, of each kind and depth: GHDL's synthesis adds some of its own, and leaves no number out.
+    let inside = ["count", "calm", "encoder.tally", "encoder.settle", "encoder.marked", "bridge.a.left", "bridge.saw"];
+    for name in inside {
+        assert!(ghdl.contains_key(&format!("rim_stop.{name}")), "{name}: {:?}", ghdl.keys());
+    }
+    for (name, told) in ghdl.iter().filter(|(name, _)| name.starts_with("rim_stop.")) {
+        let same = verilator.get(name).unwrap_or_else(|| panic!("Verilator shows no {name}"));
+        assert!(told == same, "{name}");
+    }
+    assert!(ghdl["rim_stop.encoder.tally"].len() > 5, "it moves");
+    let stands_still = |words: &BTreeMap<String, _>| words.keys().any(|name| name.ends_with(".clk"));
+    assert!(!stands_still(&ghdl) && !stands_still(&verilator), "a clock, seen at its edges");
+}
+
 #[test]
 fn ghdl_and_verilator_move_the_device_alike() {
-    // Near enough that GHDL comes to it: three counts away, for 4 ms.
-    let near =
-        ["wall.position=4.6 mrad", "dut.generics.WALL_AT=3", "run.duration=4 ms", "hand.path=[[0, 0], [0.002, 0.03]]"];
     let with = |engine: &str| {
         let engine = format!("dut.engine={engine}");
         let scene = ["run", "testbench/dut/rim.toml", "--json", "--set", &engine];
-        json(&run(&scene.into_iter().chain(near.iter().flat_map(|set| ["--set", set])).collect::<Vec<_>>()))
+        json(&run(&scene.into_iter().chain(NEAR.iter().flat_map(|set| ["--set", set])).collect::<Vec<_>>()))
     };
     let (ghdl, verilator) = (with("ghdl"), with("verilator"));
     assert!(ghdl["dut"]["engine"].as_str().is_some_and(|engine| engine.starts_with("GHDL")));

@@ -153,7 +153,11 @@ impl<'a> Section<'a> {
             (None, Some(default)) => Ok(default),
             (None, None) => Err(self.error(key, format!("missing; write one of {}", accepted()))),
             (Some(item), _) => {
-                let chosen = options.iter().find(|(name, _)| item.as_str() == Some(name)).map(|(_, option)| *option);
+                // A name of digits, as a standard's year, may stand without quotes.
+                let is = |name: &str| {
+                    item.as_str() == Some(name) || item.as_integer().is_some_and(|year| year.to_string() == name)
+                };
+                let chosen = options.iter().find(|(name, _)| is(name)).map(|(_, option)| *option);
                 chosen.ok_or_else(|| self.error(key, format!("{} is none of {}", shown(item), accepted())))
             }
         }

@@ -17,7 +17,7 @@ use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
 
 /// Goes up when other things are built of the same design by the same tools.
-const FLOW: &str = "9";
+const FLOW: &str = "10";
 
 /// The name of the file in a folder that is complete.
 const WHOLE: &str = "whole";
@@ -125,6 +125,12 @@ pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
 pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), DutError> {
     let path = folder.join(name);
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
+}
+
+/// Whether a signal inside, of this path, has the name of a clock: seen at clock edges alone, it would stand still.
+pub(super) fn carries_clock(dut: &Dut, path: &str) -> bool {
+    let leaf = path.rsplit('.').next().unwrap_or(path);
+    dut.clocks.iter().any(|clock| clock.port.eq_ignore_ascii_case(leaf))
 }
 
 /// Cycles of the fastest clock after which all clocks are where they began.

@@ -9,11 +9,12 @@ use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
 use hpu_cosim::scene::{Dut, Generic, Standard};
 use hpu_signal::Format;
 
-use super::build::{Model, base, common_cycle, write, write_files};
+use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
+use super::vpi::{INSIDE, LIST};
 use super::{DutError, Simulators};
-use crate::closed_loop::place_library;
+use crate::closed_loop::{LIBRARY, place_library};
 use crate::temporary::Temporary;
 use crate::tool::{Tool, run};
 
@@ -28,25 +29,26 @@ pub(super) struct Analysed {
     ports: Vec<Port>,
     engine: String,
     limit: Duration,
+    inside: bool,
 }
 
 impl Simulators {
-    /// A design in GHDL; `why` is added to what is said of the engine.
-    pub(super) fn ghdl(&self, model: &Model, why: &str) -> Result<Analysed, DutError> {
+    /// A design in GHDL, with its signals inside if they are asked for; `why` is added to what is said of the engine.
+    pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, DutError> {
         let version = Tool::Ghdl.version().map_err(DutError::Tool)?;
-        let (folder, ports) = self.elaborated(model)?;
+        let (folder, ports) = self.elaborated(model, inside)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
-        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit })
+        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit, inside })
     }
 
     /// The ports of a design in VHDL, as elaborated.
     pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, DutError> {
-        self.elaborated(model).map(|(_, ports)| ports)
+        self.elaborated(model, false).map(|(_, ports)| ports)
     }
 
     /// Analyses a design with its bench, and asks it for its ports.
-    fn elaborated(&self, model: &Model) -> Result<(Temporary, Vec<Port>), DutError> {
+    fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), DutError> {
         let dut = model.dut;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         write_files(dut, folder.path())?;
@@ -76,10 +78,14 @@ impl Simulators {
         place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
         let mut command = simulate(dut.standard, folder.path(), BENCH);
         command.env(ASK, "");
+        if inside {
+            show_inside(&mut command);
+        }
         let said = run(Tool::Ghdl, "tell its ports", command, self.limit()).map_err(say)?;
-        let told: Vec<(Format, bool)> = said.out.lines().filter_map(format).collect();
+        let told: Vec<(Format, bool)> =
+            said.out.lines().filter_map(|line| format(line.strip_prefix("PORT ")?)).collect();
         let ports = interface.ports.iter().zip(&told);
-        let ports: Vec<_> = ports
+        let mut ports: Vec<_> = ports
             .map(|(item, &(format, is_number))| Port {
                 name: item.name.clone(),
                 is_input: item.mode == "in",
@@ -90,6 +96,18 @@ impl Simulators {
             .collect();
         if told.len() != interface.ports.len() {
             return Err(refused(format!("it did not tell its ports:\n{}{}", said.out, said.err)));
+        }
+        if inside {
+            let mut list = String::new();
+            for (name, kind) in said.out.lines().filter_map(|line| line.strip_prefix("INSIDE ")?.split_once(' ')) {
+                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name);
+                if let Some((format, is_number)) = format(kind).filter(|_| is_shown) {
+                    let name = name.to_string();
+                    list += &format!("{name}\n");
+                    ports.push(Port { name, is_input: false, format, is_inside: true, is_number });
+                }
+            }
+            write(folder.path(), LIST, list.as_bytes())?;
         }
         Ok((folder, ports))
     }
@@ -128,9 +146,15 @@ pub(crate) fn simulate(of: Standard, folder: &Path, bench: &str) -> Command {
     command
 }
 
-/// The format of a port from the line that its bench prints, and whether it is a number.
-fn format(line: &str) -> Option<(Format, bool)> {
-    let (width, kind) = line.strip_prefix("PORT ")?.split_once(' ')?;
+/// Lets a run show the signals inside.
+fn show_inside(run: &mut Command) {
+    // GHDL knows types by their names once a library is to ask for signals.
+    run.arg(format!("--vpi=./{LIBRARY}")).env(INSIDE, "");
+}
+
+/// The format of a port from what its bench prints of it, and whether it is a number.
+fn format(told: &str) -> Option<(Format, bool)> {
+    let (width, kind) = told.split_once(' ')?;
     let width = width.parse().ok()?;
     let format = if kind != "unsigned" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
     Some((format, kind == "number"))
@@ -308,6 +332,9 @@ impl Design for Analysed {
         let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
         // Words are unknown before the reset; what reaches the device is looked at anyway.
         command.arg("--ieee-asserts=disable-at-0");
+        if self.inside {
+            show_inside(&mut command);
+        }
         let process = Process::start(Tool::Ghdl, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }

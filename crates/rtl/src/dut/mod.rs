@@ -10,6 +10,7 @@ mod ghdl;
 mod interface;
 mod process;
 mod verilator;
+mod vpi;
 mod wire;
 
 use std::fmt;
@@ -27,6 +28,7 @@ pub use cost::DutCost;
 pub(crate) use ghdl::{ASK, bench, bridge, simulate};
 pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
+pub(crate) use vpi::Inside;
 pub(crate) use wire::Served;
 
 /// Why a design could not be built or simulated.
@@ -119,7 +121,7 @@ impl Simulators {
     /// A design that is held against something: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
     pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
         if is_vhdl(&model.dut.files) {
-            return Ok(Box::new(self.ghdl(model, "")?));
+            return Ok(Box::new(self.ghdl(model, "", false)?));
         }
         Ok(Box::new(self.verilator(model, false)?))
     }
@@ -132,7 +134,7 @@ impl Designs for Simulators {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
-            (Engine::Ghdl, true) => self.ghdl(&model, "").map(|design| Arc::new(design) as Arc<dyn Design>),
+            (Engine::Ghdl, true) => self.ghdl(&model, "", inside).map(|design| Arc::new(design) as Arc<dyn Design>),
             (Engine::Verilator, _) | (Engine::Auto, false) => {
                 self.verilator(&model, inside).map(|design| Arc::new(design) as _)
             }
@@ -147,7 +149,7 @@ impl Designs for Simulators {
                         DutError::Tool(_) => "; there is no Verilator".to_string(),
                         error => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
                     };
-                    self.ghdl(&model, &why).map(|design| Arc::new(design) as _)
+                    self.ghdl(&model, &why, inside).map(|design| Arc::new(design) as _)
                 }
             },
         };

@@ -11,7 +11,7 @@ use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
 use hpu_cosim::scene::{Dut, Generic};
 use hpu_signal::Format;
 
-use super::build::{Model, base, common_cycle, write, write_files};
+use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
@@ -121,7 +121,8 @@ impl Simulators {
         if inside {
             let inner = inner(&root, top, &found);
             // What synthesis has made up is nobody's signal.
-            found.extend(inner.into_iter().filter(|field| generics || !is_made_up(&field.name)));
+            let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
+            found.extend(inner.into_iter().filter(is_shown));
         }
         let signed = self.signed(dut, folder, sources, top, generics)?;
         for field in &found {

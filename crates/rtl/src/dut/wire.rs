@@ -11,6 +11,8 @@ use std::os::unix::net::UnixStream;
 
 use hpu_cosim::dut::Change;
 
+use super::vpi::Inside;
+
 /// The file descriptor by which a simulator talks to its parent.
 pub(crate) const DESCRIPTOR: i32 = 3;
 
@@ -48,6 +50,8 @@ pub(crate) struct Served {
     /// Parts of the bits that VHDL has told of each port, -1 for unknown ones.
     told: Vec<[i32; PARTS]>,
     widths: Vec<u32>,
+    /// The signals inside, if they are asked for: the last of the ports.
+    inside: Option<Inside>,
     /// The words after the last edge.
     words: Vec<Option<u64>>,
     /// Whether anything was told since.
@@ -71,6 +75,7 @@ impl Served {
             inputs,
             told: vec![[-1; PARTS]; ports],
             widths: vec![0; ports],
+            inside: Inside::listed(),
             words: vec![None; ports],
             is_told: true,
             all: true,
@@ -95,11 +100,14 @@ impl Served {
     /// After an edge, or the reset: whether an output that drives the device has changed.
     pub(crate) fn edge(&mut self, reset: bool) -> bool {
         self.done += u64::from(!reset);
+        if self.all {
+            self.look_inside(reset);
+        }
         if !std::mem::take(&mut self.is_told) {
             return false;
         }
         let mut changed = false;
-        for port in 0..self.words.len() {
+        for port in 0..self.outside() {
             let parts = self.widths[port].div_ceil(PART_BITS) as usize;
             let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
             let word = if parts == 0 { None } else { self.told[port][..parts].iter().rev().try_fold(0, whole) };
@@ -115,16 +123,38 @@ impl Served {
         changed
     }
 
+    /// How many ports are no signals inside.
+    fn outside(&self) -> usize {
+        self.words.len() - self.inside.as_ref().map_or(0, |inside| inside.signals.len())
+    }
+
+    /// Tells the signals inside that have changed; after the reset, all that are known.
+    fn look_inside(&mut self, reset: bool) {
+        let outside = self.outside();
+        let Some(inside) = &self.inside else { return };
+        for (signal, known) in self.words[outside..].iter_mut().enumerate() {
+            let word = inside.word(signal);
+            if word != *known || reset && word.is_some() {
+                *known = word;
+                let port = (outside + signal) as u64;
+                self.changes.extend([self.done, port, word.unwrap_or(0), u64::from(word.is_some())]);
+            }
+        }
+    }
+
     /// Answers, and takes the next request: how many edges to clock. `None` when the parent is gone.
     pub(crate) fn next(&mut self) -> Option<i32> {
         let head = [self.done, self.changes.len() as u64 / 4];
         put(&mut self.stream, &[&head, &self.changes[..]].concat()).ok()?;
         self.changes.clear();
         self.done = 0;
-        let edges = take(&mut self.stream).ok()?;
-        self.all = take(&mut self.stream).ok()? != 0;
+        let mut request = vec![0; 8 * (2 + self.inputs.len())];
+        self.stream.read_exact(&mut request).ok()?;
+        let mut request = &request[..];
+        let edges = take(&mut request).ok()?;
+        self.all = take(&mut request).ok()? != 0;
         for input in &mut self.inputs {
-            *input = take(&mut self.stream).ok()?;
+            *input = take(&mut request).ok()?;
         }
         i32::try_from(edges).ok()
     }
