@@ -17,11 +17,12 @@
 //! far below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a
 //! sixth of an LSB to coefficients of 16 fraction bits, and half an LSB of `y` becomes `2e5` of them.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the section.
@@ -76,6 +77,7 @@ struct Delays {
 pub struct Biquad {
     config: BiquadConfig,
     narrowing: Narrowing,
+    fits_64: bool,
     countdown: Countdown,
     delays: Delays,
     latest: Narrowed,
@@ -115,7 +117,10 @@ impl Biquad {
         let from_frac = coefficient.frac() + input.frac().max(output.frac());
         let narrowing =
             Narrowing { from_frac, to: output, rounding: Rounding::NearestUp, overflow: Overflow::Saturate };
-        Ok(Self { config, narrowing, countdown: Countdown::default(), delays: Delays::default(), latest: ZERO })
+        let (countdown, delays) = (Countdown::default(), Delays::default());
+        let mut block = Self { config, narrowing, fits_64: false, countdown, delays, latest: ZERO };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The output, and what was lost to make it.
@@ -128,13 +133,56 @@ impl Biquad {
     /// The output that a sample edge would load from these delays.
     #[inline]
     fn sample(&self, x: i64, delays: Delays) -> Narrowed {
+        if self.fits_64 {
+            self.made(Machine::<i64>::of(x), delays.x.map(Machine::of), delays.y.map(Machine::of)).narrowed()
+        } else {
+            self.made(Machine::<i128>::of(x), delays.x.map(Machine::of), delays.y.map(Machine::of)).narrowed()
+        }
+    }
+
+    /// The output of a sample, from the two before it.
+    #[inline]
+    fn made<W: Word>(&self, x: W, [x1, x2]: [W; 2], [y1, y2]: [W; 2]) -> W {
         let BiquadConfig { input, output, b, a, .. } = self.config;
-        let product = |word: i32, factor: i64| i128::from(word) * i128::from(factor);
-        let forward = product(b[0], x) + product(b[1], delays.x[0]) + product(b[2], delays.x[1]);
-        let back = product(a[0], delays.y[0]) + product(a[1], delays.y[1]);
+        let product = |coefficient: i32, factor: W| W::int(coefficient.into()) * factor;
+        let forward = product(b[0], x) + product(b[1], x1) + product(b[2], x2);
+        let back = product(a[0], y1) + product(a[1], y2);
         // Both aligned to the longer fraction.
         let frac = input.frac().max(output.frac());
-        self.narrowing.apply(forward * (1 << (frac - input.frac())) - back * (1 << (frac - output.frac())))
+        let aligned = |sum: W, own: i32| sum.shl((frac - own).cast_unsigned());
+        (aligned(forward, input.frac()) - aligned(back, output.frac())).narrow(&self.narrowing)
+    }
+
+    /// The bits that align a sample of input or output, in the VHDL's registers: its lowest ones.
+    fn spare(&self, own: Format) -> u32 {
+        let BiquadConfig { input, output, .. } = self.config;
+        (input.frac().max(output.frac()) - own.frac()).cast_unsigned()
+    }
+}
+
+impl Step for Biquad {
+    fn registers(&self) -> Vec<Register> {
+        let BiquadConfig { input, output, period_width, .. } = self.config;
+        let sample = |name, format| Register { low: self.spare(format), ..Register::new(name, format) };
+        vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            sample("x1", input),
+            sample("x2", input),
+            sample("y1", output),
+            sample("y2", output),
+            Register::new("y", output),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { x, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, x1, x2, y1, y2, y] = *registers else { unreachable!("six registers") };
+        let (left, samples) = counted_down(left, period);
+        let sampled = || {
+            let made = self.made(x, [x1, x2], [y1, y2]);
+            [x, x1, made, y1, made]
+        };
+        let loaded = W::branch(samples, sampled, || [x1, x2, y1, y2, y]);
+        ([[left].as_slice(), &loaded].concat(), Out { y })
     }
 }
 
@@ -179,6 +227,10 @@ impl Block for Biquad {
             integer("A2", a[1]),
             ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

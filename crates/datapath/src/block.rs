@@ -2,6 +2,8 @@
 
 use hpu_signal::{Format, Ports, Signal};
 
+use crate::step::AnyStep;
+
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Generic {
@@ -46,6 +48,10 @@ pub trait Block {
     fn roms(&self) -> Vec<Rom> {
         Vec::new()
     }
+    /// Its clock edge as equations, where it is told so.
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        None
+    }
     /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
     fn reset(&mut self) -> Self::Out<i64>;
     /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
@@ -70,6 +76,8 @@ pub trait AnyBlock {
     fn generics(&self) -> Vec<(&'static str, Generic)>;
     /// See [`Block::roms`].
     fn roms(&self) -> Vec<Rom>;
+    /// See [`Block::equations`].
+    fn equations(&self) -> Option<&dyn AnyStep>;
     /// See [`Block::reset`].
     fn reset(&mut self) -> Vec<i64>;
     /// See [`Block::tick`].
@@ -116,6 +124,9 @@ impl<B: Block> AnyBlock for B {
     }
     fn roms(&self) -> Vec<Rom> {
         Block::roms(self)
+    }
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Block::equations(self)
     }
     fn reset(&mut self) -> Vec<i64> {
         flatten(&Block::reset(self))

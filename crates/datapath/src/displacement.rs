@@ -8,10 +8,11 @@
 //! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the subtraction.
@@ -44,7 +45,14 @@ impl Displacement {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out { delta: self.delta.wrap(i128::from(input.position - input.reference)) }
+        in_machine!(true, input, |input| self.made(input)).map(|port| port.word)
+    }
+}
+
+impl Combinational for Displacement {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        Out { delta: (input.position - input.reference).wrap(self.delta) }
     }
 }
 
@@ -74,6 +82,10 @@ impl Block for Displacement {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("WIDTH", Generic::Integer(self.delta.width().into()))]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

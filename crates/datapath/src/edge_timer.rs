@@ -17,10 +17,10 @@
 //! - **Source**: the fixed-position method (Belanger 1992); timeout and reversal as every such timer needs them.
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the timer.
@@ -97,6 +97,38 @@ impl EdgeTimer {
     }
 }
 
+/// As the VHDL has it: a timer at its longest has no change to measure from.
+impl Step for EdgeTimer {
+    fn registers(&self) -> Vec<Register> {
+        let (position, longest) = (Format::unsigned(self.difference.width()), self.longest());
+        vec![
+            Register::new("previous", position),
+            Register { reset: longest, ..Register::new("timer", self.time) },
+            Register { reset: longest, ..Register::new("interval", self.time) },
+            Register::new("forward", Format::BIT),
+            Register { reset: 1, ..Register::new("stopped", Format::BIT) },
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { position }: In<W>) -> (Vec<W>, Out<W>) {
+        let [previous, timer, interval, forward, stopped] = *registers else { unreachable!("five registers") };
+        let (zero, one, longest) = (W::int(0), W::int(1), W::int(self.longest().into()));
+        let difference = (position - previous).wrap(self.difference);
+        let goes_up = W::of_bit(difference.at_least(zero));
+        let is_timed = !timer.equals(longest);
+        let passed = W::select(is_timed, timer + one, timer).wrap(self.time);
+        let known = is_timed & forward.equals(goes_up);
+        let changed = || [zero, W::select(known, passed, longest), goes_up, W::of_bit(!known)];
+        let rests = || {
+            let has_stopped = W::select(passed.equals(longest), one, stopped);
+            [passed, interval.greater(passed), forward, has_stopped]
+        };
+        let [timer, next_interval, next_forward, next_stopped] = W::branch(difference.is_set(), changed, rests);
+        let next = vec![position, timer, next_interval, next_forward, next_stopped];
+        (next, Out { interval, forward, stopped })
+    }
+}
+
 impl Default for EdgeTimer {
     fn default() -> Self {
         Self::new(12, 20).expect("the data sheet's default")
@@ -127,6 +159,10 @@ impl Block for EdgeTimer {
             ("WIDTH", Generic::Integer(self.difference.width().into())),
             ("TIME_WIDTH", Generic::Integer(self.time.width().into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

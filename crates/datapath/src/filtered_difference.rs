@@ -16,11 +16,12 @@
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -57,6 +58,7 @@ pub struct FilteredDifference {
     config: FilteredConfig,
     difference: Format,
     narrowing: Narrowing,
+    fits_64: bool,
     countdown: Countdown,
     previous: i64,
     latest: Narrowed,
@@ -87,7 +89,10 @@ impl FilteredDifference {
             overflow: Overflow::Wrap,
         };
         let difference = Format::signed(width);
-        Ok(Self { config, difference, narrowing, countdown: Countdown::default(), previous: 0, latest: ZERO })
+        let countdown = Countdown::default();
+        let mut block = Self { config, difference, narrowing, fits_64: false, countdown, previous: 0, latest: ZERO };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The velocity, and what the latest sample lost to make it.
@@ -100,11 +105,43 @@ impl FilteredDifference {
     /// The velocity that a sample edge would load after a motion from `previous` to `position`.
     #[inline]
     fn sample(&self, position: i64, previous: i64) -> Narrowed {
-        let FilteredConfig { shift, out_frac, .. } = self.config;
-        let difference = i128::from(self.difference.wrap(i128::from(position - previous)));
-        let (input, last) = (difference * (1 << out_frac), i128::from(self.latest.word));
+        let last = self.latest.word;
+        if self.fits_64 {
+            self.moved::<Machine<i64>>(Machine::of(position), Machine::of(previous), Machine::of(last)).narrowed()
+        } else {
+            self.moved::<Machine<i128>>(Machine::of(position), Machine::of(previous), Machine::of(last)).narrowed()
+        }
+    }
+
+    /// The velocity after a motion, from the one before.
+    #[inline]
+    fn moved<W: Word>(&self, position: W, previous: W, last: W) -> W {
+        let input = (position - previous).wrap(self.difference).shl(self.config.out_frac);
         // v + floor((d - v) / 2^SHIFT), over the common denominator.
-        self.narrowing.apply(last * (1 << shift) + input - last)
+        (last.shl(self.config.shift) + input - last).narrow(&self.narrowing)
+    }
+}
+
+impl Step for FilteredDifference {
+    fn registers(&self) -> Vec<Register> {
+        let FilteredConfig { width, period_width, .. } = self.config;
+        vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            Register::new("previous", Format::unsigned(width)),
+            Register::new("state", self.narrowing.to),
+            Register::new("velocity", self.narrowing.to),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { position, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, previous, state, velocity] = *registers else { unreachable!("four registers") };
+        let (left, samples) = counted_down(left, period);
+        let sampled = || {
+            let moved = self.moved(position, previous, state);
+            [position, moved, moved]
+        };
+        let [next, filtered, shown] = W::branch(samples, sampled, || [previous, state, velocity]);
+        (vec![left, next, filtered, shown], Out { velocity })
     }
 }
 
@@ -140,6 +177,10 @@ impl Block for FilteredDifference {
             ("SHIFT", Generic::Integer(self.config.shift.into())),
             ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -2,6 +2,10 @@
 
 use std::collections::VecDeque;
 
+use hpu_signal::{Format, Word};
+
+use crate::Register;
+
 /// A shift register of positions, the latest first; all 0 after reset.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct History(VecDeque<i64>);
@@ -30,6 +34,19 @@ impl History {
             self.0.rotate_right(1);
             self.0[0] = position;
         }
+    }
+
+    /// Its positions as parts of the VHDL's array, the latest in its uppermost bits.
+    pub(crate) fn registers(&self, name: &'static str, width: u32) -> impl Iterator<Item = Register> {
+        let window = u32::try_from(self.0.len()).expect("a window of few samples");
+        let format = Format::unsigned(width);
+        (1..=window).map(move |ago| Register { low: (window - ago) * width, ..Register::new(name, format) })
+    }
+
+    /// Its positions after an edge, in words.
+    pub(crate) fn pushed<W: Word>(samples: W::Bit, position: W, earlier: &[W]) -> impl Iterator<Item = W> {
+        let newer = [position].into_iter().chain(earlier.iter().copied());
+        newer.zip(earlier).map(move |(newer, &kept)| W::select(samples, newer, kept))
     }
 
     /// The position `back` samples ago, as the sample edge sees it that follows `waiting` others with this same

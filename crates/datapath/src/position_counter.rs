@@ -8,10 +8,10 @@
 //! - **Source**: Vasudevan et al. 2007: 12 bits, 4 x 1024 lines, one wrap a motor revolution.
 //! - **Differs from the hardware**: no index pulse and no preset, so zero is wherever the handle was at reset.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Machine, Signal, Word};
 
 use crate::config::{WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the counter.
@@ -50,6 +50,24 @@ impl PositionCounter {
     }
 }
 
+impl PositionCounter {
+    #[inline]
+    fn counted<W: Word>(&self, position: W, step: W) -> W {
+        (position + step).wrap(self.format)
+    }
+}
+
+impl Step for PositionCounter {
+    fn registers(&self) -> Vec<Register> {
+        vec![Register::new("position", self.format)]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
+        let position = registers[0];
+        (vec![self.counted(position, input.step)], Out { position })
+    }
+}
+
 impl Default for PositionCounter {
     fn default() -> Self {
         Self::new(12).expect("the data sheet's default")
@@ -74,6 +92,10 @@ impl Block for PositionCounter {
         vec![("WIDTH", Generic::Integer(self.format.width().into()))]
     }
 
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
+    }
+
     fn reset(&mut self) -> Out<i64> {
         self.position = 0;
         Out { position: 0 }
@@ -81,7 +103,7 @@ impl Block for PositionCounter {
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.position = self.format.wrap(i128::from(self.position + input.step));
+        self.position = self.counted(Machine::<i64>::of(self.position), Machine::of(input.step)).narrowed().word;
         Out { position: self.position }
     }
 

@@ -12,10 +12,10 @@
 //! - **Differs from the hardware**: no digital filter against glitches; the lines of a real encoder also bounce and are
 //!   not exactly 90 degrees apart.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the decoder.
@@ -62,6 +62,38 @@ impl QuadratureDecoder {
     }
 }
 
+impl Step for QuadratureDecoder {
+    fn registers(&self) -> Vec<Register> {
+        let mut all = vec![
+            Register { low: 1, ..Register::new("previous", Format::BIT) },
+            Register::new("previous", Format::BIT),
+            Register::new("step", Format::signed(2)),
+            Register::new("error", Format::BIT),
+        ];
+        if self.settle > 0 {
+            let format = Format::unsigned(u32::BITS - self.settle.leading_zeros());
+            all.push(Register { reset: self.settle.into(), ..Register::new("settling", format) });
+        }
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { a, b }: In<W>) -> (Vec<W>, Out<W>) {
+        let [was_a, was_b, step, error, ref settling @ ..] = *registers else { unreachable!("registers") };
+        let (zero, one, two) = (W::int(0), W::int(1), W::int(2));
+        // Places in the forward order 00, 01, 11, 10.
+        let place = |a: W, b: W| a.shl(1) + a + b - (a * b).shl(1);
+        let moved = (place(a, b) - place(was_a, was_b)).wrap(Format::unsigned(2));
+        let is = |steps: W| moved.equals(steps);
+        let settles = settling.first().map_or(!zero.equals(zero), |left| left.is_set());
+        let counted = W::select(is(one), one, W::select(is(W::int(3)), -one, zero));
+        let [counted] = W::branch(settles, || [zero], || [counted]);
+        let lost = W::of_bit(error.is_set() | is(two) & !settles);
+        let mut next = vec![a, b, counted, lost];
+        next.extend(settling.iter().map(|&left| W::select(left.is_set(), left - one, left)));
+        (next, Out { step, error })
+    }
+}
+
 /// The place of (a b) in the forward order 00, 01, 11, 10.
 #[inline]
 fn place(lines: &In<i64>) -> i64 {
@@ -98,6 +130,10 @@ impl Block for QuadratureDecoder {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("SETTLE", Generic::Integer(self.settle.into()))]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

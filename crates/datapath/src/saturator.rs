@@ -7,10 +7,11 @@
 //! - **Source**: Vasudevan et al. 2007, Eq. (8): stall torque at 100 % duty, here on both sides.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the saturator.
@@ -49,7 +50,15 @@ impl Saturator {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out { limited: input.value.clamp(-self.limit, self.limit) }
+        in_machine!(true, input, |input| self.made(input)).map(|port| port.word)
+    }
+}
+
+impl Combinational for Saturator {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let limit = i128::from(self.limit);
+        Out { limited: input.value.limit(-limit, limit) }
     }
 }
 
@@ -79,6 +88,10 @@ impl Block for Saturator {
             ("OUT_WIDTH", Generic::Integer(self.limited.width().into())),
             ("LIMIT", Generic::Integer(self.limit)),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

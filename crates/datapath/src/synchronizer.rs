@@ -10,9 +10,9 @@
 //! - **Differs from the hardware**: no flip-flop is ever metastable here: a line that moves at the edge is read as its
 //!   value just before it.
 
-use hpu_signal::Signal;
+use hpu_signal::{Format, Signal, Word};
 
-use crate::{Block, Generic};
+use crate::{AnyStep, Block, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the synchronizer.
@@ -36,6 +36,17 @@ impl Synchronizer {
     #[must_use]
     pub fn new() -> Self {
         Self { stage: In { a_pin: 0, b_pin: 0 }, out: Out { a: 0, b: 0 } }
+    }
+}
+
+impl Step for Synchronizer {
+    fn registers(&self) -> Vec<Register> {
+        ["stage_a", "stage_b", "a", "b"].map(|name| Register::new(name, Format::BIT)).to_vec()
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { a_pin, b_pin }: In<W>) -> (Vec<W>, Out<W>) {
+        let [stage_a, stage_b, a, b] = *registers else { unreachable!("four registers") };
+        (vec![a_pin, b_pin, stage_a, stage_b], Out { a, b })
     }
 }
 
@@ -64,6 +75,10 @@ impl Block for Synchronizer {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         Vec::new()
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -10,10 +10,11 @@
 //! - **Source**: Vasudevan et al. 2007, Eqs. (6), (7). Its Eq. (5) reads tau2 + tau3, a slip for tau1 + tau2.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the sum.
@@ -54,8 +55,15 @@ impl TorqueSum {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        let sum = if input.contact == 1 { input.spring + input.damping } else { 0 };
-        Out { torque: self.torque.wrap(i128::from(sum)) }
+        in_machine!(true, input, |input| self.made(input)).map(|port| port.word)
+    }
+}
+
+impl Combinational for TorqueSum {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let sum = W::select(input.contact.is_set(), input.spring + input.damping, W::int(0));
+        Out { torque: sum.wrap(self.torque) }
     }
 }
 
@@ -89,6 +97,10 @@ impl Block for TorqueSum {
             ("DAMPING_WIDTH", Generic::Integer(self.damping.width().into())),
             ("OUT_WIDTH", Generic::Integer(self.torque.width().into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -12,10 +12,10 @@
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
 //!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::within;
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the multiplier.
@@ -34,6 +34,7 @@ pub struct TruncatingMultiplier {
     b: Format,
     narrowing: Narrowing,
     drop_lower: u32,
+    fits_64: bool,
 }
 
 impl TruncatingMultiplier {
@@ -57,12 +58,15 @@ impl TruncatingMultiplier {
             let found = format!("the product of {a} and {b} is {out}");
             ConfigError::new(Self::NAME, found, format!("at most {from_frac} fraction bits"))
         })?;
-        Ok(Self {
+        let mut block = Self {
             a,
             b,
             narrowing: Narrowing { from_frac, to: out, rounding: Rounding::Truncate, overflow },
             drop_lower,
-        })
+            fits_64: false,
+        };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// All bits of the product.
@@ -121,7 +125,19 @@ impl TruncatingMultiplier {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Narrowed {
-        self.narrowing.apply(self.a.value(input.a) * self.b.value(input.b))
+        if self.fits_64 {
+            return self.made(input.map(Machine::<i64>::of)).product.narrowed();
+        }
+        // A word of 64 bits may stand for more than its machine integer.
+        let (a, b) = (self.a.value(input.a), self.b.value(input.b));
+        self.made(In { a: Machine::exact(a), b: Machine::exact(b) }).product.narrowed()
+    }
+}
+
+impl Combinational for TruncatingMultiplier {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        Out { product: (input.a * input.b).narrow(&self.narrowing) }
     }
 }
 
@@ -156,6 +172,10 @@ impl Block for TruncatingMultiplier {
             ("OUT_WIDTH", Generic::Integer(self.narrowing.to.width().into())),
             ("SATURATE", Generic::Boolean(self.narrowing.overflow == Overflow::Saturate)),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -9,10 +9,11 @@
 //! - **Source**: Vasudevan et al. 2007, Eqs. (1), (7).
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{WORD, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the operator.
@@ -45,7 +46,15 @@ impl Unilateral {
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
-        Out { contact: i64::from(input.delta >= 0), penetration: input.delta.max(0) }
+        in_machine!(true, input, |input| self.made(input)).map(|port| port.word)
+    }
+}
+
+impl Combinational for Unilateral {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let surface = W::int(0);
+        Out { contact: W::of_bit(input.delta.at_least(surface)), penetration: input.delta.greater(surface) }
     }
 }
 
@@ -75,6 +84,10 @@ impl Block for Unilateral {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("WIDTH", Generic::Integer(self.width.into()))]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

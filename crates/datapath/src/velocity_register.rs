@@ -15,11 +15,12 @@
 //! - **Differs from the hardware**: RESCALED is an addition to the paper's design; its product takes one edge, so no
 //!   limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -59,6 +60,7 @@ pub struct VelocityRegister {
     config: VelocityConfig,
     difference: Format,
     narrowing: Narrowing,
+    fits_64: bool,
     countdown: Countdown,
     previous: i64,
     latest: Narrowed,
@@ -90,7 +92,10 @@ impl VelocityRegister {
             overflow: Overflow::Saturate,
         };
         let difference = Format::signed(config.width);
-        Ok(Self { config, difference, narrowing, countdown: Countdown::default(), previous: 0, latest: ZERO })
+        let countdown = Countdown::default();
+        let mut block = Self { config, difference, narrowing, fits_64: false, countdown, previous: 0, latest: ZERO };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The velocity, and what was lost to make it.
@@ -106,9 +111,38 @@ impl VelocityRegister {
         if input.position == self.previous {
             return ZERO;
         }
-        let difference = self.difference.wrap(i128::from(input.position - self.previous));
-        let factor = if self.config.rescaled { input.scale } else { 1 };
-        self.narrowing.apply(i128::from(difference) * i128::from(factor))
+        if self.fits_64 {
+            self.moved(Machine::<i64>::of(self.previous), input.map(Machine::of)).narrowed()
+        } else {
+            self.moved(Machine::<i128>::of(self.previous), input.map(Machine::of)).narrowed()
+        }
+    }
+
+    /// The velocity of a motion from the previous position.
+    #[inline]
+    fn moved<W: Word>(&self, previous: W, input: In<W>) -> W {
+        let difference = (input.position - previous).wrap(self.difference);
+        let factor = if self.config.rescaled { input.scale } else { W::int(1) };
+        (difference * factor).narrow(&self.narrowing)
+    }
+}
+
+impl Step for VelocityRegister {
+    fn registers(&self) -> Vec<Register> {
+        let VelocityConfig { width, period_width, .. } = self.config;
+        vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            Register::new("previous", Format::unsigned(width)),
+            Register::new("velocity", self.narrowing.to),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, previous, velocity] = *registers else { unreachable!("three registers") };
+        let (left, samples) = counted_down(left, input.period);
+        let sampled = || [input.position, self.moved(previous, input)];
+        let [next, latest] = W::branch(samples, sampled, || [previous, velocity]);
+        (vec![left, next, latest], Out { velocity })
     }
 }
 
@@ -147,6 +181,10 @@ impl Block for VelocityRegister {
             ("SCALE_FRAC", Generic::Integer(self.config.scale.frac().into())),
             ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -13,12 +13,13 @@
 //! - **Source**: the fixed-time method over several samples; resolution of one count a window.
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::history::History;
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -67,6 +68,25 @@ impl WindowDifference {
     }
 }
 
+impl Step for WindowDifference {
+    fn registers(&self) -> Vec<Register> {
+        let mut all = vec![Register::new("countdown", self.period), Register::new("velocity", self.difference)];
+        all.extend(self.history.registers("earlier", self.difference.width()));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { position, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, velocity, ref earlier @ ..] = *registers else { unreachable!("registers") };
+        let (left, samples) = counted_down(left, period);
+        let oldest = earlier[earlier.len() - 1];
+        let moved = || [(position - oldest).wrap(self.difference)];
+        let [latest] = W::branch(samples, moved, || [velocity]);
+        let mut next = vec![left, latest];
+        next.extend(History::pushed(samples, position, earlier));
+        (next, Out { velocity })
+    }
+}
+
 impl Default for WindowDifference {
     fn default() -> Self {
         Self::new(12, 24, 8).expect("the data sheet's default")
@@ -97,6 +117,10 @@ impl Block for WindowDifference {
             ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
             ("WINDOW", Generic::Integer(self.history.window() as i64)),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

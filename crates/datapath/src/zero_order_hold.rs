@@ -11,11 +11,12 @@
 //! - **Differs from the hardware**: samples exactly every period; a controller in software has jitter and a computing
 //!   delay.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the hold.
@@ -54,6 +55,18 @@ impl ZeroOrderHold {
     }
 }
 
+impl Step for ZeroOrderHold {
+    fn registers(&self) -> Vec<Register> {
+        vec![Register::new("countdown", self.period), Register::new("q", self.word)]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { d, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, q] = *registers else { unreachable!("two registers") };
+        let (left, samples) = counted_down(left, period);
+        (vec![left, W::select(samples, d, q)], Out { q })
+    }
+}
+
 impl Default for ZeroOrderHold {
     fn default() -> Self {
         Self::new(12, 24).expect("the data sheet's default")
@@ -82,6 +95,10 @@ impl Block for ZeroOrderHold {
             ("WIDTH", Generic::Integer(self.word.width().into())),
             ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

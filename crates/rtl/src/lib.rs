@@ -10,6 +10,7 @@ mod cost;
 pub mod dut;
 pub mod entity;
 mod foreign;
+pub mod formal;
 mod generated;
 mod ghdl;
 mod hdl;

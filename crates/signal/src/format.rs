@@ -151,6 +151,12 @@ impl Format {
     /// The word whose bits are the low bits of `value`: what hardware keeps when the upper wires are left open.
     #[must_use]
     pub const fn wrap(self, value: i128) -> i64 {
+        self.wrap_low(value as i64)
+    }
+
+    /// As [`wrap`](Self::wrap), of a value's lowest 64 bits, which are all that matters.
+    #[must_use]
+    pub(crate) const fn wrap_low(self, value: i64) -> i64 {
         let free = 64 - self.width();
         let bits = (value as u64) << free;
         if self.signed { (bits as i64) >> free } else { (bits >> free) as i64 }

@@ -9,9 +9,13 @@ mod format_text;
 mod narrow;
 mod notation;
 mod ports;
+mod term;
+mod word;
 
 pub use clock::{Clock, ClockError, Cycle};
 pub use format::{Format, FormatError, UNKNOWN};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
+pub use term::{Bit, Term};
+pub use word::{Int, Machine, Reach, Truth, Word};

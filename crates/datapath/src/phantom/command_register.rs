@@ -14,12 +14,13 @@
 //! - **Differs from the hardware**: loads exactly every period, without jitter; the conversion time of the D/A
 //!   converter is not in it.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use super::words::natural;
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -61,6 +62,22 @@ impl CommandRegister {
     }
 }
 
+impl Step for CommandRegister {
+    fn registers(&self) -> Vec<Register> {
+        let bits = self.period.width().max(u32::BITS - self.delay.leading_zeros());
+        let countdown = Register { reset: self.delay.into(), ..Register::new("countdown", Format::unsigned(bits)) };
+        let command = |name| Register::new(name, self.command);
+        vec![countdown, command("q1"), command("q2"), command("q3")]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { d1, d2, d3, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, q1, q2, q3] = *registers else { unreachable!("four registers") };
+        let (left, samples) = counted_down(left, period);
+        let [next1, next2, next3] = W::branch(samples, || [d1, d2, d3], || [q1, q2, q3]);
+        (vec![left, next1, next2, next3], Out { q1, q2, q3 })
+    }
+}
+
 impl Default for CommandRegister {
     fn default() -> Self {
         Self::new(16, 24, 8).expect("the data sheet's default")
@@ -98,6 +115,10 @@ impl Block for CommandRegister {
             natural("PERIOD_WIDTH", self.period.width()),
             natural("DELAY", self.delay),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

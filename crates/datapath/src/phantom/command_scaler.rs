@@ -10,11 +10,12 @@
 //! - **Source**: the output stage of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
-use super::words::{accept, exact, natural, parts};
+use super::words::{accept, natural, parts};
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the scaler.
@@ -33,6 +34,7 @@ pub struct CommandScaler {
     gain: u32,
     gain_frac: u32,
     narrowing: Narrowing,
+    fits_64: bool,
 }
 
 impl CommandScaler {
@@ -53,16 +55,26 @@ impl CommandScaler {
             rounding: Rounding::NearestUp,
             overflow: Overflow::Saturate,
         };
-        Ok(Self { torque, gain, gain_frac, narrowing })
+        let mut block = Self { torque, gain, gain_frac, narrowing, fits_64: false };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The command, and what was lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        let valid = input.valid1 & input.valid2 & input.valid3 == 1;
-        let product = i128::from(input.torque) * i128::from(self.gain);
-        Out { command: if valid { self.narrowing.apply(product) } else { exact(0) } }
+        in_machine!(self.fits_64, input, |input| self.made(input))
+    }
+}
+
+impl Combinational for CommandScaler {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let valid = input.valid1.is_set() & input.valid2.is_set() & input.valid3.is_set();
+        let command = || (input.torque * W::int(self.gain.into())).narrow(&self.narrowing);
+        let [command] = W::branch(valid, || [command()], || [W::int(0)]);
+        Out { command }
     }
 }
 
@@ -98,6 +110,10 @@ impl Block for CommandScaler {
         all.push(natural("GAIN_FRAC", self.gain_frac));
         all.push(natural("COMMAND_WIDTH", self.narrowing.to.width()));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

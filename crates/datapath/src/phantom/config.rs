@@ -137,7 +137,7 @@ impl PhantomConfig {
         let bits = i32::try_from(frac).expect("at most those of the lengths");
         let dropped = self.formats.length_frac.checked_sub(frac).expect("at most those of the lengths");
         let nearest = |word: u32| {
-            let word = Rounding::NearestUp.shift(word.into(), dropped);
+            let word = Rounding::NearestUp.shift(i64::from(word), dropped);
             u32::try_from(word).expect("a word that is none longer")
         };
         let formats = PhantomFormats {

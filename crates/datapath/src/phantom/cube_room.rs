@@ -13,12 +13,13 @@
 //! - **Source**: the cube of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use super::PhantomFormats;
-use super::words::{accept, exact, natural, parts};
+use super::words::{accept, natural, parts};
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the room.
@@ -39,6 +40,7 @@ pub struct CubeRoom {
     limit: u32,
     /// To the force's fraction bits, with more room than the clamp leaves.
     rounding: Narrowing,
+    fits_64: bool,
 }
 
 impl CubeRoom {
@@ -55,48 +57,62 @@ impl CubeRoom {
         accept(Self::NAME, "FORCE", force, true)?;
         let most = u32::try_from(force.max()).map_or(NATURAL, |most| most.min(NATURAL));
         within(Self::NAME, "FORCE_LIMIT", limit, 1..=most)?;
+        let from_frac = position.frac() + stiffness.frac();
+        // A depth has a bit more than a position, a force rounded up one more.
+        let width = position.width().cast_signed() + stiffness.width().cast_signed() + 2 + force.frac() - from_frac;
+        let width = width.clamp(force.width().cast_signed(), 64);
         let rounding = Narrowing {
-            from_frac: position.frac() + stiffness.frac(),
-            to: Format::new(true, 63 - force.frac(), force.frac()).expect("64 bits"),
+            from_frac,
+            to: Format::new(true, width - 1 - force.frac(), force.frac()).expect("at most 64 bits"),
             rounding: Rounding::NearestUp,
             overflow: Overflow::Saturate,
         };
-        Ok(Self { position, stiffness, force, limit, rounding })
+        let mut block = Self { position, stiffness, force, limit, rounding, fits_64: false };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// Force and contact, and what was lost to make them.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
-        let force = |depth: i64| self.force(stiffness, depth);
-        let x = if room & 1 == 0 { 0 } else { depth(x, x_low, x_high) };
-        let y = if room & 2 == 0 { 0 } else { depth(y, y_low, y_high) };
-        let z = if room & 4 == 0 { 0 } else { depth(z, z_low, z_high) };
-        let contact = i64::from(x != 0) + 2 * i64::from(y != 0) + 4 * i64::from(z != 0);
-        Out { force_x: force(x), force_y: force(y), force_z: force(z), contact: exact(contact) }
+        in_machine!(self.fits_64, input, |input| self.made(input))
     }
 
     /// The force of a wall on a tip that far beyond it.
     #[inline]
-    fn force(&self, stiffness: i64, depth: i64) -> Narrowed {
-        let spring = self.rounding.apply(-i128::from(stiffness) * i128::from(depth));
-        let limit = i64::from(self.limit);
-        let word = spring.word.clamp(-limit, limit);
-        Narrowed { word, overflowed: spring.overflowed || word != spring.word, ..spring }
+    fn force<W: Word>(&self, stiffness: W, depth: W) -> W {
+        let spring = (-(stiffness * depth)).narrow(&self.rounding);
+        let limit = i128::from(self.limit);
+        let limited = spring.limit(-limit, limit);
+        limited.overflowing(!limited.equals(spring))
+    }
+}
+
+impl Combinational for CubeRoom {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
+        let none = W::int(0);
+        let beyond = |pair: u32, at: W, low: W, high: W| {
+            let is_there = room.shr(pair).wrap(Format::BIT).is_set();
+            let [depth] = W::branch(is_there, || [depth(at, low, high)], || [none]);
+            depth
+        };
+        let (x, y, z) = (beyond(0, x, x_low, x_high), beyond(1, y, y_low, y_high), beyond(2, z, z_low, z_high));
+        let touches = |depth: W, pair: u32| W::of_bit(depth.is_set()).shl(pair);
+        let contact = touches(x, 0) + touches(y, 1) + touches(z, 2);
+        let force = |depth: W| self.force(stiffness, depth);
+        Out { force_x: force(x), force_y: force(y), force_z: force(z), contact }
     }
 }
 
 /// How far a coordinate is beyond one of two walls; the upper one counts first, should they be crossed.
 #[inline]
-fn depth(at: i64, low: i64, high: i64) -> i64 {
-    if at > high {
-        at - high
-    } else if at < low {
-        at - low
-    } else {
-        0
-    }
+fn depth<W: Word>(at: W, low: W, high: W) -> W {
+    let below = || W::branch(low.above(at), || [at - low], || [W::int(0)]);
+    let [depth] = W::branch(at.above(high), || [at - high], below);
+    depth
 }
 
 impl Default for CubeRoom {
@@ -144,6 +160,10 @@ impl Block for CubeRoom {
         all.extend(parts("FORCE_INT", "FORCE_FRAC", self.force));
         all.push(natural("FORCE_LIMIT", self.limit));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -12,12 +12,13 @@
 //! - **Source**: the kinematics of Çavuşoğlu et al. 2002, as used by Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal};
+use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
@@ -36,6 +37,7 @@ pub struct PhantomForward {
     length_frac: i32,
     lengths: [i128; 2],
     position: Format,
+    fits_64: bool,
 }
 
 impl PhantomForward {
@@ -52,26 +54,37 @@ impl PhantomForward {
         within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
         within(Self::NAME, "LENGTH_1", lengths[0], 1..=NATURAL)?;
         within(Self::NAME, "LENGTH_2", lengths[1], 1..=NATURAL)?;
-        Ok(Self { trig, length_frac: length_frac.cast_signed(), lengths: lengths.map(i128::from), position })
+        let (length_frac, lengths) = (length_frac.cast_signed(), lengths.map(i128::from));
+        let mut block = Self { trig, length_frac, lengths, position, fits_64: false };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The position, and what was lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3 } = input.map(i128::from);
-        let ([upper, fore], length_frac) = (self.lengths, self.length_frac);
+        in_machine!(self.fits_64, input, |input| self.made(input))
+    }
+}
+
+impl Combinational for PhantomForward {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3 } = input;
+        let ([upper, fore], length_frac) = (self.lengths.map(W::int), self.length_frac);
         let (trig_frac, position) = (self.trig.frac(), self.position);
 
         let frac = length_frac + trig_frac;
-        let radius = nearest(frac, position).apply(upper * cosine2 + fore * sine3);
+        let radius = (upper * cosine2 + fore * sine3).narrow(&nearest(frac, position));
         let (rise, rise_frac) = aligned_sum((fore, length_frac), (upper * sine2 - fore * cosine3, frac));
-        let y = nearest(rise_frac, position).apply(rise);
+        let y = rise.narrow(&nearest(rise_frac, position));
 
-        let (reach, frac) = (i128::from(radius.word), position.frac() + trig_frac);
-        let x = nearest(frac, position).apply(sine1 * reach);
+        // What the radius lost is told of the radius alone.
+        let (reach, frac) = (radius.shed(), position.frac() + trig_frac);
+        let x = (sine1 * reach).narrow(&nearest(frac, position));
         let (depth, depth_frac) = aligned_sum((-upper, length_frac), (cosine1 * reach, frac));
-        let z = nearest(depth_frac, position).apply(depth);
+        let z = depth.narrow(&nearest(depth_frac, position));
         Out { x, y, z, radius }
     }
 }
@@ -118,6 +131,10 @@ impl Block for PhantomForward {
         all.push(natural("LENGTH_2", length(1)));
         all.extend(parts("POSITION_INT", "POSITION_FRAC", self.position));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -13,12 +13,13 @@
 //! - **Source**: the Jacobian of those kinematics (Çavuşoğlu et al. 2002), as used by Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal};
+use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
-use super::words::{accept, accept_trig, after, aligned_sum, natural, nearest, parts};
+use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic};
+use crate::step::in_machine;
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the Jacobian.
@@ -36,6 +37,7 @@ pub struct PhantomTorque {
     formats: PhantomFormats,
     lengths: [u32; 2],
     beam: Format,
+    fits_64: bool,
 }
 
 impl PhantomTorque {
@@ -56,32 +58,37 @@ impl PhantomTorque {
         within(Self::NAME, "FORCE's width", force.width(), 2..=39)?;
         accept(Self::NAME, "TORQUE", torque, true)?;
         let beam = Format::new(true, force.int() + 1, force.frac()).expect("at most 40 bits");
-        Ok(Self { formats: *formats, lengths, beam })
+        let mut block = Self { formats: *formats, lengths, beam, fits_64: false };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// The torques, and what was lost to make them.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z } =
-            input.map(i128::from);
+        in_machine!(self.fits_64, input, |input| self.made(input))
+    }
+}
+
+impl Combinational for PhantomTorque {
+    #[inline]
+    fn made<W: Word>(&self, input: In<W>) -> Out<W> {
+        let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z } = input;
         let PhantomFormats { trig, position, force, torque, .. } = self.formats;
-        let [upper_m, fore_m] = self.lengths.map(i128::from);
+        let [upper_m, fore_m] = self.lengths.map(|length| W::int(length.into()));
         let length_frac = self.formats.length_frac.cast_signed();
 
         let beam = nearest(trig.frac() + force.frac(), self.beam);
-        let radial = beam.apply(sine1 * force_x + cosine1 * force_z);
-        let along = i128::from(radial.word);
-        let upper = beam.apply(cosine2 * force_y - sine2 * along);
-        let fore = beam.apply(sine3 * force_y + cosine3 * along);
+        let radial = (sine1 * force_x + cosine1 * force_z).narrow(&beam);
+        let upper = (cosine2 * force_y - sine2 * radial).narrow(&beam);
+        let fore = (sine3 * force_y + cosine3 * radial).narrow(&beam);
 
         let (reach, reach_frac) = aligned_sum((z, position.frac()), (upper_m, length_frac));
-        let (aside, _) = aligned_sum((x, position.frac()), (0, reach_frac));
-        let torque1 = nearest(reach_frac + force.frac(), torque).apply(reach * force_x - aside * force_z);
+        let (aside, _) = aligned_sum((x, position.frac()), (W::int(0), reach_frac));
+        let torque1 = (reach * force_x - aside * force_z).narrow(&nearest(reach_frac + force.frac(), torque));
         let lever = nearest(length_frac + force.frac(), torque);
-        let torque2 = lever.apply(upper_m * i128::from(upper.word));
-        let torque3 = lever.apply(fore_m * i128::from(fore.word));
-        Out { torque1, torque2: after(torque2, [radial, upper]), torque3: after(torque3, [radial, fore]) }
+        Out { torque1, torque2: (upper_m * upper).narrow(&lever), torque3: (fore_m * fore).narrow(&lever) }
     }
 }
 
@@ -135,6 +142,10 @@ impl Block for PhantomTorque {
         all.extend(parts("FORCE_INT", "FORCE_FRAC", force));
         all.extend(parts("TORQUE_INT", "TORQUE_FRAC", torque));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -1,6 +1,6 @@
 //! The rules that the words of the PHANToM's blocks share.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::config::within;
 use crate::{ConfigError, Generic};
@@ -16,9 +16,11 @@ pub(crate) const fn exact(word: i64) -> Narrowed {
 }
 
 /// The sum of two terms with their own fraction bits, and the fraction bits of the sum: both aligned, nothing lost.
-pub(crate) const fn aligned_sum(a: (i128, i32), b: (i128, i32)) -> (i128, i32) {
-    let frac = if a.1 > b.1 { a.1 } else { b.1 };
-    (a.0 * (1 << (frac - a.1)) + b.0 * (1 << (frac - b.1)), frac)
+#[inline]
+pub(crate) fn aligned_sum<W: Word>(a: (W, i32), b: (W, i32)) -> (W, i32) {
+    let frac = a.1.max(b.1);
+    let aligned = |(word, own): (W, i32)| word.shl((frac - own).cast_unsigned());
+    (aligned(a) + aligned(b), frac)
 }
 
 /// Refuses a word of more than 40 bits or 30 fraction bits: sums of products of those, aligned, have room in 128 bits.
@@ -49,11 +51,3 @@ pub(crate) fn natural(name: &'static str, value: u32) -> (&'static str, Generic)
     (name, Generic::Integer(value.into()))
 }
 
-/// A word with what was lost on the way to it added to its own loss.
-pub(crate) fn after<const N: usize>(word: Narrowed, way: [Narrowed; N]) -> Narrowed {
-    way.iter().fold(word, |sum, step| Narrowed {
-        word: sum.word,
-        rounded: sum.rounded || step.rounded,
-        overflowed: sum.overflowed || step.overflowed,
-    })
-}

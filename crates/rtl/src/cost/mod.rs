@@ -223,7 +223,7 @@ fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTre
 }
 
 /// Runs a tool in a library's directory; what it said, first on its standard output, then on its standard error.
-fn run(
+pub(crate) fn run(
     library: &Library,
     tool: Tool,
     block: &str,
@@ -236,7 +236,7 @@ fn run(
         Tool::Ghdl => "write Verilog of",
         Tool::Yosys => "synthesise",
         Tool::Nextpnr => "place",
-        Tool::Verilator => "read",
+        Tool::Verilator | Tool::Z3 | Tool::Yices => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
     let said = said.map_err(|error| CostError::of(block, error))?;

@@ -6,6 +6,7 @@ mod cost;
 mod cost_cache;
 mod cost_verilog;
 mod exports;
+mod formal;
 mod generics;
 mod headers;
 mod junit;

@@ -1,0 +1,115 @@
+//! Proofs: a block's VHDL equals the emulator for all inputs in all states, not only on vectors.
+//!
+//! GHDL synthesises the VHDL, with the repairs that costs need too; Yosys writes the netlist as a transition in SMT-LIB,
+//! every bit that is unknown in it free to be either. The block's equations ([`AnyStep`]) become terms over the same
+//! inputs, and over registers read from the netlist's. A solver is asked for a state and inputs of which an output, or a
+//! register after the edge, differs: *unsatisfiable* is the proof. What registers may hold (their formats) is assumed of
+//! the state and shown of the next one; a second query does the same for the reset.
+
+mod netlist;
+mod query;
+mod solver;
+
+use std::fmt;
+use std::time::Duration;
+
+use hpu_datapath::{AnyBlock, AnyStep};
+
+use crate::cost::CostError;
+use crate::hdl::Setup;
+use crate::tool::{Tool, ToolError};
+
+pub use query::Value;
+pub use solver::SOLVERS;
+
+use netlist::Netlist;
+use query::{Query, queries};
+use solver::Answer;
+
+/// How far a block's proof came.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Verdict {
+    /// For all inputs and states: by which solver each query was answered.
+    Proved(Vec<&'static str>),
+    /// An output or a register after the edge differs: what is asked for (an edge or the reset), and all words of it.
+    Refuted(&'static str, Vec<Value>),
+    /// Not proved, and why.
+    Open(String),
+}
+
+/// Why a proof could not be tried.
+#[derive(Debug)]
+pub enum ProofError {
+    /// A tool is missing, or did not do what it was asked.
+    Tool(ToolError),
+    /// The VHDL, or what is made of it, was refused.
+    Cost(CostError),
+    /// The netlist and the equations do not belong together.
+    Netlist(String),
+}
+
+impl fmt::Display for ProofError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Tool(error) => error.fmt(f),
+            Self::Cost(error) => error.fmt(f),
+            Self::Netlist(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for ProofError {}
+
+impl ProofError {
+    /// The tool that is to blame, if one is.
+    #[must_use]
+    pub fn tool(&self) -> Option<&ToolError> {
+        match self {
+            Self::Tool(error) => Some(error),
+            Self::Cost(error) => error.tool(),
+            Self::Netlist(_) => None,
+        }
+    }
+}
+
+impl From<ToolError> for ProofError {
+    fn from(error: ToolError) -> Self {
+        Self::Tool(error)
+    }
+}
+
+impl From<CostError> for ProofError {
+    fn from(error: CostError) -> Self {
+        Self::Cost(error)
+    }
+}
+
+/// Why a block without equations is open.
+pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vectors stand";
+
+/// Proves a block's VHDL equal to the block, each query within this time.
+///
+/// # Errors
+///
+/// [`ProofError`] when a tool is missing, the VHDL does not synthesise, or its registers are not those of the block.
+pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, ProofError> {
+    let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
+    solver::known()?;
+    let netlist = Netlist::new(block, &setup.into())?;
+    ask(equations, &netlist, limit)
+}
+
+fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
+    let mut solvers = Vec::new();
+    for Query { about, text, values } in queries(equations, netlist)? {
+        match solver::race(&text, &values, limit)? {
+            (Answer::Unsatisfiable, solver) => solvers.push(solver),
+            (Answer::Satisfiable(model), _) => return Ok(Verdict::Refuted(about, query::read(values, &model))),
+            (Answer::Unknown(why), _) => return Ok(Verdict::Open(why)),
+        }
+    }
+    Ok(Verdict::Proved(solvers))
+}
+
+/// The tools that a proof needs.
+pub const TOOLS: [Tool; 4] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices];

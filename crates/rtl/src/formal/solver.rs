@@ -1,0 +1,115 @@
+//! Solvers of SMT-LIB, raced against each other.
+
+use std::collections::HashMap;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use super::ProofError;
+use super::query::{Asked, names};
+use crate::temporary::Temporary;
+use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
+
+/// The solvers that race.
+pub const SOLVERS: [Tool; 2] = [Tool::Z3, Tool::Yices];
+
+/// What solvers found.
+pub(super) enum Answer {
+    Unsatisfiable,
+    /// The words of a counterexample, by name.
+    Satisfiable(HashMap<String, u128>),
+    Unknown(String),
+}
+
+/// Whether all solvers are there.
+pub(super) fn known() -> Result<(), ToolError> {
+    SOLVERS.iter().try_for_each(|solver| solver.version().map(|_| ()))
+}
+
+/// The first answer, and whose it is; the others are stopped.
+pub(super) fn race(text: &str, values: &[Asked], limit: Duration) -> Result<(Answer, &'static str), ProofError> {
+    let io = |error| ToolError::new(Tool::Z3, "be asked", Fault::NotStarted(error), "");
+    let folder = Temporary::folder().map_err(io)?;
+    let path = folder.path().join("query.smt2");
+    let asked: Vec<_> = names(values).collect();
+    let whole = format!("{text}(check-sat)\n(get-value ({}))\n", asked.join(" "));
+    std::fs::write(&path, whole).map_err(io)?;
+    let is_answered = AtomicBool::new(false);
+    let (send, answers) = mpsc::channel();
+    thread::scope(|scope| {
+        for solver in SOLVERS {
+            let (send, path, is_answered) = (send.clone(), &path, &is_answered);
+            scope.spawn(move || {
+                let mut command = Command::new(solver.name());
+                command.arg(path).current_dir(path.parent().unwrap_or(path));
+                let said = run_unless(is_answered, solver, "decide a query", command, limit);
+                // Who listens has heard enough after the first answer.
+                let _ = send.send((solver, answer(solver, said)));
+            });
+        }
+        drop(send);
+        let mut unknown = Vec::new();
+        for (solver, answer) in answers {
+            match answer {
+                Ok(Answer::Unknown(why)) => unknown.push(format!("{}: {why}", solver.name())),
+                Ok(found) => {
+                    is_answered.store(true, Ordering::Relaxed);
+                    return Ok((found, solver.name()));
+                }
+                Err(error) => {
+                    is_answered.store(true, Ordering::Relaxed);
+                    return Err(error.into());
+                }
+            }
+        }
+        Ok((Answer::Unknown(unknown.join("; ")), ""))
+    })
+}
+
+fn answer(solver: Tool, said: Result<Said, ToolError>) -> Result<Answer, ToolError> {
+    let said = match said {
+        Ok(said) => said,
+        // `get-value` after `unsat` is an error, which the exit code tells.
+        Err(ToolError { fault: Fault::Failed(_), said, .. }) if said.contains("unsat") => {
+            Said { out: said, err: String::new() }
+        }
+        Err(ToolError { fault: Fault::Failed(_), said, .. }) => return Ok(Answer::Unknown(said.trim().to_string())),
+        Err(ToolError { fault: Fault::TooLong(limit), .. }) => {
+            return Ok(Answer::Unknown(format!("no answer within {} s", limit.as_secs_f64())));
+        }
+        Err(error) => return Err(error),
+    };
+    let (head, model) = said.out.split_once('\n').unwrap_or((&said.out, ""));
+    match head.trim() {
+        "unsat" => Ok(Answer::Unsatisfiable),
+        "sat" => Ok(Answer::Satisfiable(words(model))),
+        "unknown" => Ok(Answer::Unknown("unknown".to_string())),
+        _ => Err(ToolError::new(solver, "decide a query", Fault::Silent("answer"), &said.all())),
+    }
+}
+
+/// The words of a model, `((|input a| #b0101) (|input b| #xff))`.
+fn words(model: &str) -> HashMap<String, u128> {
+    let mut words = HashMap::new();
+    let mut rest = model;
+    while let Some((_, after)) = rest.split_once('|') {
+        let Some((name, after)) = after.split_once('|') else { break };
+        rest = after;
+        let value = after.trim_start();
+        let digits = |radix: u32| {
+            let end = value[2..].find(|c: char| !c.is_digit(radix)).map_or(value.len(), |end| end + 2);
+            u128::from_str_radix(&value[2..end], radix).ok()
+        };
+        let word = match value.get(..2) {
+            Some("#b") => digits(2),
+            Some("#x") => digits(16),
+            _ => None,
+        };
+        if let Some(word) = word {
+            words.insert(format!("|{name}|"), word);
+        }
+    }
+    words
+}

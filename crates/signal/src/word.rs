@@ -1,0 +1,509 @@
+//! `Word`: what a number is to the arithmetic of a block, so that the arithmetic is written once and read in many ways.
+//!
+//! A block writes its equations over any `Word`. Read as [`Machine`] they compute, with 64 bits where [`Reach`] shows
+//! that these suffice and with 128 else; read as [`Term`](crate::Term) they are what a solver proves of the VHDL.
+//! Between two narrowings everything is exact.
+
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
+
+use num_traits::{AsPrimitive, PrimInt, Signed};
+
+use crate::{Format, Narrowed, Narrowing, Overflow, Rounding};
+
+/// Whether something holds, in a reading of words.
+pub trait Truth: Copy + Not<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self> {}
+
+impl<B: Copy + Not<Output = B> + BitAnd<Output = B> + BitOr<Output = B>> Truth for B {}
+
+/// An exact integer in one of its readings, in units of the least significant bit.
+///
+/// Words carry along what was lost to make them, where a reading tells that: sums and products add up the losses of
+/// their parts, [`narrow`](Word::narrow) adds its own.
+pub trait Word:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + Debug
+{
+    /// What comparisons give.
+    type Bit: Truth;
+
+    /// A constant of the hardware.
+    fn int(value: i128) -> Self;
+    /// A bit as the number 0 or 1.
+    fn of_bit(bit: Self::Bit) -> Self;
+    /// Times `2^bits`: what lines fractions up, and costs no logic.
+    fn shl(self, bits: u32) -> Self;
+    /// Divided by `2^bits`, rounded down; nothing is told of what that loses.
+    fn shr(self, bits: u32) -> Self;
+    /// Into a word: rounded, then made to fit. The one place that tells what is lost.
+    fn narrow(self, rule: &Narrowing) -> Self;
+    /// The low bits, as a word of that format: what counts modulo its width loses nothing.
+    fn wrap(self, to: Format) -> Self;
+    /// Whether it is not less than another.
+    fn at_least(self, other: Self) -> Self::Bit;
+    /// Whether it is the same number as another.
+    fn equals(self, other: Self) -> Self::Bit;
+    /// What one of two branches gives; a reading that computes takes the one alone.
+    fn branch<const N: usize>(
+        bit: Self::Bit,
+        yes: impl FnOnce() -> [Self; N],
+        no: impl FnOnce() -> [Self; N],
+    ) -> [Self; N];
+    /// The word of a table at this address, which is one of the table's.
+    fn look_up(self, table: &[i64]) -> Self;
+    /// Without what was lost to make it.
+    fn shed(self) -> Self {
+        self
+    }
+    /// With this overflow told, too.
+    fn overflowing(self, bit: Self::Bit) -> Self {
+        let _ = bit;
+        self
+    }
+
+    /// Whether it is more than another.
+    fn above(self, other: Self) -> Self::Bit {
+        !other.at_least(self)
+    }
+    /// Whether it is a bit that is set, or any number but 0.
+    fn is_set(self) -> Self::Bit {
+        !self.equals(Self::int(0))
+    }
+    /// One of two words.
+    fn select(bit: Self::Bit, yes: Self, no: Self) -> Self {
+        let [word] = Self::branch(bit, || [yes], || [no]);
+        word
+    }
+    /// The lesser of two, the first of two equal ones, with what that one lost.
+    fn lesser(self, other: Self) -> Self {
+        Self::select(self.above(other), other, self)
+    }
+    /// The greater of two, the first of two equal ones, with what that one lost.
+    fn greater(self, other: Self) -> Self {
+        Self::select(other.above(self), other, self)
+    }
+    /// Clamped, with what it lost before; the clamp tells nothing of its own.
+    fn limit(self, least: i128, most: i128) -> Self;
+}
+
+/// An integer of the machine.
+pub trait Int: PrimInt + Signed + AsPrimitive<i64> + Debug + 'static {
+    /// Its bits.
+    const BITS: u32;
+    /// The integer of these low bits.
+    fn low(value: i128) -> Self;
+}
+
+impl Int for i64 {
+    const BITS: u32 = 64;
+    #[inline]
+    fn low(value: i128) -> Self {
+        value as Self
+    }
+}
+
+impl Int for i128 {
+    const BITS: u32 = 128;
+    #[inline]
+    fn low(value: i128) -> Self {
+        value
+    }
+}
+
+impl Rounding {
+    /// `value / 2^drop`, rounded. The value must be above the least one of its type.
+    #[inline]
+    #[must_use]
+    pub fn shift<T: Int>(self, value: T, drop: u32) -> T {
+        if drop == 0 {
+            return value;
+        }
+        if drop >= T::BITS {
+            // The quotient is below one half in size.
+            return if self == Self::Truncate { value >> (T::BITS as usize - 1) } else { T::zero() };
+        }
+        let floor = value >> drop as usize;
+        if self == Self::Truncate {
+            return floor;
+        }
+        let rest = value - (floor << drop as usize); // 0 <= rest < 2^drop, unless the sign bit is a half
+        let half = T::one() << (drop as usize - 1);
+        let is_above = (rest ^ half) != T::zero() && (rest & half) != T::zero();
+        let is_half = rest == half;
+        let up = match self {
+            Self::Truncate => false,
+            Self::TowardZero => value < T::zero() && rest != T::zero(),
+            Self::NearestUp => is_above || is_half,
+            Self::NearestAway => is_above || is_half && value >= T::zero(),
+            Self::NearestEven => is_above || is_half && (floor & T::one()) == T::one(),
+        };
+        if up { floor + T::one() } else { floor }
+    }
+}
+
+impl Narrowing {
+    /// The rule that takes a word of a format as one of another: nothing is rounded away, upper bits are dropped.
+    #[must_use]
+    pub const fn wrapping(to: Format) -> Self {
+        Self { from_frac: to.frac(), to, rounding: Rounding::Truncate, overflow: Overflow::Wrap }
+    }
+
+    /// The word of an exact value, whether non-zero bits were rounded away, and whether it did not fit. A value to be
+    /// widened must leave room for the shift, and a machine integer hold the format's bounds.
+    #[inline]
+    fn narrow<T: Int>(&self, value: T) -> (T, bool, bool) {
+        let drop = self.from_frac - self.to.frac();
+        let (scaled, rounded) = if drop > 0 {
+            let drop = drop.cast_unsigned();
+            let is_rest = if drop >= T::BITS {
+                value != T::zero()
+            } else {
+                (value >> drop as usize) << drop as usize != value
+            };
+            (self.rounding.shift(value, drop), is_rest)
+        } else {
+            (value << drop.unsigned_abs() as usize, false)
+        };
+        let (least, most) = (T::low(self.to.min()), T::low(self.to.max()));
+        if least <= scaled && scaled <= most {
+            return (scaled, rounded, false);
+        }
+        let word = match self.overflow {
+            Overflow::Wrap => T::low(self.to.wrap_low(scaled.as_()).into()),
+            Overflow::Saturate if scaled < least => least,
+            Overflow::Saturate => most,
+        };
+        (word, rounded, true)
+    }
+
+    /// Narrows an exact value: round first, then overflow.
+    ///
+    /// A value to be widened (more fraction bits than it has) must leave room for the shift:
+    /// `|value| < 2^(127 - added)`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use hpu_signal::{Format, Narrowing, Overflow, Rounding};
+    /// // The paper's truncation: a 24-bit product into 12 bits, the upper ones dropped.
+    /// let drop_upper =
+    ///     Narrowing { from_frac: 0, to: Format::unsigned(12), rounding: Rounding::Truncate, overflow: Overflow::Wrap };
+    /// let torque = drop_upper.apply(70 * 60);
+    /// assert_eq!((torque.word, torque.overflowed), (104, true));
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn apply(&self, value: i128) -> Narrowed {
+        Machine::exact(value).narrow(self).narrowed()
+    }
+}
+
+/// A number as a machine integer computes it, with what was lost to make it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Machine<T> {
+    value: T,
+    rounded: bool,
+    overflowed: bool,
+}
+
+impl<T: Int> Machine<T> {
+    /// A number that has lost nothing.
+    #[inline]
+    #[must_use]
+    pub fn exact(value: T) -> Self {
+        Self { value, rounded: false, overflowed: false }
+    }
+
+    /// The word of a port or register.
+    #[inline]
+    #[must_use]
+    pub fn of(word: i64) -> Self {
+        Self::exact(T::low(word.into()))
+    }
+
+    /// As a word, with what was lost to make it.
+    #[inline]
+    #[must_use]
+    pub fn narrowed(self) -> Narrowed {
+        Narrowed { word: self.value.as_(), rounded: self.rounded, overflowed: self.overflowed }
+    }
+
+    #[inline]
+    fn with(self, value: T) -> Self {
+        Self { value, ..self }
+    }
+
+    #[inline]
+    fn both(self, other: Self, value: T) -> Self {
+        Self {
+            value,
+            rounded: self.rounded | other.rounded,
+            overflowed: self.overflowed | other.overflowed,
+        }
+    }
+}
+
+impl<T: Int> Add for Machine<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        self.both(other, self.value + other.value)
+    }
+}
+
+impl<T: Int> Sub for Machine<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self.both(other, self.value - other.value)
+    }
+}
+
+impl<T: Int> Mul for Machine<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        self.both(other, self.value * other.value)
+    }
+}
+
+impl<T: Int> Neg for Machine<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        self.with(-self.value)
+    }
+}
+
+impl<T: Int> Word for Machine<T> {
+    type Bit = bool;
+
+    #[inline]
+    fn int(value: i128) -> Self {
+        Self::exact(T::low(value))
+    }
+    #[inline]
+    fn of_bit(bit: bool) -> Self {
+        Self::exact(if bit { T::one() } else { T::zero() })
+    }
+    #[inline]
+    fn shl(self, bits: u32) -> Self {
+        self.with(self.value << bits as usize)
+    }
+    #[inline]
+    fn shr(self, bits: u32) -> Self {
+        self.with(Rounding::Truncate.shift(self.value, bits))
+    }
+    #[inline]
+    fn narrow(self, rule: &Narrowing) -> Self {
+        let (value, rounded, overflowed) = rule.narrow(self.value);
+        Self { value, rounded: self.rounded | rounded, overflowed: self.overflowed | overflowed }
+    }
+    #[inline]
+    fn wrap(self, to: Format) -> Self {
+        self.with(T::low(to.wrap_low(self.value.as_()).into()))
+    }
+    #[inline]
+    fn at_least(self, other: Self) -> bool {
+        self.value >= other.value
+    }
+    #[inline]
+    fn equals(self, other: Self) -> bool {
+        self.value == other.value
+    }
+    #[inline]
+    fn branch<const N: usize>(
+        bit: bool,
+        yes: impl FnOnce() -> [Self; N],
+        no: impl FnOnce() -> [Self; N],
+    ) -> [Self; N] {
+        if bit { yes() } else { no() }
+    }
+    #[inline]
+    fn look_up(self, table: &[i64]) -> Self {
+        let address = usize::try_from(self.value.as_()).expect("an address of the table");
+        self.with(T::low(table[address].into()))
+    }
+    #[inline]
+    fn shed(self) -> Self {
+        Self::exact(self.value)
+    }
+    #[inline]
+    fn overflowing(self, bit: bool) -> Self {
+        Self { overflowed: self.overflowed | bit, ..self }
+    }
+    #[inline]
+    fn limit(self, least: i128, most: i128) -> Self {
+        self.with(self.value.max(T::low(least)).min(T::low(most)))
+    }
+}
+
+/// How far a number may reach, and how far all that it is made of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Reach {
+    /// The least that it may be.
+    pub least: i128,
+    /// The most that it may be.
+    pub most: i128,
+    /// The greatest magnitude on the way to it, bounds of formats included.
+    widest: u128,
+}
+
+impl Reach {
+    /// From one number to another.
+    #[must_use]
+    pub fn new(least: i128, most: i128) -> Self {
+        Self { least, most, widest: least.unsigned_abs().max(most.unsigned_abs()) }
+    }
+
+    /// What a word of a format may be.
+    #[must_use]
+    pub fn of(format: Format) -> Self {
+        Self::new(format.min(), format.max())
+    }
+
+    /// Whether 64 bits suffice for all that these are made of.
+    #[must_use]
+    pub fn fit_64(all: &[Self]) -> bool {
+        all.iter().all(|reach| reach.widest < 1 << 62)
+    }
+
+    fn after(self, way: u128) -> Self {
+        Self { widest: self.widest.max(way), ..self }
+    }
+
+    /// The reach of these bounds, after both operands.
+    fn both(self, other: Self, bounds: &[i128]) -> Self {
+        let least = bounds.iter().copied().min().expect("bounds");
+        let most = bounds.iter().copied().max().expect("bounds");
+        Self::new(least, most).after(self.widest).after(other.widest)
+    }
+}
+
+impl Add for Reach {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        self.both(other, &[self.least.saturating_add(other.least), self.most.saturating_add(other.most)])
+    }
+}
+
+impl Sub for Reach {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self.both(other, &[self.least.saturating_sub(other.most), self.most.saturating_sub(other.least)])
+    }
+}
+
+impl Mul for Reach {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let product = |a: i128, b: i128| a.saturating_mul(b);
+        let corners = [
+            product(self.least, other.least),
+            product(self.least, other.most),
+            product(self.most, other.least),
+            product(self.most, other.most),
+        ];
+        self.both(other, &corners)
+    }
+}
+
+impl Neg for Reach {
+    type Output = Self;
+    fn neg(self) -> Self {
+        self.both(self, &[self.least.saturating_neg(), self.most.saturating_neg()])
+    }
+}
+
+/// Either truth, with the greatest magnitude on the way to it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Either(u128);
+
+impl Not for Either {
+    type Output = Self;
+    fn not(self) -> Self {
+        self
+    }
+}
+
+impl BitAnd for Either {
+    type Output = Self;
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+}
+
+impl BitOr for Either {
+    type Output = Self;
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+}
+
+impl Word for Reach {
+    type Bit = Either;
+
+    fn int(value: i128) -> Self {
+        Self::new(value, value)
+    }
+    fn of_bit(bit: Either) -> Self {
+        Self::new(0, 1).after(bit.0)
+    }
+    fn shl(self, bits: u32) -> Self {
+        self * Self::int(1i128.checked_shl(bits).unwrap_or(i128::MAX))
+    }
+    fn shr(self, bits: u32) -> Self {
+        let floor = |value| Rounding::Truncate.shift(value, bits);
+        self.both(self, &[floor(self.least), floor(self.most)])
+    }
+    fn narrow(self, rule: &Narrowing) -> Self {
+        let drop = rule.from_frac - rule.to.frac();
+        let scaled = if drop > 0 {
+            let round = |value| rule.rounding.shift(value, drop.cast_unsigned());
+            self.both(self, &[round(self.least), round(self.most)])
+        } else {
+            self.shl(drop.unsigned_abs())
+        };
+        let all = Self::of(rule.to);
+        let fits = rule.to.holds(scaled.least) && rule.to.holds(scaled.most);
+        let kept = match rule.overflow {
+            _ if fits => scaled,
+            Overflow::Wrap => all,
+            Overflow::Saturate => scaled.limit(all.least, all.most),
+        };
+        kept.after(scaled.widest).after(all.widest)
+    }
+    fn wrap(self, to: Format) -> Self {
+        self.narrow(&Narrowing::wrapping(to))
+    }
+    fn at_least(self, other: Self) -> Either {
+        Either(self.widest.max(other.widest))
+    }
+    fn equals(self, other: Self) -> Either {
+        self.at_least(other)
+    }
+    fn branch<const N: usize>(
+        bit: Either,
+        yes: impl FnOnce() -> [Self; N],
+        no: impl FnOnce() -> [Self; N],
+    ) -> [Self; N] {
+        let (mut words, no) = (yes(), no());
+        for (word, other) in words.iter_mut().zip(no) {
+            let bounds = [word.least, word.most, other.least, other.most];
+            *word = word.both(other, &bounds).after(bit.0);
+        }
+        words
+    }
+    fn look_up(self, table: &[i64]) -> Self {
+        let bounds: Vec<_> = table.iter().map(|&word| i128::from(word)).collect();
+        self.both(self, &bounds)
+    }
+    fn lesser(self, other: Self) -> Self {
+        self.both(other, &[self.least.min(other.least), self.most.min(other.most)])
+    }
+    fn greater(self, other: Self) -> Self {
+        self.both(other, &[self.least.max(other.least), self.most.max(other.most)])
+    }
+    fn limit(self, least: i128, most: i128) -> Self {
+        self.greater(Self::int(least)).lesser(Self::int(most))
+    }
+}
