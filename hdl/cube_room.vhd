@@ -127,11 +127,19 @@ architecture rtl of cube_room is
     return std_logic_vector(clamp(rounded(-(signed('0' & stiff) * distance)))) and there;
   end function;
 
+  signal depth_x : signed(POSITION_WIDTH downto 0);
+  signal depth_y : signed(POSITION_WIDTH downto 0);
+  signal depth_z : signed(POSITION_WIDTH downto 0);
+
 begin
 
-  force_x <= push(depth(x, x_low, x_high), stiffness, room(0));
-  force_y <= push(depth(y, y_low, y_high), stiffness, room(1));
-  force_z <= push(depth(z, z_low, z_high), stiffness, room(2));
+  depth_x <= depth(x, x_low, x_high);
+  depth_y <= depth(y, y_low, y_high);
+  depth_z <= depth(z, z_low, z_high);
+
+  force_x <= push(depth_x, stiffness, room(0));
+  force_y <= push(depth_y, stiffness, room(1));
+  force_z <= push(depth_z, stiffness, room(2));
 
   contact(0) <= room(0) and (exceeds(x, x_high) or exceeds(x_low, x));
   contact(1) <= room(1) and (exceeds(y, y_high) or exceeds(y_low, y));

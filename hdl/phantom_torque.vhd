@@ -95,33 +95,31 @@ architecture rtl of phantom_torque is
     return word(width - 1 downto 0);
   end function;
 
+  signal radial : signed(BEAM_WIDTH - 1 downto 0);
+  signal upper  : signed(BEAM_WIDTH - 1 downto 0);
+  signal fore   : signed(BEAM_WIDTH - 1 downto 0);
+  signal arm_x  : signed(ARM_WIDTH - 1 downto 0);
+  signal arm_z  : signed(ARM_WIDTH - 1 downto 0);
+
 begin
 
-  process (all)
-    variable radial : signed(BEAM_WIDTH - 1 downto 0);
-    variable upper  : signed(BEAM_WIDTH - 1 downto 0);
-    variable fore   : signed(BEAM_WIDTH - 1 downto 0);
-    variable arm_x  : signed(ARM_WIDTH - 1 downto 0);
-    variable arm_z  : signed(ARM_WIDTH - 1 downto 0);
-  begin
-    radial := narrow(resize(signed(sine1) * signed(force_x), BEAM_SUM_WIDTH)
-                     + signed(cosine1) * signed(force_z), TRIG_FRAC, BEAM_WIDTH);
-    upper  := narrow(resize(signed(cosine2) * signed(force_y), BEAM_SUM_WIDTH)
-                     - signed(sine2) * radial, TRIG_FRAC, BEAM_WIDTH);
-    fore   := narrow(resize(signed(sine3) * signed(force_y), BEAM_SUM_WIDTH)
-                     + signed(cosine3) * radial, TRIG_FRAC, BEAM_WIDTH);
+  radial <= narrow(resize(signed(sine1) * signed(force_x), BEAM_SUM_WIDTH)
+                   + signed(cosine1) * signed(force_z), TRIG_FRAC, BEAM_WIDTH);
+  upper  <= narrow(resize(signed(cosine2) * signed(force_y), BEAM_SUM_WIDTH)
+                   - signed(sine2) * radial, TRIG_FRAC, BEAM_WIDTH);
+  fore   <= narrow(resize(signed(sine3) * signed(force_y), BEAM_SUM_WIDTH)
+                   + signed(cosine3) * radial, TRIG_FRAC, BEAM_WIDTH);
 
-    arm_x := shift_left(resize(signed(x), ARM_WIDTH), ARM_FRAC - POSITION_FRAC);
-    arm_z := shift_left(resize(signed(z), ARM_WIDTH), ARM_FRAC - POSITION_FRAC)
-             + shift_left(resize(L1, ARM_WIDTH), ARM_FRAC - LENGTH_FRAC);
+  arm_x <= shift_left(resize(signed(x), ARM_WIDTH), ARM_FRAC - POSITION_FRAC);
+  arm_z <= shift_left(resize(signed(z), ARM_WIDTH), ARM_FRAC - POSITION_FRAC)
+           + shift_left(resize(L1, ARM_WIDTH), ARM_FRAC - LENGTH_FRAC);
 
-    torque1 <= std_logic_vector(narrow(resize(arm_z * signed(force_x), ARM_SUM_WIDTH)
-                                       - arm_x * signed(force_z),
-                                       ARM_FRAC + FORCE_FRAC - TORQUE_FRAC, TORQUE_WIDTH));
-    torque2 <= std_logic_vector(narrow(L1 * upper, LENGTH_FRAC + FORCE_FRAC - TORQUE_FRAC,
-                                       TORQUE_WIDTH));
-    torque3 <= std_logic_vector(narrow(L2 * fore, LENGTH_FRAC + FORCE_FRAC - TORQUE_FRAC,
-                                       TORQUE_WIDTH));
-  end process;
+  torque1 <= std_logic_vector(narrow(resize(arm_z * signed(force_x), ARM_SUM_WIDTH)
+                                     - arm_x * signed(force_z),
+                                     ARM_FRAC + FORCE_FRAC - TORQUE_FRAC, TORQUE_WIDTH));
+  torque2 <= std_logic_vector(narrow(L1 * upper, LENGTH_FRAC + FORCE_FRAC - TORQUE_FRAC,
+                                     TORQUE_WIDTH));
+  torque3 <= std_logic_vector(narrow(L2 * fore, LENGTH_FRAC + FORCE_FRAC - TORQUE_FRAC,
+                                     TORQUE_WIDTH));
 
 end architecture;

@@ -149,37 +149,38 @@ architecture rtl of virtual_coupling is
     return (WORD or above) and not value(value'high);
   end function;
 
+  signal extension : extension_word;
+  signal depth     : extension_word;
+  signal loose     : extension_word;
+  signal reached   : extension_word;
+  signal outside   : signed(EXTENSION_WIDTH downto 0);
+  signal inside    : std_logic;
+  signal stretch   : signed(EXTENSION_WIDTH downto 0);
+  signal spring    : force_word;
+  signal drag      : force_word;
+
 begin
+
+  depth   <= shift_left(resize(signed(delta), EXTENSION_WIDTH), EXTENSION_FRAC);
+  loose   <= saturate(gained(FREE, extension));
+  reached <= saturate(gained(SHARE, depth) + gained(HELD, extension));
+  outside <= resize(loose, EXTENSION_WIDTH + 1) - depth;
+  inside  <= outside(outside'high);
+
+  stretch <= resize(reached, EXTENSION_WIDTH + 1) - extension;
+  spring  <= floored(signed('0' & stiffness) * reached, STIFFNESS_FRAC + EXTENSION_FRAC);
+  drag    <= floored(signed('0' & damping) * stretch, DAMPING_FRAC + EXTENSION_FRAC);
+
+  memory  <= std_logic_vector(extension);
 
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
     variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable extension : extension_word;
-    variable depth     : extension_word;
-    variable loose     : extension_word;
-    variable reached   : extension_word;
-    variable outside   : signed(EXTENSION_WIDTH downto 0);
-    variable inside    : std_logic;
-    variable stretch   : signed(EXTENSION_WIDTH downto 0);
-    variable spring    : force_word;
-    variable drag      : force_word;
   begin
     if rising_edge(clk) then
       if countdown = 0 then
-        depth   := shift_left(resize(signed(delta), EXTENSION_WIDTH), EXTENSION_FRAC);
-        loose   := saturate(gained(FREE, extension));
-        reached := saturate(gained(SHARE, depth) + gained(HELD, extension));
-        outside := resize(loose, EXTENSION_WIDTH + 1) - depth;
-        inside  := outside(outside'high);
-
-        stretch := resize(reached, EXTENSION_WIDTH + 1) - extension;
-        spring  := floored(signed('0' & stiffness) * reached, STIFFNESS_FRAC + EXTENSION_FRAC);
-        drag    := floored(signed('0' & damping) * stretch, DAMPING_FRAC + EXTENSION_FRAC);
-        torque  <= "00" & (clamp(spring + drag) and inside);
-
-        extension := choose(inside, reached, loose);
-        memory    <= std_logic_vector(extension);
-
+        torque    <= "00" & (clamp(spring + drag) and inside);
+        extension <= choose(inside, reached, loose);
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
       else
         countdown := countdown - 1;
@@ -187,9 +188,8 @@ begin
 
       if rst = '1' then
         countdown := 0;
-        extension := (others => '0');
+        extension <= (others => '0');
         torque    <= (others => '0');
-        memory    <= (others => '0');
       end if;
     end if;
   end process;

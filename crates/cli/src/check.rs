@@ -15,7 +15,7 @@ use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
-use crate::{hdl, interrupt};
+use crate::{hdl, interrupt, prove};
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
@@ -49,11 +49,18 @@ pub struct Args {
     /// Seed of the random rows
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Prove the VHDL of the blocks, of all without names, equal to the emulator for all inputs and states
+    ///
+    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state and
+    /// inputs of which an output or a register after the edge differs. What they find is shown as a row; what they do
+    /// not decide in 60 s (--tool-timeout) stays under vectors.
+    #[arg(long, conflicts_with_all = ["scenes", "exhaustive", "junit", "entity"])]
+    formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]
     exhaustive: bool,
     #[command(flatten)]
-    jobs: Jobs,
+    pub jobs: Jobs,
     #[command(flatten)]
     pub hdl: hdl::Vhdl,
     #[command(flatten)]
@@ -64,10 +71,10 @@ pub struct Args {
     /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave
     /// save file
     #[arg(short, long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// One JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// `hpu check`.
@@ -78,6 +85,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     args.blocks.iter().try_for_each(|name| known(name))?;
     for name in &args.blocks {
         args.variants.iter().try_for_each(|label| find(name, label).map(drop))?;
+    }
+    if args.formal {
+        return prove::run(args);
     }
     let all = args.blocks.is_empty() && args.scenes.is_empty();
     let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };

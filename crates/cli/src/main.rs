@@ -27,6 +27,7 @@ mod notation;
 mod parameters;
 mod pictures;
 mod progress;
+mod prove;
 mod reproduce;
 mod reproduce_beside;
 mod reproduce_cost;

@@ -145,12 +145,11 @@ impl Biquad {
     fn made<W: Word>(&self, x: W, [x1, x2]: [W; 2], [y1, y2]: [W; 2]) -> W {
         let BiquadConfig { input, output, b, a, .. } = self.config;
         let product = |coefficient: i32, factor: W| W::int(coefficient.into()) * factor;
-        let forward = product(b[0], x) + product(b[1], x1) + product(b[2], x2);
-        let back = product(a[0], y1) + product(a[1], y2);
-        // Both aligned to the longer fraction.
-        let frac = input.frac().max(output.frac());
-        let aligned = |sum: W, own: i32| sum.shl((frac - own).cast_unsigned());
-        (aligned(forward, input.frac()) - aligned(back, output.frac())).narrow(&self.narrowing)
+        // All aligned to the longer fraction.
+        let [x0, x1, x2] = [x, x1, x2].map(|word| word.shl(self.spare(input)));
+        let [y1, y2] = [y1, y2].map(|word| word.shl(self.spare(output)));
+        let forward = product(b[0], x0) + product(b[1], x1) + product(b[2], x2);
+        (forward - product(a[0], y1) - product(a[1], y2)).narrow(&self.narrowing)
     }
 
     /// The bits that align a sample of input or output, in the VHDL's registers: its lowest ones.

@@ -11,10 +11,10 @@
 //!   into the logic before them, which shows only at the first edges after a reset. A design that declares a path of
 //!   several clocks instead of registering it shows intermediate words meanwhile, this one never.
 
-use hpu_signal::Signal;
+use hpu_signal::{Signal, Word};
 
 use crate::config::within;
-use crate::{Block, ConfigError, Generic, Saturator, saturator};
+use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Register, Saturator, Step, saturator};
 
 pub use crate::saturator::{In, Out};
 
@@ -82,6 +82,23 @@ impl CommandLimiter {
     }
 }
 
+/// As the VHDL has it: a row of the words on their way, the newest first, and the output.
+impl Step for CommandLimiter {
+    fn registers(&self) -> Vec<Register> {
+        let Some(last) = u32::try_from(self.late.len()).ok().filter(|&last| last > 0) else { return Vec::new() };
+        let format = self.limiter.outputs().limited.format;
+        // The first of the row is no register, the last one is the output.
+        let late = |place| Register { low: (last - place) * format.width(), ..Register::new("late", format) };
+        (1..last).map(late).chain([Register::new("limited", format)]).collect()
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
+        let limited = self.limiter.made(input).limited;
+        let Some((&shown, late)) = registers.split_last() else { return (Vec::new(), Out { limited }) };
+        ([&[limited], late].concat(), Out { limited: shown })
+    }
+}
+
 impl Default for CommandLimiter {
     fn default() -> Self {
         Self::new(14, 13, 4095, 0).expect("the data sheet's default")
@@ -106,6 +123,10 @@ impl Block for CommandLimiter {
         let mut all = self.limiter.generics();
         all.push(("SETTLING", Generic::Integer(self.late.len() as i64)));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

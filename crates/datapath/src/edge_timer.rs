@@ -103,10 +103,10 @@ impl Step for EdgeTimer {
         let (position, longest) = (Format::unsigned(self.difference.width()), self.longest());
         vec![
             Register::new("previous", position),
-            Register { reset: longest, ..Register::new("timer", self.time) },
-            Register { reset: longest, ..Register::new("interval", self.time) },
+            Register::set("timer", self.time, longest),
+            Register::set("interval", self.time, longest),
             Register::new("forward", Format::BIT),
-            Register { reset: 1, ..Register::new("stopped", Format::BIT) },
+            Register::set("stopped", Format::BIT, 1),
         ]
     }
 

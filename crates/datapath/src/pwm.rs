@@ -15,10 +15,10 @@
 //! - **Source**: Vasudevan et al. 2007 (12-bit PWM); the two modes of the LMD18200.
 //! - **Differs from the hardware**: gates switch at the clock edge, with no driver delay and no rise or fall time.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
-use crate::{Block, ConfigError, Generic, Repeat};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Repeat, Step};
 
 hpu_signal::ports! {
     /// Inputs of the modulator.
@@ -217,6 +217,54 @@ impl Pwm {
     }
 }
 
+/// As the VHDL has it: a leg is what it is told to be (0 off, 1 low, 2 high) above its dead time.
+impl Step for Pwm {
+    fn registers(&self) -> Vec<Register> {
+        let PwmConfig { width, dead_time, .. } = self.config;
+        let mut all =
+            vec![Register::new("phase", Format::unsigned(width)), Register::new("held", Format::signed(width + 1))];
+        for leg in ["leg_a", "leg_b"] {
+            all.push(Register::new(leg, Format::unsigned(2)));
+            if dead_time > 0 {
+                let format = Format::unsigned(u32::BITS - dead_time.leading_zeros());
+                all.push(Register { low: 2, ..Register::new(leg, format) });
+            }
+        }
+        all.extend(["a_high", "a_low", "b_high", "b_low"].map(|gate| Register::new(gate, Format::BIT)));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { command }: In<W>) -> (Vec<W>, Out<W>) {
+        let [phase, held, ref legs @ .., a_high, a_low, b_high, b_low] = *registers else { unreachable!("registers") };
+        let PwmConfig { width, antiphase, latched, floating, dead_time } = self.config;
+        let (zero, one, full) = (W::int(0), W::int(1), W::int(1 << width));
+        let [off, low, high] = [zero, one, W::int(2)];
+        let held = if latched { W::select(phase.is_set(), held, command) } else { command };
+        let is_active =
+            if antiphase { (held + full).shr(1).above(phase) } else { held.above(phase) | (-held).above(phase) };
+        let rest = match (antiphase, floating) {
+            (true, _) => [low, high],
+            (_, true) => [off, off],
+            _ => [low, low],
+        };
+        let drives = |bit: W::Bit| W::branch(bit, || [high, low], || [low, high]);
+        let pulse = if antiphase { [high, low] } else { drives(held.above(zero)) };
+        let wanted = W::branch(is_active, || pulse, || rest);
+        let mut next = vec![(phase + one).wrap(Format::unsigned(width)), held];
+        let mut gates = Vec::new();
+        for (leg, wanted) in legs.chunks(legs.len() / 2).zip(wanted) {
+            let wait = leg.get(1).copied().unwrap_or(zero);
+            let goes_on = || [W::select(wait.is_set(), wait - one, wait)];
+            let [wait] = W::branch(wanted.equals(leg[0]), goes_on, || [W::int(dead_time.into())]);
+            next.push(wanted);
+            next.extend((leg.len() > 1).then_some(wait));
+            gates.extend([high, low].map(|level| W::of_bit(wanted.equals(level) & wait.equals(zero))));
+        }
+        next.extend(gates);
+        (next, Out { a_high, a_low, b_high, b_low })
+    }
+}
+
 impl Default for Pwm {
     fn default() -> Self {
         Self::new(PwmConfig::default()).expect("the data sheet's default")
@@ -251,6 +299,10 @@ impl Block for Pwm {
             ("FLOATING", Generic::Boolean(self.config.floating)),
             ("DEAD_TIME", Generic::Integer(self.config.dead_time.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -72,7 +72,7 @@ impl Step for QuadratureDecoder {
         ];
         if self.settle > 0 {
             let format = Format::unsigned(u32::BITS - self.settle.leading_zeros());
-            all.push(Register { reset: self.settle.into(), ..Register::new("settling", format) });
+            all.push(Register::set("settling", format, self.settle.into()));
         }
         all
     }

@@ -14,11 +14,11 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the quotient at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::computation::Computation;
 use crate::config::within;
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the divider.
@@ -121,6 +121,42 @@ impl SequentialDivider {
     }
 }
 
+/// A bit of the quotient an edge, as the VHDL has it.
+impl Step for SequentialDivider {
+    fn registers(&self) -> Vec<Register> {
+        let (steps, den) = (self.config.steps(), self.config.den_width);
+        vec![
+            Register::new("remaining", Format::unsigned(u32::BITS - steps.leading_zeros())),
+            Register::kept("bits", Format::unsigned(steps)),
+            Register::kept("divisor", Format::unsigned(den)),
+            Register::kept("rest", Format::unsigned(den + 1)),
+            Register::new("quotient", Format::unsigned(self.config.out_width)),
+            Register::new("busy", Format::BIT),
+            Register::new("ready", Format::BIT),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { start, num, den }: In<W>) -> (Vec<W>, Out<W>) {
+        let [remaining, bits, divisor, rest, quotient, busy, ready] = *registers else { unreachable!("registers") };
+        let DividerConfig { den_width, frac, out_width, .. } = self.config;
+        let (steps, (zero, one)) = (self.config.steps(), (W::int(0), W::int(1)));
+        let starts = || [W::int(steps.into()), num.shl(frac), den, zero, quotient, one, zero];
+        let divides = || {
+            let rest = rest.wrap(Format::unsigned(den_width)).shl(1) + bits.shr(steps - 1);
+            let is_less = divisor.above(rest);
+            let bits = (bits.shl(1) + W::of_bit(!is_less)).wrap(Format::unsigned(steps));
+            let rest = W::select(is_less, rest, rest - divisor);
+            let is_last = remaining.equals(one);
+            let made = || [bits.limit(0, (1 << out_width) - 1), zero, one];
+            let [quotient, busy, ready] = W::branch(is_last, made, || [quotient, busy, zero]);
+            [remaining - one, bits, divisor, rest, quotient, busy, ready]
+        };
+        let idles = || [remaining, bits, divisor, rest, quotient, busy, zero];
+        let next = W::branch(start.is_set(), starts, || W::branch(remaining.is_set(), divides, idles));
+        (next.to_vec(), Out { quotient, busy, ready })
+    }
+}
+
 impl Default for SequentialDivider {
     fn default() -> Self {
         Self::new(DividerConfig::default()).expect("the data sheet's default")
@@ -157,6 +193,10 @@ impl Block for SequentialDivider {
             ("FRAC", Generic::Integer(self.config.frac.into())),
             ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

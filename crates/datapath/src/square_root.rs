@@ -11,11 +11,11 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the root at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Signal};
+use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use crate::computation::Computation;
 use crate::config::within;
-use crate::{Block, ConfigError, Generic};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the square root.
@@ -79,6 +79,42 @@ impl SquareRoot {
     }
 }
 
+/// A bit of the root an edge, as the VHDL has it.
+impl Step for SquareRoot {
+    fn registers(&self) -> Vec<Register> {
+        let steps = self.word.width() / 2;
+        vec![
+            Register::new("remaining", Format::unsigned(u32::BITS - steps.leading_zeros())),
+            Register::kept("bits", self.word),
+            Register::kept("partial", Format::unsigned(steps)),
+            Register::kept("rest", Format::unsigned(steps + 2)),
+            Register::new("root", Format::unsigned(steps)),
+            Register::new("busy", Format::BIT),
+            Register::new("ready", Format::BIT),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { start, x }: In<W>) -> (Vec<W>, Out<W>) {
+        let [remaining, bits, partial, rest, root, busy, ready] = *registers else { unreachable!("registers") };
+        let (width, zero, one) = (self.word.width(), W::int(0), W::int(1));
+        let steps = width / 2;
+        let starts = || [W::int(steps.into()), x, zero, zero, root, one, zero];
+        let extracts = || {
+            let rest = rest.wrap(Format::unsigned(steps)).shl(2) + bits.shr(width - 2);
+            let trial = partial.shl(2) + one;
+            let is_less = trial.above(rest);
+            let partial = (partial.shl(1) + W::of_bit(!is_less)).wrap(Format::unsigned(steps));
+            let rest = W::select(is_less, rest, rest - trial);
+            let is_last = remaining.equals(one);
+            let [root, busy, ready] = W::branch(is_last, || [partial, zero, one], || [root, busy, zero]);
+            [remaining - one, bits.shl(2).wrap(self.word), partial, rest, root, busy, ready]
+        };
+        let idles = || [remaining, bits, partial, rest, root, busy, zero];
+        let next = W::branch(start.is_set(), starts, || W::branch(remaining.is_set(), extracts, idles));
+        (next.to_vec(), Out { root, busy, ready })
+    }
+}
+
 impl Default for SquareRoot {
     fn default() -> Self {
         Self::new(24).expect("the data sheet's default")
@@ -109,6 +145,10 @@ impl Block for SquareRoot {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("WIDTH", Generic::Integer(self.word.width().into()))]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

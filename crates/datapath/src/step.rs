@@ -20,14 +20,24 @@ pub struct Register {
     pub low: u32,
     /// What it holds, in every state that there is.
     pub format: Format,
-    /// Its word after a reset.
-    pub reset: i64,
+    /// Its word after a reset; none where that leaves it as it was.
+    pub reset: Option<i64>,
 }
 
 impl Register {
     /// A whole variable, 0 after a reset.
     pub(crate) fn new(name: &'static str, format: Format) -> Self {
-        Self { name, low: 0, format, reset: 0 }
+        Self { name, low: 0, format, reset: Some(0) }
+    }
+
+    /// One that a reset sets to something else.
+    pub(crate) fn set(name: &'static str, format: Format, reset: i64) -> Self {
+        Self { reset: Some(reset), ..Self::new(name, format) }
+    }
+
+    /// One that a reset leaves as it was.
+    pub(crate) fn kept(name: &'static str, format: Format) -> Self {
+        Self { reset: None, ..Self::new(name, format) }
     }
 }
 

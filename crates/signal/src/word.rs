@@ -49,7 +49,12 @@ pub trait Word:
         no: impl FnOnce() -> [Self; N],
     ) -> [Self; N];
     /// The word of a table at this address, which is one of the table's.
-    fn look_up(self, table: &[i64]) -> Self;
+    fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self;
+    /// The same number, where the VHDL has a net of this name and format: a proof may begin anew from it.
+    fn cut(self, name: &str, format: Format) -> Self {
+        let _ = (name, format);
+        self
+    }
     /// Without what was lost to make it.
     fn shed(self) -> Self {
         self
@@ -154,11 +159,8 @@ impl Narrowing {
         let drop = self.from_frac - self.to.frac();
         let (scaled, rounded) = if drop > 0 {
             let drop = drop.cast_unsigned();
-            let is_rest = if drop >= T::BITS {
-                value != T::zero()
-            } else {
-                (value >> drop as usize) << drop as usize != value
-            };
+            let is_rest =
+                if drop >= T::BITS { value != T::zero() } else { (value >> drop as usize) << drop as usize != value };
             (self.rounding.shift(value, drop), is_rest)
         } else {
             (value << drop.unsigned_abs() as usize, false)
@@ -234,11 +236,7 @@ impl<T: Int> Machine<T> {
 
     #[inline]
     fn both(self, other: Self, value: T) -> Self {
-        Self {
-            value,
-            rounded: self.rounded | other.rounded,
-            overflowed: self.overflowed | other.overflowed,
-        }
+        Self { value, rounded: self.rounded | other.rounded, overflowed: self.overflowed | other.overflowed }
     }
 }
 
@@ -311,17 +309,13 @@ impl<T: Int> Word for Machine<T> {
         self.value == other.value
     }
     #[inline]
-    fn branch<const N: usize>(
-        bit: bool,
-        yes: impl FnOnce() -> [Self; N],
-        no: impl FnOnce() -> [Self; N],
-    ) -> [Self; N] {
+    fn branch<const N: usize>(bit: bool, yes: impl FnOnce() -> [Self; N], no: impl FnOnce() -> [Self; N]) -> [Self; N] {
         if bit { yes() } else { no() }
     }
     #[inline]
-    fn look_up(self, table: &[i64]) -> Self {
+    fn look_up<U: Copy + Into<i64>>(self, table: &[U]) -> Self {
         let address = usize::try_from(self.value.as_()).expect("an address of the table");
-        self.with(T::low(table[address].into()))
+        self.with(T::low(i128::from(table[address].into())))
     }
     #[inline]
     fn shed(self) -> Self {
@@ -493,8 +487,8 @@ impl Word for Reach {
         }
         words
     }
-    fn look_up(self, table: &[i64]) -> Self {
-        let bounds: Vec<_> = table.iter().map(|&word| i128::from(word)).collect();
+    fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
+        let bounds: Vec<_> = table.iter().map(|&word| i128::from(word.into())).collect();
         self.both(self, &bounds)
     }
     fn lesser(self, other: Self) -> Self {

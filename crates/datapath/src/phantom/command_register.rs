@@ -65,7 +65,7 @@ impl CommandRegister {
 impl Step for CommandRegister {
     fn registers(&self) -> Vec<Register> {
         let bits = self.period.width().max(u32::BITS - self.delay.leading_zeros());
-        let countdown = Register { reset: self.delay.into(), ..Register::new("countdown", Format::unsigned(bits)) };
+        let countdown = Register::set("countdown", Format::unsigned(bits), self.delay.into());
         let command = |name| Register::new(name, self.command);
         vec![countdown, command("q1"), command("q2"), command("q3")]
     }

@@ -93,17 +93,19 @@ impl Combinational for CubeRoom {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
-        let none = W::int(0);
-        let beyond = |pair: u32, at: W, low: W, high: W| {
+        let beyond = Format::signed(self.position.width() + 1);
+        let pushed = |pair: u32, name: &str, at: W, low: W, high: W| {
             let is_there = room.shr(pair).wrap(Format::BIT).is_set();
-            let [depth] = W::branch(is_there, || [depth(at, low, high)], || [none]);
-            depth
+            let push = || {
+                let depth = depth(at, low, high);
+                [self.force(stiffness, depth.cut(name, beyond)), W::of_bit(depth.is_set()).shl(pair)]
+            };
+            W::branch(is_there, push, || [W::int(0); 2])
         };
-        let (x, y, z) = (beyond(0, x, x_low, x_high), beyond(1, y, y_low, y_high), beyond(2, z, z_low, z_high));
-        let touches = |depth: W, pair: u32| W::of_bit(depth.is_set()).shl(pair);
-        let contact = touches(x, 0) + touches(y, 1) + touches(z, 2);
-        let force = |depth: W| self.force(stiffness, depth);
-        Out { force_x: force(x), force_y: force(y), force_z: force(z), contact }
+        let [force_x, beyond_x] = pushed(0, "depth_x", x, x_low, x_high);
+        let [force_y, beyond_y] = pushed(1, "depth_y", y, y_low, y_high);
+        let [force_z, beyond_z] = pushed(2, "depth_z", z, z_low, z_high);
+        Out { force_x, force_y, force_z, contact: beyond_x + beyond_y + beyond_z }
     }
 }
 

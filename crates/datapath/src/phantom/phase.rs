@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use hpu_signal::{Format, Rounding};
+use hpu_signal::{Format, Word};
 
 use super::Turn;
 use super::words::{accept_trig, natural, parts};
@@ -54,9 +54,8 @@ impl Phase {
 
     /// The upper `width` bits of a count's phase.
     #[inline]
-    pub(crate) fn upper(&self, count: i64, width: u32) -> i64 {
-        let phase = Format::unsigned(self.width).wrap(i128::from(count) * i128::from(self.step));
-        lower(Rounding::Truncate.shift(phase.into(), self.width - width), width)
+    pub(crate) fn upper<W: Word>(&self, count: W, width: u32) -> W {
+        (count * W::int(self.step.into())).wrap(Format::unsigned(self.width)).shr(self.width - width)
     }
 
     /// The format of a sine in the first quarter, from 0 to 1.
@@ -70,12 +69,6 @@ impl Phase {
         all.extend(parts("TRIG_INT", "TRIG_FRAC", self.trig));
         all
     }
-}
-
-/// The lower `width` bits of a number.
-#[inline]
-pub(crate) fn lower(value: i128, width: u32) -> i64 {
-    Format::unsigned(width).wrap(value)
 }
 
 /// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest, for numbers below `2^50`.
@@ -99,22 +92,33 @@ pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Quarter {
     words: Arc<[i32]>,
+    /// The rise from each step to the next; none from the last.
+    rises: Arc<[i32]>,
 }
 
 impl Quarter {
     pub(crate) fn new(width: u32, frac: i32) -> Self {
-        let words = (0..=1i64 << width).map(|step| sine(step, 4 << width, frac)).collect();
-        Self { words }
+        let words: Arc<[_]> = (0..=1i64 << width).map(|step| sine(step, 4 << width, frac)).collect();
+        let rises = words.windows(2).map(|pair| pair[1] - pair[0]).chain([0]).collect();
+        Self { words, rises }
     }
 
     /// The sine at a step.
     #[inline]
-    pub(crate) fn at(&self, step: i64) -> i64 {
-        let index = usize::try_from(step).expect("a step of the first quarter");
-        self.words[index].into()
+    pub(crate) fn at<W: Word>(&self, step: W) -> W {
+        step.look_up(&self.words)
     }
+
+    /// The rise from a step to the next.
+    #[inline]
+    pub(crate) fn rise<W: Word>(&self, step: W) -> W {
+        step.look_up(&self.rises)
+    }
+
     /// The sines at the steps below 1, and the rise from each to the next: words of `(0,1,F)`.
     pub(crate) fn words(&self) -> (Vec<i64>, Vec<i64>) {
-        self.words.windows(2).map(|pair| (i64::from(pair[0]), i64::from(pair[1] - pair[0]))).unzip()
+        let steps = self.words.len() - 1;
+        let words = |all: &[i32]| all[..steps].iter().map(|&word| word.into()).collect();
+        (words(&self.words), words(&self.rises))
     }
 }

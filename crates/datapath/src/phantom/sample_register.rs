@@ -11,12 +11,13 @@
 //! - **Source**: the sampled loop of Sevcik et al. 2009.
 //! - **Differs from the hardware**: samples exactly every period, without jitter.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Signal, Word};
 
 use super::words::natural;
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -62,6 +63,21 @@ impl SampleRegister {
     }
 }
 
+impl Step for SampleRegister {
+    fn registers(&self) -> Vec<Register> {
+        let count = |name| Register::new(name, self.count);
+        vec![Register::new("countdown", self.period), count("count1"), count("count2"), count("count3")]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, count1, count2, count3] = *registers else { unreachable!("four registers") };
+        let (left, samples) = counted_down(left, input.period);
+        let counts = || [input.position1, input.position2, input.position3].map(|word| word.wrap(self.count));
+        let [next1, next2, next3] = W::branch(samples, counts, || [count1, count2, count3]);
+        (vec![left, next1, next2, next3], Out { count1, count2, count3 })
+    }
+}
+
 impl Default for SampleRegister {
     fn default() -> Self {
         Self::new(16, 24).expect("the data sheet's default")
@@ -95,6 +111,10 @@ impl Block for SampleRegister {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![natural("WIDTH", self.count.width()), natural("PERIOD_WIDTH", self.period.width())]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

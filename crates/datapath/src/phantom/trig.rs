@@ -1,8 +1,8 @@
 //! What the four sources of sine and cosine have in common: a wave, registered at every edge.
 
-use hpu_signal::{Format, Signal};
+use hpu_signal::{Format, Machine, Signal, Word};
 
-use crate::{Block, Generic, Rom};
+use crate::{AnyStep, Block, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of a source of sine and cosine.
@@ -29,7 +29,7 @@ pub trait Wave: Clone + PartialEq {
         Vec::new()
     }
     /// Sine and cosine of a count, and whether they are known.
-    fn at(&self, count: i64) -> TrigOut<i64>;
+    fn at<W: Word>(&self, count: W) -> TrigOut<W>;
 }
 
 /// A source of sine and cosine: latency 1 edge, the outputs registered at every edge; reset clears them all.
@@ -51,12 +51,26 @@ impl<W: Wave> Trig<W> {
     #[inline]
     #[must_use]
     pub fn at(&self, count: i64) -> TrigOut<i64> {
-        self.wave.at(count)
+        // A phase has at most 48 bits, its product with a step 55.
+        self.wave.at(Machine::<i64>::of(count)).map(|port| port.narrowed().word)
     }
 }
 
-impl<W: Wave> Block for Trig<W> {
-    const NAME: &'static str = W::NAME;
+impl<V: Wave> Step for Trig<V> {
+    fn registers(&self) -> Vec<Register> {
+        let word = self.wave.word();
+        vec![Register::new("sine", word), Register::new("cosine", word), Register::new("valid", Format::BIT)]
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: TrigIn<W>) -> (Vec<W>, TrigOut<W>) {
+        let [sine, cosine, valid] = *registers else { unreachable!("three registers") };
+        let next = self.wave.at(input.count);
+        (vec![next.sine, next.cosine, next.valid], TrigOut { sine, cosine, valid })
+    }
+}
+
+impl<V: Wave> Block for Trig<V> {
+    const NAME: &'static str = V::NAME;
     const CLOCKED: bool = true;
     type In<T> = TrigIn<T>;
     type Out<T> = TrigOut<T>;
@@ -82,6 +96,10 @@ impl<W: Wave> Block for Trig<W> {
         self.wave.roms()
     }
 
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
+    }
+
     fn reset(&mut self) -> TrigOut<i64> {
         self.out = ZERO;
         ZERO
@@ -89,13 +107,13 @@ impl<W: Wave> Block for Trig<W> {
 
     #[inline]
     fn tick(&mut self, input: TrigIn<i64>) -> TrigOut<i64> {
-        self.out = self.wave.at(input.count);
+        self.out = self.at(input.count);
         self.out
     }
 
     #[inline]
     fn quiet(&self, input: &TrigIn<i64>) -> u64 {
-        if self.wave.at(input.count) == self.out { u64::MAX } else { 0 }
+        if self.at(input.count) == self.out { u64::MAX } else { 0 }
     }
 
     #[inline]

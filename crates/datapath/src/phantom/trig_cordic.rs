@@ -16,7 +16,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use hpu_signal::Format;
+use hpu_signal::{Format, Word};
 
 use super::phase::Phase;
 use super::trig::{Trig, TrigOut, Wave};
@@ -37,9 +37,6 @@ pub struct Rotations {
     /// `A(i)`: the angle of each rotation, in turns of `2^30`.
     angles: Arc<[i64]>,
 }
-
-/// A quarter of a turn of `2^30`.
-const QUARTER: i64 = 1 << 28;
 
 impl TrigCordic {
     /// That many rotations with `guard` more fraction bits than the result.
@@ -90,25 +87,24 @@ impl Wave for Rotations {
         all
     }
 
-    fn at(&self, count: i64) -> TrigOut<i64> {
-        let mut angle = Format::signed(30).wrap(self.phase.upper(count, 30).into());
-        let flip = !(-QUARTER..QUARTER).contains(&angle);
-        if flip {
-            angle += if angle < 0 { 2 * QUARTER } else { -2 * QUARTER };
+    fn at<W: Word>(&self, count: W) -> TrigOut<W> {
+        let (turn, frac) = (Format::signed(30), self.phase.trig.frac() + self.guard.cast_signed());
+        let whole = self.phase.upper(count, 30).wrap(turn);
+        // Within a quarter of a turn of 0, or of half a turn.
+        let mut angle = whole.wrap(Format::signed(29));
+        let is_flipped = !angle.equals(whole);
+        let (mut x, mut y) = (W::int(self.start.into()), W::int(0));
+        // Nothing leaves these words: the rotations stretch to 1, and an angle only shrinks.
+        let word = Format::signed(frac.cast_unsigned() + 3);
+        for (index, &rotation) in (0u32..).zip(&*self.angles) {
+            let (across, along, rotation) = (y.shr(index), x.shr(index), W::int(rotation.into()));
+            let on = || [x - across, y + along, angle - rotation];
+            let back = || [x + across, y - along, angle + rotation];
+            let [next_x, next_y, rest] = W::branch(angle.at_least(W::int(0)), on, back);
+            (x, y, angle) = (next_x.wrap(word), next_y.wrap(word), rest.wrap(turn));
         }
-        let (mut x, mut y) = (self.start, 0i64);
-        for (index, rotation) in (0u32..).zip(&*self.angles) {
-            let (across, along) = (y.div_euclid(1 << index), x.div_euclid(1 << index));
-            (x, y, angle) = if angle >= 0 {
-                (x - across, y + along, angle - rotation)
-            } else {
-                (x + across, y - along, angle + rotation)
-            };
-        }
-        if flip {
-            (x, y) = (-x, -y);
-        }
-        let narrowing = nearest(self.phase.trig.frac() + self.guard.cast_signed(), self.phase.trig);
-        TrigOut { sine: narrowing.apply(y.into()).word, cosine: narrowing.apply(x.into()).word, valid: 1 }
+        let [x, y] = W::branch(is_flipped, || [-x, -y], || [x, y]);
+        let narrowing = nearest(frac, self.phase.trig);
+        TrigOut { sine: y.narrow(&narrowing), cosine: x.narrow(&narrowing), valid: W::int(1) }
     }
 }

@@ -14,7 +14,7 @@
 //! - **Source**: the usual interpolated table; an alternative to the tables of Sevcik et al. 2009.
 //! - **Differs from the hardware**: multipliers and table settle within one clock, so no limit on the clock.
 
-use hpu_signal::{Format, Rounding};
+use hpu_signal::{Format, Word};
 
 use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
@@ -60,15 +60,14 @@ impl Default for TrigInterpolated {
 impl Chords {
     /// The sine in a quadrant, at a fraction of it.
     #[inline]
-    fn wave(&self, quadrant: i64, fraction: i64) -> i64 {
-        let (turn, step) = (1 << (self.width + self.rest), 1 << self.rest);
-        let folded = if quadrant % 2 == 0 { fraction } else { turn - fraction };
-        let (index, rest) = (folded.div_euclid(step), folded.rem_euclid(step));
-        let from = self.quarter.at(index);
-        let rise = if rest == 0 { 0 } else { self.quarter.at(index + 1) - from };
-        let part = Rounding::NearestUp.shift(i128::from(rise) * i128::from(rest), self.rest);
-        let size = from + Format::signed(32).wrap(part);
-        if quadrant % 4 < 2 { size } else { -size }
+    fn wave<W: Word>(&self, quadrant: W, fraction: W) -> W {
+        let bit = |place: u32| quadrant.shr(place).wrap(Format::BIT).is_set();
+        let turn = W::int(1 << (self.width + self.rest));
+        let folded = W::select(bit(0), turn - fraction, fraction);
+        let (index, rest) = (folded.shr(self.rest), folded.wrap(Format::unsigned(self.rest)));
+        let half = W::int(1 << (self.rest - 1));
+        let size = self.quarter.at(index) + (self.quarter.rise(index) * rest + half).shr(self.rest);
+        W::select(bit(1), -size, size)
     }
 }
 
@@ -100,11 +99,11 @@ impl Wave for Chords {
     }
 
     #[inline]
-    fn at(&self, count: i64) -> TrigOut<i64> {
-        let turn = 1 << (self.width + self.rest);
-        let phase = self.phase.upper(count, self.width + self.rest + 2);
-        let (quadrant, fraction) = (phase.div_euclid(turn), phase.rem_euclid(turn));
-        let (sine, cosine) = (self.wave(quadrant, fraction), self.wave(quadrant + 1, fraction));
-        TrigOut { sine, cosine, valid: 1 }
+    fn at<W: Word>(&self, count: W) -> TrigOut<W> {
+        let turn = self.width + self.rest;
+        let phase = self.phase.upper(count, turn + 2);
+        let (quadrant, fraction) = (phase.shr(turn), phase.wrap(Format::unsigned(turn)));
+        let ahead = quadrant + W::int(1);
+        TrigOut { sine: self.wave(quadrant, fraction), cosine: self.wave(ahead, fraction), valid: W::int(1) }
     }
 }

@@ -12,9 +12,9 @@
 //! - **Source**: the usual direct digital synthesis; an alternative to the tables of Sevcik et al. 2009.
 //! - **Differs from the hardware**: multiplier and table settle within one clock, so no limit on the clock.
 
-use hpu_signal::{Format, Rounding};
+use hpu_signal::{Format, Word};
 
-use super::phase::{Phase, Quarter, lower};
+use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::natural;
 use crate::config::within;
@@ -55,15 +55,12 @@ impl Default for TrigQuarter {
 impl Nearest {
     /// The sine at an address.
     #[inline]
-    fn wave(&self, address: i64) -> i64 {
-        let turn = 1 << self.width;
-        let (quadrant, step) = (address.div_euclid(turn), address.rem_euclid(turn));
-        match quadrant {
-            0 => self.quarter.at(step),
-            1 => self.quarter.at(turn - step),
-            2 => -self.quarter.at(step),
-            _ => -self.quarter.at(turn - step),
-        }
+    fn wave<W: Word>(&self, address: W) -> W {
+        let bit = |place: u32| address.shr(place).wrap(Format::BIT).is_set();
+        let step = address.wrap(Format::unsigned(self.width));
+        let turn = W::int(1 << self.width);
+        let size = self.quarter.at(W::select(bit(self.width), turn - step, step));
+        W::select(bit(self.width + 1), -size, size)
     }
 }
 
@@ -89,11 +86,11 @@ impl Wave for Nearest {
     }
 
     #[inline]
-    fn at(&self, count: i64) -> TrigOut<i64> {
+    fn at<W: Word>(&self, count: W) -> TrigOut<W> {
         // One bit more than the address, so that it can be rounded.
-        let fine = self.phase.upper(count, self.width + 3);
-        let address = lower(Rounding::NearestUp.shift(fine.into(), 1), self.width + 2);
-        let ahead = lower(i128::from(address + (1 << self.width)), self.width + 2);
-        TrigOut { sine: self.wave(address), cosine: self.wave(ahead), valid: 1 }
+        let (fine, turn) = (self.phase.upper(count, self.width + 3), Format::unsigned(self.width + 2));
+        let address = (fine + W::int(1)).shr(1).wrap(turn);
+        let ahead = (address + W::int(1 << self.width)).wrap(turn);
+        TrigOut { sine: self.wave(address), cosine: self.wave(ahead), valid: W::int(1) }
     }
 }

@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use hpu_signal::Format;
+use hpu_signal::{Format, Word};
 
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
@@ -30,8 +30,9 @@ pub struct Table {
     depth: Format,
     turn: Turn,
     trig: Format,
-    /// Sine and cosine of each count, from the least count on.
-    words: Arc<[(i32, i32)]>,
+    /// Sine and cosine of each count, in the order of the address: from 0 on, then those below.
+    sines: Arc<[i32]>,
+    cosines: Arc<[i32]>,
 }
 
 impl TrigTable {
@@ -56,8 +57,10 @@ impl TrigTable {
         let half: Vec<_> = angles.map(|angle| (word(angle), word(angle + den))).collect();
         // Rounding is to the nearest, so that the sine of the opposite count is the opposite word.
         let below = half[1..].iter().rev().map(|&(sine, cosine)| (-sine, cosine));
-        let words = below.chain(half[..half.len() - 1].iter().copied()).collect();
-        Ok(Trig::of(Table { count: Format::signed(count_width), depth, turn, trig, words }))
+        let words = half[..half.len() - 1].iter().copied().chain(below);
+        let (sines, cosines): (Vec<_>, Vec<_>) = words.unzip();
+        let (sines, cosines) = (sines.into(), cosines.into());
+        Ok(Trig::of(Table { count: Format::signed(count_width), depth, turn, trig, sines, cosines }))
     }
 }
 
@@ -90,21 +93,20 @@ impl Wave for Table {
         all
     }
 
-    /// In the order of the address: the counts from 0, then those below.
     fn roms(&self) -> Vec<Rom> {
-        let (below, above) = self.words.split_at(self.words.len() / 2);
-        let words = above.iter().chain(below).map(|&(sine, cosine)| (i64::from(sine), i64::from(cosine)));
-        let (sines, cosines) = words.unzip();
-        let rom = |name, words| Rom { name, format: self.trig, words };
-        vec![rom("sines", sines), rom("cosines", cosines)]
+        let rom = |name, words: &[i32]| {
+            let words = words.iter().map(|&word| word.into()).collect();
+            Rom { name, format: self.trig, words }
+        };
+        vec![rom("sines", &self.sines), rom("cosines", &self.cosines)]
     }
 
     #[inline]
-    fn at(&self, count: i64) -> TrigOut<i64> {
-        let index = usize::try_from(i128::from(count) - self.depth.min()).ok();
-        match index.and_then(|index| self.words.get(index)) {
-            Some(&(sine, cosine)) => TrigOut { sine: sine.into(), cosine: cosine.into(), valid: 1 },
-            None => TrigOut { sine: 0, cosine: 0, valid: 0 },
-        }
+    fn at<W: Word>(&self, count: W) -> TrigOut<W> {
+        let is_inside = count.wrap(self.depth).equals(count);
+        let address = count.wrap(Format::unsigned(self.depth.width()));
+        let known = || [address.look_up(&self.sines), address.look_up(&self.cosines), W::int(1)];
+        let [sine, cosine, valid] = W::branch(is_inside, known, || [W::int(0); 3]);
+        TrigOut { sine, cosine, valid }
     }
 }

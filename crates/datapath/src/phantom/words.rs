@@ -50,4 +50,3 @@ pub(crate) fn parts(int: &'static str, frac: &'static str, format: Format) -> [(
 pub(crate) fn natural(name: &'static str, value: u32) -> (&'static str, Generic) {
     (name, Generic::Integer(value.into()))
 }
-

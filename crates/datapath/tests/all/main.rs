@@ -6,6 +6,7 @@ mod clocked;
 mod combinational;
 mod configured;
 mod connections;
+mod equations;
 mod estimators;
 mod frequency_response;
 mod law;

@@ -15,15 +15,15 @@ use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, AnyStep};
 
+use crate::around::Around;
 use crate::cost::CostError;
 use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
 
-pub use query::Value;
 pub use solver::SOLVERS;
 
 use netlist::Netlist;
-use query::{Query, queries};
+use query::queries;
 use solver::Answer;
 
 /// How far a block's proof came.
@@ -31,8 +31,9 @@ use solver::Answer;
 pub enum Verdict {
     /// For all inputs and states: by which solver each query was answered.
     Proved(Vec<&'static str>),
-    /// An output or a register after the edge differs: what is asked for (an edge or the reset), and all words of it.
-    Refuted(&'static str, Vec<Value>),
+    /// An output or a register after the edge differs: what was asked about (an edge, or the reset), and the edge as a
+    /// row. A register's word after it has its name with a prime.
+    Refuted(String, Around),
     /// Not proved, and why.
     Open(String),
 }
@@ -101,11 +102,20 @@ pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> 
 
 fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
     let mut solvers = Vec::new();
-    for Query { about, text, values } in queries(equations, netlist)? {
-        match solver::race(&text, &values, limit)? {
-            (Answer::Unsatisfiable, solver) => solvers.push(solver),
-            (Answer::Satisfiable(model), _) => return Ok(Verdict::Refuted(about, query::read(values, &model))),
-            (Answer::Unknown(why), _) => return Ok(Verdict::Open(why)),
+    // Of what cannot be, everything is proved.
+    for query in queries(equations, netlist)? {
+        match solver::race(&query, limit)? {
+            (Answer::Unsatisfiable, solver) => {
+                if !solver::is_possible(&query, limit)? {
+                    let about = &query.about;
+                    return Err(ProofError::Netlist(format!("no state is possible in what is asked about {about}")));
+                }
+                solvers.push(solver);
+            }
+            (Answer::Satisfiable(model), _) => {
+                return Ok(Verdict::Refuted(query.about.clone(), query.read(equations.name(), &model)));
+            }
+            (Answer::Unknown(why), _) => return Ok(Verdict::Open(format!("about {}, {why}", query.about))),
         }
     }
     Ok(Verdict::Proved(solvers))

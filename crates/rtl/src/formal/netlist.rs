@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use hpu_datapath::AnyBlock;
+use hpu_signal::Format;
 
 use super::ProofError;
 use crate::cost::{self, verilog::verilog};
@@ -71,6 +72,29 @@ impl Netlist {
         Some((net, *width))
     }
 
+    /// The same netlist in which these nets may be anything; `None` where one of them is no result of its own.
+    pub(super) fn cut(&self, nets: &[(String, Format)]) -> Option<String> {
+        let mut text = self.text.clone();
+        for (name, _) in nets {
+            let (net, _) = self.net(name)?;
+            let head = format!("(define-fun |{}_n {net}| ", self.name);
+            let line = text.lines().find(|line| line.starts_with(&head))?;
+            // What it is called by: `(|block#12| state)`, of which it may be a part.
+            let of = format!("|{}#", self.name);
+            let (_, rest) = line.split_once(&of)?;
+            let (number, rest) = rest.split_once('|')?;
+            if rest.contains(&of) {
+                return None;
+            }
+            let head = format!("(define-fun {of}{number}| ((state |{}_s|)) ", self.name);
+            let line = text.lines().find(|line| line.starts_with(&head))?.to_string();
+            let sort = sort(&line[head.len()..])?;
+            let free = format!("(declare-const |free #{number}| {sort})\n{head}{sort} |free #{number}|)");
+            text = text.replace(&line, &free);
+        }
+        Some(text)
+    }
+
     /// Whether anything is clocked.
     pub(super) fn is_clocked(&self) -> bool {
         self.nets.contains_key("clk")
@@ -82,4 +106,12 @@ impl Netlist {
         // Yosys takes a single bit for a truth.
         if self.nets.get(net) == Some(&1) { format!("(ite {value} #b1 #b0)") } else { value }
     }
+}
+
+/// The sort at the beginning of a text: `Bool`, or `(_ BitVec 12)`.
+fn sort(text: &str) -> Option<&str> {
+    if text.starts_with("Bool") {
+        return text.get(..4);
+    }
+    text.find(')').and_then(|end| text.get(..=end)).filter(|sort| sort.starts_with("(_ BitVec "))
 }

@@ -4,16 +4,21 @@ use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 
 use hpu_datapath::{AnyStep, Register};
-use hpu_signal::{Format, Signal, Term};
+use hpu_signal::{Clock, Defined, Format, Signal, Term};
 
 use super::ProofError;
 use super::netlist::Netlist;
+use crate::around::{Around, Row};
+use crate::vector::{Column, hex};
 
-/// What is asked of one kind of edge.
+/// A question.
 pub(super) struct Query {
-    pub(super) about: &'static str,
-    /// In SMT-LIB.
-    pub(super) text: String,
+    /// What it is about.
+    pub(super) about: String,
+    /// What is given, in SMT-LIB.
+    pub(super) given: String,
+    /// That something differs.
+    pub(super) differs: String,
     /// The words that a counterexample shows.
     pub(super) values: Vec<Asked>,
 }
@@ -27,217 +32,257 @@ pub(super) struct Asked {
     ours: Option<String>,
 }
 
-/// A word of a counterexample.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Value {
-    /// What it is of: an input, a register before the edge, an output, a register after it.
-    pub role: &'static str,
-    /// The name of the port or register.
-    pub name: String,
-    /// Its format.
-    pub format: Format,
-    /// In the VHDL.
-    pub vhdl: i64,
-    /// In the emulator, where that is another word than the given one.
-    pub ours: Option<i64>,
-}
+/// The registers of a block by the register of the VHDL whose parts they are, the lowest first, each with its place
+/// among the block's.
+type Whole<'r> = BTreeMap<&'static str, Vec<(usize, &'r Register)>>;
 
-/// The parts of one register of the VHDL, the lowest first, by their places among the block's.
-type Parts<'r> = Vec<(usize, &'r Register)>;
-
-/// The questions about a block: an edge without reset, and the reset; of a combinational one, its outputs.
+/// The questions about a block: about nets at which its equations can be cut; about an edge without reset, in which
+/// those stand for themselves; about the reset. Of a combinational block, about its outputs.
 pub(super) fn queries(block: &dyn AnyStep, netlist: &Netlist) -> Result<Vec<Query>, ProofError> {
     let registers = AnyStep::registers(block);
-    let mut whole: BTreeMap<&str, Parts> = BTreeMap::new();
+    let mut whole = Whole::new();
     for (place, register) in registers.iter().enumerate() {
         whole.entry(register.name).or_default().push((place, register));
     }
     whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
-    let mut all = vec![edge(block, netlist, &registers, &whole)?];
+    let edge = Edge { block, netlist, registers: &registers, whole: &whole };
+    let (mut all, cuts) = edge.cuts()?;
+    let cut = netlist.cut(&cuts).unwrap_or_else(|| netlist.text.clone());
+    all.push(edge.edge(&cut, &cuts)?);
     if netlist.is_clocked() {
-        all.push(reset(netlist, &whole)?);
+        all.push(edge.reset());
     }
     Ok(all)
 }
 
-/// The text up to the inputs, in a state `s` that goes over into `n`.
-fn beginning(netlist: &Netlist) -> String {
-    let (text, name) = (&netlist.text, &netlist.name);
-    let mut text = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}\n(declare-const s |{name}_s|)\n");
-    if netlist.is_clocked() {
-        let _ = writeln!(text, "(declare-const n |{name}_s|)\n(assert (|{name}_t| s n))");
-    }
-    let _ = writeln!(text, "(assert (|{name}_u| s))");
-    text
+/// What the questions are made of.
+struct Edge<'e> {
+    block: &'e dyn AnyStep,
+    netlist: &'e Netlist,
+    registers: &'e [Register],
+    whole: &'e Whole<'e>,
 }
 
-/// Whether the reset is there.
-fn with_reset(netlist: &Netlist, is_there: bool) -> String {
-    let bit = if is_there { "#b1" } else { "#b0" };
-    format!("(assert (= {} {bit}))\n", netlist.bits("rst", "s"))
+/// A question in the making, and what the block makes of a state and inputs.
+struct Posed {
+    query: Query,
+    next: Vec<Term>,
+    shown: Vec<Term>,
+    cuts: Vec<(String, Format, Term)>,
 }
 
-fn edge(
-    block: &dyn AnyStep,
-    netlist: &Netlist,
-    registers: &[Register],
-    whole: &BTreeMap<&str, Parts>,
-) -> Result<Query, ProofError> {
-    let mut text = beginning(netlist);
-    if netlist.is_clocked() {
-        text += &with_reset(netlist, false);
-    }
-    let mut values = Vec::new();
-    let mut given = |text: &mut String, role, name: &str, format: Format, bits: String| {
-        let named = format!("|{role} {name}|");
-        let _ = writeln!(text, "(define-fun {named} () (_ BitVec {}) {bits})", format.width());
-        values.push(Asked { role, name: name.to_string(), format, vhdl: named.clone(), ours: None });
-        named
-    };
-    let mut inputs = Vec::new();
-    for Signal { name, format, .. } in block.inputs() {
-        // A port that nothing reads is no net.
-        let bits = if netlist.net(name).is_some() {
-            netlist.bits(name, "s")
-        } else {
-            let _ = writeln!(text, "(declare-const |free {name}| (_ BitVec {}))", format.width());
-            format!("|free {name}|")
-        };
-        inputs.push((format, given(&mut text, "input", name, format, bits)));
-    }
-    let mut before = Vec::new();
-    for register in registers {
-        let (width, low) = (register.format.width(), register.low);
-        let name = register.title(whole);
-        let bits = match netlist.net(register.name) {
-            Some((net, all)) if low + width <= all => {
-                format!("((_ extract {} {low}) {})", low + width - 1, netlist.bits(net, "s"))
-            }
-            Some((net, all)) => {
-                let own = low + width;
-                return Err(ProofError::Netlist(format!("the VHDL's `{net}` has {all} bits, ours {own}")));
-            }
-            // Synthesis has left it out: its word must not matter.
-            None => {
-                let _ = writeln!(text, "(declare-const |free {name}| (_ BitVec {width}))");
-                format!("|free {name}|")
-            }
-        };
-        before.push((register.format, given(&mut text, "register", &name, register.format, bits)));
-    }
-    let terms = |all: &[(Format, String)]| -> Vec<_> {
-        all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
-    };
-    let ((next, shown), definitions) =
-        Term::defined(|| block.terms(&terms(&before), &terms(&inputs)));
-    definitions.iter().for_each(|line| text += &format!("{line}\n"));
-
-    let mut differences = Vec::new();
-    for (Signal { name, format, .. }, ours) in block.outputs().into_iter().zip(shown) {
-        let vhdl = netlist.bits(name, "s");
-        let ours = ours.bits(format.width());
-        differences.push(differs(&mut text, &mut values, ("output", name, format), &vhdl, &ours));
-    }
-    for (name, parts) in whole {
-        let Some((net, width)) = netlist.net(name) else { continue };
-        let place = |of: &dyn Fn(usize, &Register) -> String| -> Vec<_> {
-            parts.iter().map(|&(place, register)| (register, of(place, register))).collect()
-        };
-        // What its bits are in every state that there is.
-        let held = composed(&place(&|place, _| before[place].1.clone()), width);
-        let _ = writeln!(text, "(assert (= {} {held}))", netlist.bits(net, "s"));
-        let after = place(&|place, register| next[place].bits(register.format.width()));
-        let format = register_format(parts, width);
-        let (vhdl, ours) = (netlist.bits(net, "n"), composed(&after, width));
-        differences.push(differs(&mut text, &mut values, ("next", name, format), &vhdl, &ours));
-    }
-    let _ = writeln!(text, "(assert (or false {}))", differences.join(" "));
-    Ok(Query { about: if netlist.is_clocked() { "an edge" } else { "the inputs" }, text, values })
-}
-
-fn reset(netlist: &Netlist, whole: &BTreeMap<&str, Parts>) -> Result<Query, ProofError> {
-    let mut text = beginning(netlist) + &with_reset(netlist, true);
-    let (mut values, mut differences) = (Vec::new(), Vec::new());
-    for (name, parts) in whole {
-        let Some((net, width)) = netlist.net(name) else { continue };
-        let word = |register: &Register| {
-            let bits = register.format.bits(register.reset);
-            format!("#b{bits:0width$b}", width = register.format.width() as usize)
-        };
-        let ours: Vec<_> = parts.iter().map(|&(_, register)| (register, word(register))).collect();
-        let format = register_format(parts, width);
-        let (vhdl, ours) = (netlist.bits(net, "n"), composed(&ours, width));
-        differences.push(differs(&mut text, &mut values, ("after reset", name, format), &vhdl, &ours));
-    }
-    let _ = writeln!(text, "(assert (or false {}))", differences.join(" "));
-    Ok(Query { about: "the reset", text, values })
-}
-
-/// Names both sides of a comparison; that they differ.
-fn differs(
-    text: &mut String,
-    values: &mut Vec<Asked>,
-    (role, name, format): (&'static str, &str, Format),
-    vhdl: &str,
-    ours: &str,
-) -> String {
-    let names = ["vhdl", "ours"].map(|side| format!("|{side} {role} {name}|"));
-    for (named, bits) in names.iter().zip([vhdl, ours]) {
-        let _ = writeln!(text, "(define-fun {named} () (_ BitVec {}) {bits})", format.width());
-    }
-    let [vhdl, ours] = names;
-    let differ = format!("(distinct {vhdl} {ours})");
-    values.push(Asked { role, name: name.to_string(), format, vhdl, ours: Some(ours) });
-    differ
-}
-
-/// A register of the VHDL as one word.
-fn register_format(parts: &Parts, width: u32) -> Format {
-    match parts[..] {
-        [(_, register)] if register.format.is_signed() && width > 1 => Format::signed(width.min(64)),
-        _ => Format::unsigned(width.min(64)),
-    }
-}
-
-/// The bits of a register made of its parts: zeros below and between, above the last one's sign.
-fn composed(parts: &[(&Register, String)], width: u32) -> String {
-    let mut bits = String::new();
-    let mut filled = 0;
-    let mut put = |piece: String| bits = if bits.is_empty() { piece } else { format!("(concat {piece} {bits})") };
-    for (register, word) in parts {
-        if register.low > filled {
-            put(format!("#b{}", "0".repeat((register.low - filled) as usize)));
+impl Edge<'_> {
+    /// A question in a state `s` that goes over into `n`, with the reset there or not.
+    fn begun(&self, text: &str, reset: bool) -> Query {
+        let (netlist, name) = (self.netlist, &self.netlist.name);
+        let mut given = "(set-option :produce-models true)\n(set-logic QF_BV)\n".to_string();
+        let _ = writeln!(given, "{text}\n(declare-const s |{name}_s|)\n(assert (|{name}_u| s))");
+        if netlist.is_clocked() {
+            let bit = if reset { "#b1" } else { "#b0" };
+            let _ = writeln!(given, "(declare-const n |{name}_s|)\n(assert (|{name}_t| s n))");
+            let _ = writeln!(given, "(assert (= {} {bit}))", netlist.bits("rst", "s"));
         }
-        put(word.clone());
-        filled = register.low + register.format.width();
+        Query { about: String::new(), given, differs: String::new(), values: Vec::new() }
     }
-    let extend = if parts.last().is_some_and(|(register, _)| register.format.is_signed()) { "sign" } else { "zero" };
-    if filled < width { format!("((_ {extend}_extend {}) {bits})", width - filled) } else { bits }
-}
 
-trait Titled {
-    /// Its name, with its place where it is one of several parts.
-    fn title(&self, whole: &BTreeMap<&str, Parts>) -> String;
-}
+    /// A question about what the block makes of the state and the inputs; these nets stand for themselves.
+    fn posed(&self, text: &str, cuts: &[(String, Format)]) -> Result<Posed, ProofError> {
+        let Self { block, netlist, registers, whole } = *self;
+        let mut query = self.begun(text, false);
+        let mut inputs = Vec::new();
+        for Signal { name, format, .. } in block.inputs() {
+            let bits = netlist.net(name).map(|_| netlist.bits(name, "s"));
+            inputs.push(query.gives("input", name, format, bits));
+        }
+        let mut before = Vec::new();
+        for register in registers {
+            let Register { name, low, format, .. } = *register;
+            let high = low + format.width() - 1;
+            let bits = match netlist.net(name) {
+                Some((net, width)) if high >= width => {
+                    return Err(ProofError::Netlist(format!("the VHDL's `{net}` has {width} bits, ours {}", high + 1)));
+                }
+                Some((net, _)) => Some(format!("((_ extract {high} {low}) {})", netlist.bits(net, "s"))),
+                None => None,
+            };
+            before.push(query.gives("register", &title(register, whole), format, bits));
+        }
+        for (name, parts) in whole {
+            // What its bits are in every state that there is; of several parts, bits that are none of ours are any.
+            if let (Some((net, width)), &[(place, register)]) = (netlist.net(name), &parts[..]) {
+                let held = filled(register, &before[place].1, width);
+                let _ = writeln!(query.given, "(assert (= {} {held}))", netlist.bits(net, "s"));
+            }
+        }
+        let terms = |all: &[(Format, String)]| -> Vec<_> {
+            all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
+        };
+        let mut itself = HashMap::new();
+        for (name, format) in cuts {
+            let Some((net, width)) = netlist.net(name) else { continue };
+            let bits = netlist.bits(net, "s");
+            let own = format!("((_ extract {} 0) {bits})", format.width() - 1);
+            let _ = writeln!(query.given, "(assert (= {bits} {}))", extended(&own, *format, width));
+            itself.insert(name.clone(), own);
+        }
+        let Defined { built: (next, shown), lines, cuts } =
+            Term::defined(itself, || block.terms(&terms(&before), &terms(&inputs)));
+        lines.iter().for_each(|line| query.given += &format!("{line}\n"));
+        Ok(Posed { query, next, shown, cuts })
+    }
 
-impl Titled for Register {
-    fn title(&self, whole: &BTreeMap<&str, Parts>) -> String {
-        if whole[self.name].len() == 1 { self.name.to_string() } else { format!("{}.{}", self.name, self.low) }
+    /// The questions about the nets at which the equations can be cut, and their names. In the question about one, those
+    /// before it stand for themselves.
+    fn cuts(&self) -> Result<(Vec<Query>, Vec<(String, Format)>), ProofError> {
+        let (mut queries, mut names) = (Vec::new(), Vec::new());
+        let Posed { cuts, .. } = self.posed(&self.netlist.text, &[])?;
+        for (name, format, _) in cuts {
+            let net = self.netlist.net(&name).filter(|(_, width)| *width >= format.width());
+            let Some((net, width)) = net.filter(|_| names.iter().all(|(known, _)| *known != name)) else { continue };
+            // What cannot be cut later need not be asked about.
+            let all = [&names[..], &[(name.clone(), format)]].concat();
+            let (Some(text), Some(_)) = (self.netlist.cut(&names), self.netlist.cut(&all)) else { continue };
+            let Posed { mut query, cuts, .. } = self.posed(&text, &names)?;
+            let term = cuts.into_iter().find_map(|(met, _, term)| (met == name).then_some(term));
+            let Some(term) = term else { continue };
+            let whole =
+                if format.is_signed() { Format::signed(width.min(64)) } else { Format::unsigned(width.min(64)) };
+            if width <= 64 {
+                query.compares("net", &name, whole, &self.netlist.bits(net, "s"), &term.bits(width));
+            } else {
+                let _ = write!(query.differs, " (distinct {} {})", self.netlist.bits(net, "s"), term.bits(width));
+            }
+            query.about = format!("its net {name}");
+            queries.push(query);
+            names = all;
+        }
+        Ok((queries, names))
+    }
+
+    /// The question about outputs, and about registers after an edge.
+    fn edge(&self, text: &str, cuts: &[(String, Format)]) -> Result<Query, ProofError> {
+        let Posed { mut query, next, shown, .. } = self.posed(text, cuts)?;
+        for (Signal { name, format, .. }, ours) in self.block.outputs().into_iter().zip(shown) {
+            // An output that is cut is a net that was asked for.
+            if !cuts.iter().any(|(cut, _)| cut == name) {
+                query.compares("output", name, format, &self.netlist.bits(name, "s"), &ours.bits(format.width()));
+            }
+        }
+        let next = |place: usize| Some(next[place].bits(self.registers[place].format.width()));
+        self.compares_registers(&mut query, "next", next);
+        query.about = if self.netlist.is_clocked() { "an edge" } else { "its inputs" }.to_string();
+        Ok(query)
+    }
+
+    /// The question about the registers after a reset.
+    fn reset(&self) -> Query {
+        let mut query = self.begun(&self.netlist.text, true);
+        self.compares_registers(&mut query, "after reset", |place| {
+            let Register { format, reset, .. } = self.registers[place];
+            reset.map(|word| format!("#b{:0width$b}", format.bits(word), width = format.width() as usize))
+        });
+        query.about = "the reset".to_string();
+        query
+    }
+
+    /// Compares the registers after an edge with these words, where there are any.
+    fn compares_registers(&self, query: &mut Query, role: &'static str, ours: impl Fn(usize) -> Option<String>) {
+        for (name, parts) in self.whole {
+            let Some((net, width)) = self.netlist.net(name) else { continue };
+            let after = self.netlist.bits(net, "n");
+            for &(place, register) in parts {
+                let Register { low, format, .. } = *register;
+                let vhdl = format!("((_ extract {} {low}) {after})", low + format.width() - 1);
+                if let Some(ours) = ours(place) {
+                    query.compares(role, &title(register, self.whole), format, &vhdl, &ours);
+                }
+            }
+            if let &[(place, register)] = &parts[..]
+                && let Some(ours) = ours(place)
+            {
+                let _ = write!(query.differs, " (distinct {after} {})", filled(register, &ours, width));
+            }
+        }
     }
 }
 
-/// The names to be told by a solver that has found a counterexample.
-pub(super) fn names(values: &[Asked]) -> impl Iterator<Item = &str> {
-    values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten()
+impl Query {
+    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a register
+    /// that synthesis leaves out, whose word must not matter.
+    fn gives(&mut self, role: &'static str, name: &str, format: Format, bits: Option<String>) -> (Format, String) {
+        let (named, width) = (format!("|{role} {name}|"), format.width());
+        let line = match bits {
+            Some(bits) => format!("(define-fun {named} () (_ BitVec {width}) {bits})"),
+            None => format!("(declare-const {named} (_ BitVec {width}))"),
+        };
+        let _ = writeln!(self.given, "{line}");
+        self.values.push(Asked { role, name: name.to_string(), format, vhdl: named.clone(), ours: None });
+        (format, named)
+    }
+
+    /// Asks whether a word of the VHDL differs from ours.
+    fn compares(&mut self, role: &'static str, name: &str, format: Format, vhdl: &str, ours: &str) {
+        let names = ["vhdl", "ours"].map(|side| format!("|{side} {role} {name}|"));
+        for (named, bits) in names.iter().zip([vhdl, ours]) {
+            let _ = writeln!(self.given, "(define-fun {named} () (_ BitVec {}) {bits})", format.width());
+        }
+        let [vhdl, ours] = names;
+        let _ = write!(self.differs, " (distinct {vhdl} {ours})");
+        self.values.push(Asked { role, name: name.to_string(), format, vhdl, ours: Some(ours) });
+    }
+
+    /// The names to be told by a solver that has found a counterexample.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten()
+    }
+
+    /// The counterexample as a row, from what a solver tells of each name: inputs and registers before the edge, then
+    /// what both sides make of them.
+    pub(super) fn read(&self, block: &'static str, model: &HashMap<String, u128>) -> Around {
+        let column = |asked: &Asked| {
+            let name = match asked.role {
+                "next" | "after reset" => format!("{}'", asked.name),
+                _ => asked.name.clone(),
+            };
+            Column { name: name.leak(), format: asked.format, unit: "" }
+        };
+        let word =
+            |name: &str, format: Format| hex(format, format.from_bits(model.get(name).copied().unwrap_or(0) as u64));
+        let columns: Vec<_> = self.values.iter().map(column).collect();
+        let ours = |asked: &Asked| word(asked.ours.as_ref().unwrap_or(&asked.vhdl), asked.format);
+        let expected = self.values.iter().map(ours).collect();
+        let answers = self.values.iter().filter(|asked| asked.ours.is_some());
+        let got: Vec<_> = answers.map(|asked| word(&asked.vhdl, asked.format)).collect();
+        let inputs = columns.len() - got.len();
+        let clock = Clock::new(100_000_000).expect("a clock");
+        let rows = vec![Row { number: 1, expected, got }];
+        Around { name: block, beside: "vhdl", counted: "edge", columns, inputs, clock, rows }
+    }
 }
 
-/// The words of a counterexample, from what a solver tells of each name.
-pub(super) fn read(values: Vec<Asked>, model: &HashMap<String, u128>) -> Vec<Value> {
-    let word = |name: &str, format: Format| format.from_bits(model.get(name).copied().unwrap_or(0) as u64);
-    let value = |asked: Asked| {
-        let Asked { role, name, format, vhdl, ours } = asked;
-        let (vhdl, ours) = (word(&vhdl, format), ours.map(|ours| word(&ours, format)));
-        Value { role, name, format, vhdl, ours }
-    };
-    values.into_iter().map(value).collect()
+/// All bits of a VHDL register that one of ours stands in: zeros below, above its sign.
+fn filled(register: &Register, word: &str, width: u32) -> String {
+    let Register { low, format, .. } = *register;
+    match low {
+        0 => extended(word, format, width),
+        _ => format!("(concat {} #b{})", extended(word, format, width - low), "0".repeat(low as usize)),
+    }
+}
+
+/// The bits of a word with more above them.
+fn extended(bits: &str, format: Format, width: u32) -> String {
+    let extend = if format.is_signed() { "sign" } else { "zero" };
+    match width - format.width() {
+        0 => bits.to_string(),
+        more => format!("((_ {extend}_extend {more}) {bits})"),
+    }
+}
+
+/// A register's name, with its place where it is one of several parts.
+fn title(register: &Register, whole: &Whole) -> String {
+    if whole[register.name].len() == 1 {
+        register.name.to_string()
+    } else {
+        format!("{}.{}", register.name, register.low)
+    }
 }

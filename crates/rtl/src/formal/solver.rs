@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::ProofError;
-use super::query::{Asked, names};
+use super::query::Query;
 use crate::temporary::Temporary;
 use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
 
@@ -28,14 +28,25 @@ pub(super) fn known() -> Result<(), ToolError> {
     SOLVERS.iter().try_for_each(|solver| solver.version().map(|_| ()))
 }
 
-/// The first answer, and whose it is; the others are stopped.
-pub(super) fn race(text: &str, values: &[Asked], limit: Duration) -> Result<(Answer, &'static str), ProofError> {
+/// Whether what a question takes for given can be: that there is a state with such inputs.
+pub(super) fn is_possible(query: &Query, limit: Duration) -> Result<bool, ProofError> {
+    let (answer, _) = raced(&format!("{}(check-sat)\n", query.given), limit)?;
+    Ok(matches!(answer, Answer::Satisfiable(_)))
+}
+
+/// The first answer to a question, and whose it is.
+pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
+    let Query { given, differs, .. } = query;
+    let names: Vec<_> = query.names().collect();
+    raced(&format!("{given}(assert (or false{differs}))\n(check-sat)\n(get-value ({}))\n", names.join(" ")), limit)
+}
+
+/// The first answer to a text; the other solvers are stopped.
+fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
     let io = |error| ToolError::new(Tool::Z3, "be asked", Fault::NotStarted(error), "");
     let folder = Temporary::folder().map_err(io)?;
     let path = folder.path().join("query.smt2");
-    let asked: Vec<_> = names(values).collect();
-    let whole = format!("{text}(check-sat)\n(get-value ({}))\n", asked.join(" "));
-    std::fs::write(&path, whole).map_err(io)?;
+    std::fs::write(&path, text).map_err(io)?;
     let is_answered = AtomicBool::new(false);
     let (send, answers) = mpsc::channel();
     thread::scope(|scope| {
@@ -51,20 +62,19 @@ pub(super) fn race(text: &str, values: &[Asked], limit: Duration) -> Result<(Ans
         }
         drop(send);
         let mut unknown = Vec::new();
+        let mut first = None;
         for (solver, answer) in answers {
             match answer {
                 Ok(Answer::Unknown(why)) => unknown.push(format!("{}: {why}", solver.name())),
-                Ok(found) => {
+                answer => {
                     is_answered.store(true, Ordering::Relaxed);
-                    return Ok((found, solver.name()));
-                }
-                Err(error) => {
-                    is_answered.store(true, Ordering::Relaxed);
-                    return Err(error.into());
+                    first = Some((answer?, solver.name()));
+                    break;
                 }
             }
         }
-        Ok((Answer::Unknown(unknown.join("; ")), ""))
+        unknown.sort();
+        Ok(first.unwrap_or_else(|| (Answer::Unknown(unknown.join("; ")), "")))
     })
 }
 

@@ -5,3 +5,4 @@ mod fixed;
 mod format;
 mod narrowing;
 mod notation;
+mod words;

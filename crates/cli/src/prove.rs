@@ -1,0 +1,165 @@
+//! `hpu check --formal`: the VHDL of blocks proved equal to the emulator, for all inputs and states.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hpu_datapath::{AnyBlock, variants};
+use hpu_rtl::formal::{ProofError, Verdict, prove};
+use serde_json::{Value, json};
+
+use crate::block::find;
+use crate::check::Args;
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::interrupt;
+use crate::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::waves::waveform;
+
+/// How long a question may take a solver, unless tools are given another time.
+const QUESTION: Duration = Duration::from_secs(60);
+
+/// A configuration, what came of it, and the seconds that it took.
+struct Row {
+    block: &'static str,
+    variant: String,
+    found: Result<Verdict, ProofError>,
+    seconds: f64,
+}
+
+/// `hpu check --formal`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let setup = args.hdl.setup();
+    let limit = setup.timeout.unwrap_or(QUESTION);
+    let is_wanted = |label: &String, block: &dyn AnyBlock| {
+        (args.blocks.is_empty() || args.blocks.iter().any(|name| name == block.name()))
+            && (args.variants.is_empty() || args.variants.contains(label))
+    };
+    let wanted = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
+    let wanted: Vec<_> = wanted.map(|(label, block)| (block.name(), label)).collect();
+    // A missing tool is told before anything is shown.
+    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
+    let jobs = args.jobs.get().get().min(wanted.len().max(1));
+    tell(&format!(
+        "VHDL {}: {} configurations, {} s a question at most, {jobs} at a time",
+        setup.hdl,
+        wanted.len(),
+        limit.as_secs_f64()
+    ));
+    if !args.json {
+        print(&format!("{:<22} {:<30} {:>8}  for all inputs and states\n", "block", "variant", "s"))?;
+    }
+    let control = interrupt::heed();
+    let next = AtomicUsize::new(0);
+    let mut rows: Vec<Row> = Vec::new();
+    let mut text = String::new();
+    with_progress(wanted.len() as u64, "configurations", control, || {
+        thread::scope(|scope| -> Result<(), Failure> {
+            let (send, done) = mpsc::channel();
+            for _ in 0..jobs {
+                let (send, next, wanted, setup) = (send.clone(), &next, &wanted, &setup);
+                scope.spawn(move || {
+                    while let Some(&(name, ref label)) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let Ok(block) = find(name, label) else { break };
+                        if interrupt::pressed() {
+                            break;
+                        }
+                        let start = Instant::now();
+                        let found = prove(&*block, setup, limit);
+                        let seconds = start.elapsed().as_secs_f64();
+                        let row = Row { block: name, variant: label.clone(), found, seconds };
+                        if send.send(row).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(send);
+            for row in done {
+                control.progress.fetch_add(1, Ordering::Relaxed);
+                let shown = shown(&row, folder.as_mut())?;
+                text += &shown;
+                if !args.json {
+                    print(&shown)?;
+                }
+                rows.push(row);
+            }
+            Ok(())
+        })
+    })?;
+    if interrupt::pressed() {
+        return Ok(Exit::Interrupted);
+    }
+    let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
+    let proved = count(|found| matches!(found, Verdict::Proved(_)));
+    let refuted = count(|found| matches!(found, Verdict::Refuted(..)));
+    let total = format!(
+        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; VHDL {}\n",
+        rows.len(),
+        rows.len() - proved - refuted,
+        setup.hdl
+    );
+    text += &total;
+    let json = json!({
+        "ok": refuted == 0,
+        "hdl": setup.hdl.to_string(),
+        "proved": proved,
+        "refuted": refuted,
+        "rows": rows.iter().map(object).collect::<Vec<_>>(),
+    });
+    if let Some(mut folder) = folder {
+        folder.write("formal.json", format!("{json:#}\n"))?;
+        folder.write("formal.txt", &text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?;
+    } else {
+        print(&total)?;
+    }
+    // A tool that failed is no verdict.
+    if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
+        return match error {
+            ProofError::Tool(error) => Err(error.into()),
+            ProofError::Cost(error) => Err(error.into()),
+            ProofError::Netlist(why) => Err(Failure::file(why)),
+        };
+    }
+    Ok(Exit::when(refuted == 0))
+}
+
+/// A line, and of a refutation its words.
+fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
+    let Row { block, variant, found, seconds } = row;
+    let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
+    Ok(match found {
+        Ok(Verdict::Proved(_)) => line("proved") + "\n",
+        Ok(Verdict::Open(why)) => line(&format!("not proved: {why}")) + "\n",
+        Err(error) => line(&format!("not proved: {}", error.to_string().replace('\n', "\n  "))) + "\n",
+        Ok(Verdict::Refuted(about, around)) => {
+            let mut text = verdict(&line(&format!("refuted, by {about}:")), false) + "\n";
+            around.lines(1).iter().for_each(|line| text += &format!("    {line}\n"));
+            text + &waveform(around, 1, &format!("{block}-{variant}"), folder)?
+        }
+    })
+}
+
+fn object(row: &Row) -> Value {
+    let Row { block, variant, found, seconds } = row;
+    let (said, why) = match found {
+        Ok(Verdict::Proved(_)) => ("proved", Value::Null),
+        Ok(Verdict::Refuted(about, around)) => {
+            let (columns, history) = around.table(1);
+            ("refuted", json!({ "about": about, "columns": columns, "history": history }))
+        }
+        Ok(Verdict::Open(why)) => ("open", json!(why)),
+        Err(error) => ("open", json!(error.to_string())),
+    };
+    let solvers = match found {
+        Ok(Verdict::Proved(solvers)) => json!(solvers),
+        _ => Value::Null,
+    };
+    json!({ "block": block, "variant": variant, "verdict": said, "why": why, "solvers": solvers, "seconds": seconds })
+}
