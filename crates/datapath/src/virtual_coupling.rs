@@ -118,14 +118,14 @@ impl VirtualCoupling {
     fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
         let [share, free, held] =
             [self.config.share, self.config.free, self.config.held].map(|gain| W::int(gain.into()));
-        let top = self.config.widths.top().into();
+        let (top, width) = (self.config.widths.top().into(), self.extension.to.width());
         let device = input.delta.shl(self.config.extension_frac);
-        let loose = (free * last).narrow(&self.extension).cut("loose", self.extension.to);
+        let loose = (free * last).narrow(&self.extension).cut("loose", width);
         let inside = || {
-            let memory = (share * device + held * last).narrow(&self.extension).cut("reached", self.extension.to);
+            let memory = (share * device + held * last).narrow(&self.extension).cut("reached", width);
             let extension = memory.shed();
             let spring = (input.stiffness * extension).narrow(&self.spring);
-            let stretch = (extension - last).cut("stretch", Format::signed(self.extension.to.width() + 1));
+            let stretch = (extension - last).cut("stretch", width + 1);
             let drag = (input.damping * stretch).narrow(&self.drag);
             let sum = spring + drag;
             [sum.limit(0, top).overflowing(sum.above(W::int(top))), memory]

@@ -13,7 +13,7 @@ struct Book {
     known: HashMap<String, usize>,
     /// The bits that stand for numbers of these names, and the names that were met.
     cuts: HashMap<String, String>,
-    met: Vec<(String, Format, Term)>,
+    met: Vec<(String, u32, Term)>,
 }
 
 /// What was built of terms.
@@ -23,8 +23,8 @@ pub struct Defined<R> {
     pub built: R,
     /// The definitions of all its terms, a line each.
     pub lines: Vec<String>,
-    /// Where it can be [cut](Word::cut): the names, formats and numbers.
-    pub cuts: Vec<(String, Format, Term)>,
+    /// Where it can be [cut](Word::cut): the names, widths and numbers.
+    pub cuts: Vec<(String, u32, Term)>,
 }
 
 thread_local! {
@@ -230,10 +230,11 @@ impl Word for Term {
         let expression = format!("((_ extract {top} {}) {})", bits.min(top), self.name());
         Self::new(self.width - bits.min(top), floor(self.least), floor(self.most), expression)
     }
+    fn round(self, rounding: Rounding, drop: i32) -> Self {
+        if drop > 0 { rounded(self, rounding, drop.cast_unsigned()) } else { self.shl(drop.unsigned_abs()) }
+    }
     fn narrow(self, rule: &Narrowing) -> Self {
-        let drop = rule.from_frac - rule.to.frac();
-        let scaled =
-            if drop > 0 { rounded(self, rule.rounding, drop.cast_unsigned()) } else { self.shl(drop.unsigned_abs()) };
+        let scaled = self.round(rule.rounding, rule.from_frac - rule.to.frac());
         match rule.overflow {
             Overflow::Wrap => scaled.wrap(rule.to),
             Overflow::Saturate => scaled.limit(rule.to.min(), rule.to.max()),
@@ -275,12 +276,12 @@ impl Word for Term {
         }
         words[0]
     }
-    fn cut(self, name: &str, format: Format) -> Self {
+    fn cut(self, name: &str, width: u32) -> Self {
         let bits = BOOK.with_borrow_mut(|book| {
-            book.met.push((name.to_string(), format, self));
+            book.met.push((name.to_string(), width, self));
             book.cuts.get(name).cloned()
         });
-        bits.map_or(self, |bits| Self::of_bits(format, &bits))
+        bits.map_or(self, |bits| Self::new(width, -1 << (width - 1), (1 << (width - 1)) - 1, bits))
     }
     fn limit(self, least: i128, most: i128) -> Self {
         let clamped = |value: Self, bound: i128, least: i128, most: i128, operation: &str| {

@@ -34,7 +34,9 @@ pub trait Word:
     fn shl(self, bits: u32) -> Self;
     /// Divided by `2^bits`, rounded down; nothing is told of what that loses.
     fn shr(self, bits: u32) -> Self;
-    /// Into a word: rounded, then made to fit. The one place that tells what is lost.
+    /// Divided by `2^drop` and rounded; times as much, where that is negative. Tells what is lost.
+    fn round(self, rounding: Rounding, drop: i32) -> Self;
+    /// Into a word: rounded, then made to fit. Tells what is lost.
     fn narrow(self, rule: &Narrowing) -> Self;
     /// The low bits, as a word of that format: what counts modulo its width loses nothing.
     fn wrap(self, to: Format) -> Self;
@@ -50,9 +52,10 @@ pub trait Word:
     ) -> [Self; N];
     /// The word of a table at this address, which is one of the table's.
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self;
-    /// The same number, where the VHDL has a net of this name and format: a proof may begin anew from it.
-    fn cut(self, name: &str, format: Format) -> Self {
-        let _ = (name, format);
+    /// The same number, of so many bits with its sign, where the VHDL has a net of this name: a proof may begin anew
+    /// from it.
+    fn cut(self, name: &str, width: u32) -> Self {
+        let _ = (name, width);
         self
     }
     /// Without what was lost to make it.
@@ -152,29 +155,19 @@ impl Narrowing {
         Self { from_frac: to.frac(), to, rounding: Rounding::Truncate, overflow: Overflow::Wrap }
     }
 
-    /// The word of an exact value, whether non-zero bits were rounded away, and whether it did not fit. A value to be
-    /// widened must leave room for the shift, and a machine integer hold the format's bounds.
+    /// The word of a rounded value, and whether it did not fit. A machine integer must hold the format's bounds.
     #[inline]
-    fn narrow<T: Int>(&self, value: T) -> (T, bool, bool) {
-        let drop = self.from_frac - self.to.frac();
-        let (scaled, rounded) = if drop > 0 {
-            let drop = drop.cast_unsigned();
-            let is_rest =
-                if drop >= T::BITS { value != T::zero() } else { (value >> drop as usize) << drop as usize != value };
-            (self.rounding.shift(value, drop), is_rest)
-        } else {
-            (value << drop.unsigned_abs() as usize, false)
-        };
+    fn fit<T: Int>(&self, value: T) -> (T, bool) {
         let (least, most) = (T::low(self.to.min()), T::low(self.to.max()));
-        if least <= scaled && scaled <= most {
-            return (scaled, rounded, false);
+        if least <= value && value <= most {
+            return (value, false);
         }
         let word = match self.overflow {
-            Overflow::Wrap => T::low(self.to.wrap_low(scaled.as_()).into()),
-            Overflow::Saturate if scaled < least => least,
+            Overflow::Wrap => T::low(self.to.wrap_low(value.as_()).into()),
+            Overflow::Saturate if value < least => least,
             Overflow::Saturate => most,
         };
-        (word, rounded, true)
+        (word, true)
     }
 
     /// Narrows an exact value: round first, then overflow.
@@ -292,9 +285,20 @@ impl<T: Int> Word for Machine<T> {
         self.with(Rounding::Truncate.shift(self.value, bits))
     }
     #[inline]
+    fn round(self, rounding: Rounding, drop: i32) -> Self {
+        if drop <= 0 {
+            return self.with(self.value << drop.unsigned_abs() as usize);
+        }
+        let (value, bits) = (self.value, drop.cast_unsigned());
+        let is_rest =
+            if bits < T::BITS { (value >> bits as usize) << bits as usize != value } else { value != T::zero() };
+        Self { rounded: self.rounded | is_rest, ..self.with(rounding.shift(value, bits)) }
+    }
+    #[inline]
     fn narrow(self, rule: &Narrowing) -> Self {
-        let (value, rounded, overflowed) = rule.narrow(self.value);
-        Self { value, rounded: self.rounded | rounded, overflowed: self.overflowed | overflowed }
+        let rounded = self.round(rule.rounding, rule.from_frac - rule.to.frac());
+        let (value, overflows) = rule.fit(rounded.value);
+        rounded.with(value).overflowing(overflows)
     }
     #[inline]
     fn wrap(self, to: Format) -> Self {
@@ -449,14 +453,15 @@ impl Word for Reach {
         let floor = |value| Rounding::Truncate.shift(value, bits);
         self.both(self, &[floor(self.least), floor(self.most)])
     }
+    fn round(self, rounding: Rounding, drop: i32) -> Self {
+        if drop <= 0 {
+            return self.shl(drop.unsigned_abs());
+        }
+        let round = |value| rounding.shift(value, drop.cast_unsigned());
+        self.both(self, &[round(self.least), round(self.most)])
+    }
     fn narrow(self, rule: &Narrowing) -> Self {
-        let drop = rule.from_frac - rule.to.frac();
-        let scaled = if drop > 0 {
-            let round = |value| rule.rounding.shift(value, drop.cast_unsigned());
-            self.both(self, &[round(self.least), round(self.most)])
-        } else {
-            self.shl(drop.unsigned_abs())
-        };
+        let scaled = self.round(rule.rounding, rule.from_frac - rule.to.frac());
         let all = Self::of(rule.to);
         let fits = rule.to.holds(scaled.least) && rule.to.holds(scaled.most);
         let kept = match rule.overflow {

@@ -11,6 +11,7 @@ mod dut;
 mod entity;
 mod exports;
 mod fit;
+mod formal;
 mod fuzz;
 mod manual;
 mod map;

@@ -113,6 +113,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "all blocks and closed loops take a minute or two",
         ),
     ),
+    (
+        "hpu check --formal",
+        short(
+            "hpu check --formal displacement pwm virtual_coupling",
+            "all blocks take a minute, some are given up in another",
+        ),
+    ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-rtl read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
     ("hpu scenes --template > mine.toml", Form::AsIs),

@@ -13,7 +13,7 @@
 //! - **Source**: the cube of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Narrowed, Rounding, Signal, Word};
 
 use super::PhantomFormats;
 use super::words::{accept, natural, parts};
@@ -38,8 +38,6 @@ pub struct CubeRoom {
     stiffness: Format,
     force: Format,
     limit: u32,
-    /// To the force's fraction bits, with more room than the clamp leaves.
-    rounding: Narrowing,
     fits_64: bool,
 }
 
@@ -57,17 +55,7 @@ impl CubeRoom {
         accept(Self::NAME, "FORCE", force, true)?;
         let most = u32::try_from(force.max()).map_or(NATURAL, |most| most.min(NATURAL));
         within(Self::NAME, "FORCE_LIMIT", limit, 1..=most)?;
-        let from_frac = position.frac() + stiffness.frac();
-        // A depth has a bit more than a position, a force rounded up one more.
-        let width = position.width().cast_signed() + stiffness.width().cast_signed() + 2 + force.frac() - from_frac;
-        let width = width.clamp(force.width().cast_signed(), 64);
-        let rounding = Narrowing {
-            from_frac,
-            to: Format::new(true, width - 1 - force.frac(), force.frac()).expect("at most 64 bits"),
-            rounding: Rounding::NearestUp,
-            overflow: Overflow::Saturate,
-        };
-        let mut block = Self { position, stiffness, force, limit, rounding, fits_64: false };
+        let mut block = Self { position, stiffness, force, limit, fits_64: false };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
     }
@@ -82,7 +70,8 @@ impl CubeRoom {
     /// The force of a wall on a tip that far beyond it.
     #[inline]
     fn force<W: Word>(&self, stiffness: W, depth: W) -> W {
-        let spring = (-(stiffness * depth)).narrow(&self.rounding);
+        let drop = self.position.frac() + self.stiffness.frac() - self.force.frac();
+        let spring = (-(stiffness * depth)).round(Rounding::NearestUp, drop);
         let limit = i128::from(self.limit);
         let limited = spring.limit(-limit, limit);
         limited.overflowing(!limited.equals(spring))
@@ -93,7 +82,7 @@ impl Combinational for CubeRoom {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
-        let beyond = Format::signed(self.position.width() + 1);
+        let beyond = self.position.width() + 1;
         let pushed = |pair: u32, name: &str, at: W, low: W, high: W| {
             let is_there = room.shr(pair).wrap(Format::BIT).is_set();
             let push = || {

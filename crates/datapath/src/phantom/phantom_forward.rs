@@ -76,12 +76,12 @@ impl Combinational for PhantomForward {
         let (trig_frac, position) = (self.trig.frac(), self.position);
 
         let frac = length_frac + trig_frac;
-        let radius = (upper * cosine2 + fore * sine3).narrow(&nearest(frac, position));
+        let radius = (upper * cosine2 + fore * sine3).narrow(&nearest(frac, position)).cut("r", position.width());
         let rise = fore.shl(trig_frac.cast_unsigned()) - fore * cosine3 + upper * sine2;
         let y = rise.narrow(&nearest(frac, position));
 
         // What the radius lost is told of the radius alone.
-        let (reach, frac) = (radius.shed().cut("radius", position), position.frac() + trig_frac);
+        let (reach, frac) = (radius.shed(), position.frac() + trig_frac);
         let x = (sine1 * reach).narrow(&nearest(frac, position));
         let (depth, depth_frac) = aligned_sum((cosine1 * reach, frac), (-upper, length_frac));
         let z = depth.narrow(&nearest(depth_frac, position));

@@ -80,17 +80,16 @@ impl Combinational for PhantomTorque {
         let length_frac = self.formats.length_frac.cast_signed();
 
         let beam = nearest(trig.frac() + force.frac(), self.beam);
-        let radial = (sine1 * force_x + cosine1 * force_z).narrow(&beam).cut("radial", self.beam);
-        let upper = (cosine2 * force_y - sine2 * radial).narrow(&beam).cut("upper", self.beam);
-        let fore = (sine3 * force_y + cosine3 * radial).narrow(&beam).cut("fore", self.beam);
+        let radial = (sine1 * force_x + cosine1 * force_z).narrow(&beam).cut("radial", self.beam.width());
+        let upper = (cosine2 * force_y - sine2 * radial).narrow(&beam).cut("upper", self.beam.width());
+        let fore = (sine3 * force_y + cosine3 * radial).narrow(&beam).cut("fore", self.beam.width());
 
         let (reach, reach_frac) = aligned_sum((z, position.frac()), (upper_m, length_frac));
         let (aside, _) = aligned_sum((x, position.frac()), (W::int(0), reach_frac));
         // A length is a natural.
         let bits = |width: u32, frac: i32| width + (reach_frac - frac).cast_unsigned();
         let room = bits(position.width(), position.frac()).max(bits(32, length_frac)) + 1;
-        let cut = |arm: W, name| if room <= 64 { arm.cut(name, Format::signed(room)) } else { arm };
-        let (reach, aside) = (cut(reach, "arm_z"), cut(aside, "arm_x"));
+        let (reach, aside) = (reach.cut("arm_z", room), aside.cut("arm_x", room));
         let torque1 = (reach * force_x - aside * force_z).narrow(&nearest(reach_frac + force.frac(), torque));
         let lever = nearest(length_frac + force.frac(), torque);
         Out { torque1, torque2: (upper_m * upper).narrow(&lever), torque3: (fore_m * fore).narrow(&lever) }

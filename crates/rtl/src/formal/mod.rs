@@ -23,7 +23,7 @@ use crate::tool::{Tool, ToolError};
 pub use solver::SOLVERS;
 
 use netlist::Netlist;
-use query::queries;
+use query::{Edge, Query};
 use solver::Answer;
 
 /// How far a block's proof came.
@@ -101,24 +101,48 @@ pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> 
 }
 
 fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
+    let registers = AnyStep::registers(equations);
+    let edge = Edge::new(equations, netlist, &registers);
     let mut solvers = Vec::new();
-    // Of what cannot be, everything is proved.
-    for query in queries(equations, netlist)? {
-        match solver::race(&query, limit)? {
-            (Answer::Unsatisfiable, solver) => {
-                if !solver::is_possible(&query, limit)? {
-                    let about = &query.about;
-                    return Err(ProofError::Netlist(format!("no state is possible in what is asked about {about}")));
-                }
-                solvers.push(solver);
-            }
-            (Answer::Satisfiable(model), _) => {
+    let mut is_so = |query: Query| -> Result<bool, ProofError> {
+        Ok(matches!(answered(&query, limit, &mut solvers)?, Answer::Unsatisfiable))
+    };
+    // A net that is shown to be the equations' may be anything afterwards. What is found then may be no state that there
+    // is, and nets may share their bits: fewer are left free, and at last none.
+    let mut nets = Vec::new();
+    for net in edge.nets()? {
+        if is_so(edge.net(&net, &nets)?)? || !nets.is_empty() && is_so(edge.net(&net, &[])?)? {
+            nets.push(net);
+        }
+    }
+    let mut is_shown = false;
+    for first in 0..nets.len() {
+        is_shown = is_shown || is_so(edge.edge(&nets[first..])?)?;
+    }
+    let whole = if is_shown { None } else { Some(edge.edge(&[])?) };
+    for query in whole.into_iter().chain(edge.reset()) {
+        match answered(&query, limit, &mut solvers)? {
+            Answer::Unsatisfiable => {}
+            Answer::Satisfiable(model) => {
                 return Ok(Verdict::Refuted(query.about.clone(), query.read(equations.name(), &model)));
             }
-            (Answer::Unknown(why), _) => return Ok(Verdict::Open(format!("about {}, {why}", query.about))),
+            Answer::Unknown(why) => return Ok(Verdict::Open(format!("about {}, {why}", query.about))),
         }
     }
     Ok(Verdict::Proved(solvers))
+}
+
+/// The answer to a question; of what cannot be, everything would be proved.
+fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> Result<Answer, ProofError> {
+    let (answer, solver) = solver::race(query, limit)?;
+    if matches!(answer, Answer::Unsatisfiable) {
+        if !solver::is_possible(query, limit)? {
+            let about = &query.about;
+            return Err(ProofError::Netlist(format!("no state is possible in what is asked about {about}")));
+        }
+        solvers.push(solver);
+    }
+    Ok(answer)
 }
 
 /// The tools that a proof needs.

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::rc::Rc;
 
 use hpu_datapath::AnyBlock;
-use hpu_signal::Format;
 
 use super::ProofError;
+use super::query::Net;
 use crate::cost::{self, verilog::verilog};
-use crate::ghdl::GhdlError;
+use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::Tool;
@@ -23,39 +24,34 @@ pub(super) struct Netlist {
     nets: BTreeMap<String, u32>,
     /// Those that are registers.
     registers: Vec<String>,
+    library: Rc<Library>,
 }
 
 impl Netlist {
     pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Self, ProofError> {
-        let name = block.name().to_string();
-        let library = library(&name, setup).map_err(cost::CostError::from)?;
-        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+        let library = library(block.name(), setup).map_err(cost::CostError::from)?;
         library.write("block.v", verilog(block, &library)?).map_err(cost::CostError::from)?;
-        // Tables become choices; what is unknown, any value; a clock enable, a choice.
-        let script = format!(
-            "read_verilog block.v; prep -top {name}; flatten; memory_map; opt_clean; setundef -undriven -anyseq; \
-             dffunmap; write_smt2 -wires -stbv block.smt2"
-        );
-        cost::run(&library, Tool::Yosys, &name, ["-q", "-p", &script])?;
-        let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
-        Ok(Self::read(name, text))
+        Self::written(Rc::new(library), block.name(), &[])
     }
 
-    /// The nets of a text, which Yosys lists in comments.
-    fn read(name: String, text: String) -> Self {
-        let (mut nets, mut registers) = (BTreeMap::new(), Vec::new());
-        for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
-            let words: Vec<_> = line.split(' ').collect();
-            let [kind, net, width] = words[..] else { continue };
-            let Ok(width) = width.parse() else { continue };
-            match kind {
-                "register" => registers.push(net.to_string()),
-                "wire" | "input" | "output" => {}
-                _ => continue,
-            }
-            nets.insert(net.to_string(), width);
-        }
-        Self { text, name, nets, registers }
+    /// The same netlist in which these nets may be anything.
+    pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, ProofError> {
+        let nets: Vec<_> = nets.iter().filter_map(|(name, _)| self.net(name)).map(|(net, _)| net).collect();
+        Self::written(Rc::clone(&self.library), &self.name, &nets)
+    }
+
+    fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
+        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+        let cuts: String = cuts.iter().map(|net| format!("cutpoint w:{net}; ")).collect();
+        // Tables become choices; what is unknown, any value; a clock enable, a choice.
+        let script = format!(
+            "read_verilog block.v; prep -top {name}; flatten; memory_map; opt_clean; {cuts}setundef -undriven -anyseq; \
+             dffunmap; write_smt2 -wires -stbv block.smt2"
+        );
+        cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
+        let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
+        let (nets, registers) = listed(&text);
+        Ok(Self { text, name: name.to_string(), nets, registers, library })
     }
 
     /// The net of a variable or an output of this name, with its width: GHDL calls a variable's register `n` with a
@@ -72,29 +68,6 @@ impl Netlist {
         Some((net, *width))
     }
 
-    /// The same netlist in which these nets may be anything; `None` where one of them is no result of its own.
-    pub(super) fn cut(&self, nets: &[(String, Format)]) -> Option<String> {
-        let mut text = self.text.clone();
-        for (name, _) in nets {
-            let (net, _) = self.net(name)?;
-            let head = format!("(define-fun |{}_n {net}| ", self.name);
-            let line = text.lines().find(|line| line.starts_with(&head))?;
-            // What it is called by: `(|block#12| state)`, of which it may be a part.
-            let of = format!("|{}#", self.name);
-            let (_, rest) = line.split_once(&of)?;
-            let (number, rest) = rest.split_once('|')?;
-            if rest.contains(&of) {
-                return None;
-            }
-            let head = format!("(define-fun {of}{number}| ((state |{}_s|)) ", self.name);
-            let line = text.lines().find(|line| line.starts_with(&head))?.to_string();
-            let sort = sort(&line[head.len()..])?;
-            let free = format!("(declare-const |free #{number}| {sort})\n{head}{sort} |free #{number}|)");
-            text = text.replace(&line, &free);
-        }
-        Some(text)
-    }
-
     /// Whether anything is clocked.
     pub(super) fn is_clocked(&self) -> bool {
         self.nets.contains_key("clk")
@@ -108,10 +81,19 @@ impl Netlist {
     }
 }
 
-/// The sort at the beginning of a text: `Bool`, or `(_ BitVec 12)`.
-fn sort(text: &str) -> Option<&str> {
-    if text.starts_with("Bool") {
-        return text.get(..4);
+/// The nets of a text with their widths, and those that are registers, as Yosys lists them in comments.
+fn listed(text: &str) -> (BTreeMap<String, u32>, Vec<String>) {
+    let (mut nets, mut registers) = (BTreeMap::new(), Vec::new());
+    for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
+        let words: Vec<_> = line.split(' ').collect();
+        let [kind, net, width] = words[..] else { continue };
+        let Ok(width) = width.parse() else { continue };
+        match kind {
+            "register" => registers.push(net.to_string()),
+            "wire" | "input" | "output" => {}
+            _ => continue,
+        }
+        nets.insert(net.to_string(), width);
     }
-    text.find(')').and_then(|end| text.get(..=end)).filter(|sort| sort.starts_with("(_ BitVec "))
+    (nets, registers)
 }

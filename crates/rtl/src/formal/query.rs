@@ -36,31 +36,15 @@ pub(super) struct Asked {
 /// among the block's.
 type Whole<'r> = BTreeMap<&'static str, Vec<(usize, &'r Register)>>;
 
-/// The questions about a block: about nets at which its equations can be cut; about an edge without reset, in which
-/// those stand for themselves; about the reset. Of a combinational block, about its outputs.
-pub(super) fn queries(block: &dyn AnyStep, netlist: &Netlist) -> Result<Vec<Query>, ProofError> {
-    let registers = AnyStep::registers(block);
-    let mut whole = Whole::new();
-    for (place, register) in registers.iter().enumerate() {
-        whole.entry(register.name).or_default().push((place, register));
-    }
-    whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
-    let edge = Edge { block, netlist, registers: &registers, whole: &whole };
-    let (mut all, cuts) = edge.cuts()?;
-    let cut = netlist.cut(&cuts).unwrap_or_else(|| netlist.text.clone());
-    all.push(edge.edge(&cut, &cuts)?);
-    if netlist.is_clocked() {
-        all.push(edge.reset());
-    }
-    Ok(all)
-}
+/// A net of the VHDL, and the bits of the number that it is, with its sign.
+pub(super) type Net = (String, u32);
 
-/// What the questions are made of.
-struct Edge<'e> {
+/// What the questions about a block are made of.
+pub(super) struct Edge<'e> {
     block: &'e dyn AnyStep,
     netlist: &'e Netlist,
     registers: &'e [Register],
-    whole: &'e Whole<'e>,
+    whole: Whole<'e>,
 }
 
 /// A question in the making, and what the block makes of a state and inputs.
@@ -68,13 +52,22 @@ struct Posed {
     query: Query,
     next: Vec<Term>,
     shown: Vec<Term>,
-    cuts: Vec<(String, Format, Term)>,
+    cuts: Vec<(String, u32, Term)>,
 }
 
-impl Edge<'_> {
+impl<'e> Edge<'e> {
+    pub(super) fn new(block: &'e dyn AnyStep, netlist: &'e Netlist, registers: &'e [Register]) -> Self {
+        let mut whole = Whole::new();
+        for (place, register) in registers.iter().enumerate() {
+            whole.entry(register.name).or_default().push((place, register));
+        }
+        whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
+        Self { block, netlist, registers, whole }
+    }
+
     /// A question in a state `s` that goes over into `n`, with the reset there or not.
-    fn begun(&self, text: &str, reset: bool) -> Query {
-        let (netlist, name) = (self.netlist, &self.netlist.name);
+    fn begun(&self, netlist: &Netlist, reset: bool) -> Query {
+        let Netlist { text, name, .. } = netlist;
         let mut given = "(set-option :produce-models true)\n(set-logic QF_BV)\n".to_string();
         let _ = writeln!(given, "{text}\n(declare-const s |{name}_s|)\n(assert (|{name}_u| s))");
         if netlist.is_clocked() {
@@ -86,9 +79,16 @@ impl Edge<'_> {
     }
 
     /// A question about what the block makes of the state and the inputs; these nets stand for themselves.
-    fn posed(&self, text: &str, cuts: &[(String, Format)]) -> Result<Posed, ProofError> {
-        let Self { block, netlist, registers, whole } = *self;
-        let mut query = self.begun(text, false);
+    fn posed(&self, cuts: &[Net]) -> Result<Posed, ProofError> {
+        let Self { block, registers, ref whole, .. } = *self;
+        let cut;
+        let netlist = if cuts.is_empty() {
+            self.netlist
+        } else {
+            cut = self.netlist.cut(cuts)?;
+            &cut
+        };
+        let mut query = self.begun(netlist, false);
         let mut inputs = Vec::new();
         for Signal { name, format, .. } in block.inputs() {
             let bits = netlist.net(name).map(|_| netlist.bits(name, "s"));
@@ -118,11 +118,12 @@ impl Edge<'_> {
             all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
         };
         let mut itself = HashMap::new();
-        for (name, format) in cuts {
+        for (name, own) in cuts {
             let Some((net, width)) = netlist.net(name) else { continue };
             let bits = netlist.bits(net, "s");
-            let own = format!("((_ extract {} 0) {bits})", format.width() - 1);
-            let _ = writeln!(query.given, "(assert (= {bits} {}))", extended(&own, *format, width));
+            let more = width - own;
+            let own = format!("((_ extract {} 0) {bits})", own - 1);
+            let _ = writeln!(query.given, "(assert (= {bits} ((_ sign_extend {more}) {own})))");
             itself.insert(name.clone(), own);
         }
         let Defined { built: (next, shown), lines, cuts } =
@@ -131,42 +132,40 @@ impl Edge<'_> {
         Ok(Posed { query, next, shown, cuts })
     }
 
-    /// The questions about the nets at which the equations can be cut, and their names. In the question about one, those
-    /// before it stand for themselves.
-    fn cuts(&self) -> Result<(Vec<Query>, Vec<(String, Format)>), ProofError> {
-        let (mut queries, mut names) = (Vec::new(), Vec::new());
-        let Posed { cuts, .. } = self.posed(&self.netlist.text, &[])?;
-        for (name, format, _) in cuts {
-            let net = self.netlist.net(&name).filter(|(_, width)| *width >= format.width());
-            let Some((net, width)) = net.filter(|_| names.iter().all(|(known, _)| *known != name)) else { continue };
-            // What cannot be cut later need not be asked about.
-            let all = [&names[..], &[(name.clone(), format)]].concat();
-            let (Some(text), Some(_)) = (self.netlist.cut(&names), self.netlist.cut(&all)) else { continue };
-            let Posed { mut query, cuts, .. } = self.posed(&text, &names)?;
-            let term = cuts.into_iter().find_map(|(met, _, term)| (met == name).then_some(term));
-            let Some(term) = term else { continue };
-            let whole =
-                if format.is_signed() { Format::signed(width.min(64)) } else { Format::unsigned(width.min(64)) };
-            if width <= 64 {
-                query.compares("net", &name, whole, &self.netlist.bits(net, "s"), &term.bits(width));
-            } else {
-                let _ = write!(query.differs, " (distinct {} {})", self.netlist.bits(net, "s"), term.bits(width));
+    /// The nets at which the equations can be cut: those of which the VHDL has one, each once.
+    pub(super) fn nets(&self) -> Result<Vec<Net>, ProofError> {
+        let Posed { cuts, .. } = self.posed(&[])?;
+        let mut nets: Vec<Net> = Vec::new();
+        for (name, own, _) in cuts {
+            let has_room = self.netlist.net(&name).is_some_and(|(_, width)| width >= own);
+            if has_room && nets.iter().all(|(known, _)| *known != name) {
+                nets.push((name, own));
             }
-            query.about = format!("its net {name}");
-            queries.push(query);
-            names = all;
         }
-        Ok((queries, names))
+        Ok(nets)
+    }
+
+    /// The question about a net at which the equations can be cut, in which others may be anything.
+    pub(super) fn net(&self, (name, own): &Net, cuts: &[Net]) -> Result<Query, ProofError> {
+        let Posed { mut query, cuts, .. } = self.posed(cuts)?;
+        let term = cuts.into_iter().find_map(|(met, _, term)| (met == *name).then_some(term));
+        if let (Some(term), Some((net, width))) = (term, self.netlist.net(name)) {
+            let (vhdl, ours) = (self.netlist.bits(net, "s"), term.bits(width));
+            // A word of a row has 64 bits.
+            let format = Format::signed((*own).min(64));
+            let low = format!("((_ extract {} 0) {vhdl})", format.width() - 1);
+            let _ = write!(query.differs, " (distinct {vhdl} {ours})");
+            query.compares("net", name, format, &low, &term.bits(format.width()));
+        }
+        query.about = format!("its net {name}");
+        Ok(query)
     }
 
     /// The question about outputs, and about registers after an edge.
-    fn edge(&self, text: &str, cuts: &[(String, Format)]) -> Result<Query, ProofError> {
-        let Posed { mut query, next, shown, .. } = self.posed(text, cuts)?;
+    pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
+        let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
         for (Signal { name, format, .. }, ours) in self.block.outputs().into_iter().zip(shown) {
-            // An output that is cut is a net that was asked for.
-            if !cuts.iter().any(|(cut, _)| cut == name) {
-                query.compares("output", name, format, &self.netlist.bits(name, "s"), &ours.bits(format.width()));
-            }
+            query.compares("output", name, format, &self.netlist.bits(name, "s"), &ours.bits(format.width()));
         }
         let next = |place: usize| Some(next[place].bits(self.registers[place].format.width()));
         self.compares_registers(&mut query, "next", next);
@@ -174,27 +173,30 @@ impl Edge<'_> {
         Ok(query)
     }
 
-    /// The question about the registers after a reset.
-    fn reset(&self) -> Query {
-        let mut query = self.begun(&self.netlist.text, true);
+    /// The question about the registers after a reset, where anything is clocked.
+    pub(super) fn reset(&self) -> Option<Query> {
+        if !self.netlist.is_clocked() {
+            return None;
+        }
+        let mut query = self.begun(self.netlist, true);
         self.compares_registers(&mut query, "after reset", |place| {
             let Register { format, reset, .. } = self.registers[place];
             reset.map(|word| format!("#b{:0width$b}", format.bits(word), width = format.width() as usize))
         });
         query.about = "the reset".to_string();
-        query
+        Some(query)
     }
 
     /// Compares the registers after an edge with these words, where there are any.
     fn compares_registers(&self, query: &mut Query, role: &'static str, ours: impl Fn(usize) -> Option<String>) {
-        for (name, parts) in self.whole {
+        for (name, parts) in &self.whole {
             let Some((net, width)) = self.netlist.net(name) else { continue };
             let after = self.netlist.bits(net, "n");
             for &(place, register) in parts {
                 let Register { low, format, .. } = *register;
                 let vhdl = format!("((_ extract {} {low}) {after})", low + format.width() - 1);
                 if let Some(ours) = ours(place) {
-                    query.compares(role, &title(register, self.whole), format, &vhdl, &ours);
+                    query.compares(role, &title(register, &self.whole), format, &vhdl, &ours);
                 }
             }
             if let &[(place, register)] = &parts[..]

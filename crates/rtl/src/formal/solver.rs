@@ -96,7 +96,7 @@ fn answer(solver: Tool, said: Result<Said, ToolError>) -> Result<Answer, ToolErr
         "unsat" => Ok(Answer::Unsatisfiable),
         "sat" => Ok(Answer::Satisfiable(words(model))),
         "unknown" => Ok(Answer::Unknown("unknown".to_string())),
-        _ => Err(ToolError::new(solver, "decide a query", Fault::Silent("answer"), &said.all())),
+        _ => Err(ToolError::new(solver, "decide a query", Fault::Silent("verdict"), &said.all())),
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, variants};
@@ -12,15 +14,13 @@ const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 /// What takes a solver longer is left to `testbench/long.sh`.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Configurations that no solver decides in this time: sums of constants' products, and tables.
-const LONG: [(&str, &str); 6] = [
-    ("biquad", "high_pass"),
-    ("biquad", "extreme"),
-    ("virtual_coupling", "soft"),
-    ("virtual_coupling", "8_bit"),
-    ("cube_room", "plain_q22"),
-    ("phantom_torque", "plain_q22"),
-];
+/// Configurations that take solvers longer: products by constants of many bits, and by words of 40.
+const LONG: [(&str, &str); 2] = [("biquad", "high_pass"), ("cube_room", "plain_q22")];
+
+fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {
+    let found = variants().into_iter().find(|(found, block)| found == label && block.name() == name);
+    found.map(|(_, block)| block).unwrap_or_else(|| panic!("no {name} {label}"))
+}
 
 fn blocks() -> impl Iterator<Item = (String, Box<dyn AnyBlock>)> {
     let is_short = |label: &str, block: &dyn AnyBlock| {
@@ -31,15 +31,21 @@ fn blocks() -> impl Iterator<Item = (String, Box<dyn AnyBlock>)> {
 
 #[test]
 fn the_vhdl_of_a_block_equals_it_for_all_inputs_and_states() {
-    let mut proved = 0;
-    for (label, block) in blocks() {
-        let name = block.name();
-        match prove(&*block, Path::new(HDL), LIMIT) {
-            Ok(Verdict::Proved(_)) => proved += 1,
-            other => panic!("{name} {label}: {other:?}"),
+    let names: Vec<_> = blocks().map(|(label, block)| (block.name(), label)).collect();
+    assert!(names.len() >= 110, "{}", names.len());
+    let next = AtomicUsize::new(0);
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some((name, label)) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    match prove(&*find(name, label), Path::new(HDL), LIMIT) {
+                        Ok(Verdict::Proved(_)) => {}
+                        other => panic!("{name} {label}: {other:?}"),
+                    }
+                }
+            });
         }
-    }
-    assert!(proved >= 90, "{proved}");
+    });
 }
 
 /// A folder with the VHDL, one file changed.
@@ -63,21 +69,21 @@ fn changed(dir: &str, file: &str, from: &str, to: &str) -> PathBuf {
 #[test]
 fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
     let errors = [
-        ("displacement", "default", "-", "+", "delta"),
-        ("unilateral", "default", "'0'", "'1'", "penetration"),
-        ("saturator", "default", "> LIMIT", ">= LIMIT - 1", "limited"),
-        ("position_counter", "default", "others => '0'", "others => '1'", "position'"),
+        ("displacement", "default", "unsigned(position) - unsigned", "unsigned(position) + unsigned", "delta"),
+        ("unilateral", "default", "delta(delta'high) = '1'", "delta(delta'high) = '0'", "penetration"),
+        ("saturator", "default", "signed(value) > LIMIT", "signed(value) >= LIMIT - 1", "limited"),
+        ("position_counter", "default", "<= (others => '0')", "<= (others => '1')", "position'"),
         (
             "velocity_register",
             "default",
-            "previous := unsigned(position);",
-            "previous := unsigned(position) + 1;",
+            "previous := unsigned(position)",
+            "previous := 1 + unsigned(position)",
             "previous'",
         ),
-        ("zero_order_hold", "default", "countdown - 1", "countdown", "countdown'"),
-        ("quadrature_decoder", "default", "\"0001\"", "\"0010\"", "step'"),
-        ("pwm", "dead_time_3", "leg.dead - 1", "0", "leg_a"),
-        ("edge_timer", "default", "timer = LONGEST", "timer = LONGEST - 1", "interval'"),
+        ("zero_order_hold", "default", "countdown := countdown - 1", "countdown := countdown", "countdown'"),
+        ("quadrature_decoder", "default", "\"1000\" => step  <= \"01\"", "\"1000\" => step  <= \"11\"", "step'"),
+        ("pwm", "dead_time", "leg.dead - 1", "0", "leg_a"),
+        ("edge_timer", "default", "elsif timer = LONGEST", "elsif timer = LONGEST - 1", "interval'|stopped'"),
         ("sequential_divider", "default", "rest      := (others => '0');", "", "rest'"),
         ("square_root", "default", "partial & \"01\"", "partial & \"11\"", "partial'"),
         ("phantom_forward", "default", "- L2 * signed(cosine3)", "+ L2 * signed(cosine3)", "y"),
@@ -89,23 +95,18 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
             "EXTENSION_WIDTH + 1) + extension",
             "torque'",
         ),
-        ("biquad", "narrow", "x2   := x1", "x2   := x0", "x2'"),
-        (
-            "window_difference",
-            "5_bit",
-            "earlier(1) := unsigned(position)",
-            "earlier(1) := unsigned(position) + 1",
-            "earlier",
-        ),
+        ("biquad", "narrow", "x2 <= x1", "x2 <= x0", "x2"),
+        ("window_difference", "5_bit", "earlier(1) := unsigned", "earlier(1) := 1 + unsigned", "earlier"),
     ];
     for (name, label, from, to, signal) in errors {
-        let block = variants().into_iter().find(|(found, block)| found == label && block.name() == name);
-        let (_, block) = block.unwrap_or_else(|| panic!("no {name} {label}"));
+        let block = find(name, label);
         let hdl = changed(name, name, from, to);
         match prove(&*block, &hdl, LIMIT) {
             Ok(Verdict::Refuted(_, around)) => {
                 let (heads, _) = around.table(1);
-                let differs = |head: &String| head.starts_with(signal) && head.ends_with("(vhdl)");
+                // A solver may show any of these.
+                let is_one = |head: &String| signal.split('|').any(|signal| head.starts_with(signal));
+                let differs = |head: &String| is_one(head) && head.ends_with("(vhdl)");
                 assert!(heads.iter().any(differs), "{name}: {heads:?}");
             }
             other => panic!("{name} {label}: {other:?}"),
@@ -115,6 +116,5 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
 
 #[test]
 fn a_block_without_equations_is_open() {
-    let (_, block) = variants().into_iter().find(|(_, block)| block.name() == "foaw").expect("a block");
-    assert!(matches!(prove(&*block, Path::new(HDL), LIMIT), Ok(Verdict::Open(_))));
+    assert!(matches!(prove(&*find("foaw", "default"), Path::new(HDL), LIMIT), Ok(Verdict::Open(_))));
 }

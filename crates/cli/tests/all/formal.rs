@@ -1,0 +1,80 @@
+//! `hpu check --formal`: what is proved, refuted, given up.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{ROOT, code, hpu, json, names, run, scratch, stderr, stdout, text, tools};
+
+#[test]
+fn what_is_proved_is_told_block_by_block() {
+    let output = run(&["check", "--formal", "displacement", "zero_order_hold", "foaw", "--variant", "default"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    let line = |block: &str| said.lines().find(|line| line.starts_with(block)).unwrap_or_else(|| panic!("{said}"));
+    assert!(line("displacement").ends_with("  proved"), "{said}");
+    assert!(line("zero_order_hold").ends_with("  proved"), "{said}");
+    assert!(line("foaw").contains("not proved: its clock edge is not told as equations"), "{said}");
+    assert!(said.contains("2 of 3 configurations proved for all inputs and states, 0 refuted, 1 not proved"), "{said}");
+}
+
+#[test]
+fn what_is_refuted_is_a_row_and_a_waveform() {
+    let dir = scratch("formal_refuted");
+    let hdl = dir.join("hdl");
+    fs::create_dir_all(&hdl).expect("a folder");
+    let vhdl = fs::read_to_string(Path::new(ROOT).join("hdl/unilateral.vhd")).expect("VHDL");
+    // The wall pulls by its last count alone: one word of 4096, which no directed row need have.
+    let wrong =
+        vhdl.replace("if delta(delta'high) = '1' then", "if delta(delta'high) = '1' and delta /= x\"a5c\" then");
+    assert_ne!(wrong, vhdl);
+    fs::write(hdl.join("unilateral.vhd"), wrong).expect("VHDL");
+    let out = dir.join("out");
+    let one = ["check", "--formal", "unilateral", "--variant", "default", "--hdl", text(&hdl)];
+    let output = run(&[&one[..], &["-o", text(&out)]].concat());
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let said = stdout(&output);
+    for part in ["refuted, by its inputs:", "penetration(vhdl)", "a5c", "0 of 1 configurations proved", "1 refuted"] {
+        assert!(said.contains(part), "`{part}` is not in {said}");
+    }
+    assert_eq!(
+        names(&out),
+        ["formal.json", "formal.txt", "unilateral-default.vcd", "unilateral-default.vcd.gtkw"],
+        "{said}"
+    );
+    let value: Value = json(&run_differing(&[&one[..], &["--json"]].concat()));
+    assert_eq!(value["ok"], false);
+    let why = &value["rows"][0]["why"];
+    assert_eq!(value["rows"][0]["verdict"], "refuted");
+    assert!(why["history"][0].as_array().is_some_and(|row| row.iter().any(|word| word == "a5c")), "{why}");
+}
+
+/// A run that tells a difference; its output as of one that is fine.
+fn run_differing(arguments: &[&str]) -> std::process::Output {
+    let mut output = run(arguments);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    output.status = std::process::ExitStatus::default();
+    output
+}
+
+#[test]
+fn a_solver_that_is_missing_or_answers_nothing_is_named() {
+    let dir = scratch("formal_no_solver");
+    let all = ["ghdl", "yosys", "yices-smt2"].map(|tool| (tool, format!("exec {tool} \"$@\"")));
+    let mut scripts: Vec<_> = all.iter().map(|(tool, script)| (*tool, script.as_str())).collect();
+    let with = |scripts: &[(&str, &str)]| {
+        let place = tools(&dir, scripts);
+        hpu().args(["check", "--formal", "displacement"]).env("PATH", place).output().expect("starts")
+    };
+    let output = with(&scripts);
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    assert!(stderr(&output).contains("`z3` is not installed"), "{}", stderr(&output));
+    assert_eq!(stdout(&output), "");
+    scripts.push(("z3", "case \"$1\" in --version) echo 'Z3 version 5.0.0 - 64 bit'; exit;; esac\nexit 0"));
+    scripts[2] = ("yices-smt2", "case \"$1\" in --version) echo 'Yices 2.6.5'; exit;; esac\nexit 0");
+    let output = with(&scripts);
+    assert_eq!(code(&output), 4, "{}", stdout(&output));
+    assert!(stderr(&output).contains("ended without an error and without a verdict"), "{}", stderr(&output));
+    assert!(!stdout(&output).contains("  proved"), "{}", stdout(&output));
+}
