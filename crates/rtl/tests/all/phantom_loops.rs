@@ -125,8 +125,8 @@ impl<'s> Visit<'s> for Of {
 
 #[test]
 fn a_wall_that_pulls_is_caught_at_the_edge_of_the_first_contact() {
-    let phrase = "force_y <= push(depth(y, y_low, y_high), stiffness, room(1));";
-    let wrong = "force_y <= push(-depth(y, y_low, y_high), stiffness, room(1));";
+    let phrase = "force_y <= push(depth_y, stiffness, room(1));";
+    let wrong = "force_y <= push(-depth_y, stiffness, room(1));";
     let hdl = patched("cube_room.vhd", phrase, wrong);
     let options = LoopScene { edges: 30_000, ..fast("phantom-thrown", &[]) };
     let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));

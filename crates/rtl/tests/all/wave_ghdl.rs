@@ -55,12 +55,29 @@ fn dumped_by_ghdl(entity: &str, case: &str, generics: &[String]) -> Vec<u8> {
     dump
 }
 
+/// Signals inside blocks, from which proofs begin anew: no ports, so that our waveforms leave them out.
+const INSIDE: [(&str, &[&str]); 3] = [
+    ("forward", &["r", "height", "reach"]),
+    ("jacobian", &["radial", "upper", "fore", "arm_x", "arm_z"]),
+    ("room_walls", &["depth_x", "depth_y", "depth_z"]),
+];
+
+/// Whether a variable as [`variables`] tells it is one of those.
+fn is_inside(variable: &str) -> bool {
+    let mut path = variable.rsplit(' ').next().unwrap_or_default().rsplit('.');
+    let (name, instance) = (path.next().unwrap_or_default(), path.next().unwrap_or_default());
+    let name = name.split('[').next().unwrap_or_default();
+    INSIDE.iter().any(|(inside, names)| *inside == instance && names.contains(&name))
+}
+
 fn agrees<W: Wiring>(wiring: &W, case: &str, generics: &[String]) {
     let reals = [Real { name: "angle_rad", doc: "beside the design" }];
     let layout = Layout::new(wiring, &reals).with_clock();
     let clock = Clock::new(50_000_000).expect("valid");
     let ours = Vcd::new(Vec::new(), &layout, clock).and_then(|vcd| vcd.finish(Cycle(0))).expect("memory");
-    assert_eq!(variables(&ours, W::NAME), variables(&dumped_by_ghdl(W::NAME, case, generics), W::NAME));
+    let mut theirs = variables(&dumped_by_ghdl(W::NAME, case, generics), W::NAME);
+    theirs.retain(|variable| !is_inside(variable));
+    assert_eq!(variables(&ours, W::NAME), theirs);
 }
 
 #[test]

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Mutants of the VHDL: one error each, seeded over all files, held against the emulator.
+
+Of a block that is proved (`hpu check --formal`), a mutant is refuted, or proved to be equivalent in every listed
+configuration; of the others, and where no solver decides, `hpu check` on vectors kills it or it survives. Mutants that
+GHDL refuses are drawn again.
+
+Usage: testbench/mutants.py [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
+Exit codes: 0 every mutant is killed or proved equivalent, 1 some survive, 2 wrong usage, 3 a tool is missing.
+"""
+
+import argparse
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+HDL = ROOT / "hdl"
+RECORD = ROOT / "testbench" / "record" / "mutants.txt"
+
+# What is exchanged, and what it is called. Each match is a place.
+OPERATORS = [
+    ("operator", r" \+ ", " - "),
+    ("operator", r" - (?!1 downto)", " + "),
+    ("operator", r" \* ", " + "),
+    ("operator", r" and ", " or "),
+    ("operator", r" or ", " and "),
+    ("operator", r" xor ", " and "),
+    ("relation", r" = (?!')", " /= "),
+    ("relation", r" /= ", " = "),
+    ("relation", r" > ", " >= "),
+    ("relation", r" < ", " <= "),
+    ("sign", r"(?<=[( ])-(?=[a-zA-Z(])", ""),
+    ("sign", r"\bnot ", ""),
+    ("constant", r"'1'", "'0'"),
+    ("constant", r"'0'", "'1'"),
+    ("constant", r"(?<![\w.#\"])(\d+)(?![\w.\"])", None),
+    ("slice", r" - 1 downto 0", " - 2 downto 0"),
+    ("slice", r"'high", "'low"),
+    ("reset", r"rst = '1'", "rst = '0'"),
+    ("enable", r"countdown = 0", "countdown /= 0"),
+]
+
+
+def body(text):
+    """Where the code of a file's architecture begins, behind its declarations of functions too."""
+    return text.index("\narchitecture ")
+
+
+def places(text):
+    """Every place to change, as (kind, begin, end, replacement)."""
+    found = []
+    start = body(text)
+    lines = []
+    for match in re.finditer(r"^.*$", text[start:], re.M):
+        line, begin = match.group(), start + match.start()
+        code = line.split("--")[0]
+        if not code.strip() or re.match(r"\s*(type|subtype|variable|end|library|use|architecture)\b", code):
+            continue
+        lines.append((begin, code))
+    for begin, code in lines:
+        for kind, pattern, put in OPERATORS:
+            for match in re.finditer(pattern, code):
+                new = put if put is not None else str(int(match.group(1)) + 1)
+                found.append((kind, begin + match.start(), begin + match.end(), new))
+        whole = re.match(r"^\s*[\w(). ,]+ (<=|:=) [^;]*;\s*$", code)
+        if whole and " when " not in code:
+            found.append(("deleted", begin + len(code) - len(code.lstrip()), begin + len(code.rstrip()), "null;"))
+            names = re.findall(r"\b[a-z]\w+\b", code.split(whole.group(1), 1)[1])
+            names = [name for name in names if name not in {"signed", "unsigned", "resize", "others", "and", "or", "not"}]
+            if len(set(names)) > 1:
+                first, second = list(dict.fromkeys(names))[:2]
+                at = code.index(whole.group(1))
+                left, right = code[:at], code[at:]
+                swapped = re.sub(rf"\b({first}|{second})\b", lambda m: second if m.group() == first else first, right)
+                found.append(("swapped", begin, begin + len(code), left + swapped))
+    return found
+
+
+def run(arguments):
+    return subprocess.run(arguments, capture_output=True, text=True, check=False)
+
+
+def formal(hpu, folder, block, variants):
+    """The verdicts of a block's configurations."""
+    chosen = [word for variant in variants for word in ("--variant", variant)]
+    done = run([hpu, "check", "--formal", block, *chosen, "--hdl", folder, "--json", "-j", "1", "--tool-timeout", "20"])
+    if done.returncode == 3:
+        sys.exit(done.stderr)
+    if done.returncode == 4:
+        return ["refused" if "ghdl" in done.stderr.lower() else "open"]
+    return [row["verdict"] for row in json.loads(done.stdout)["rows"]]
+
+
+def vectors(hpu, folder, block):
+    """Whether the vectors of a block's configurations tell a difference; None where GHDL refuses the VHDL."""
+    done = run([hpu, "check", block, "--hdl", folder, "-j", "1", "--rows", "500", "--tool-timeout", "60"])
+    said = done.stdout + done.stderr
+    if "ghdl could not analyse" in said or done.returncode == 4:
+        return None
+    return done.returncode == 1
+
+
+def judged(hpu, block, text, proved):
+    """What becomes of a mutant."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file in HDL.glob("*.vhd"):
+            if file.stem != block:
+                os.symlink(file, Path(folder) / file.name)
+        (Path(folder) / f"{block}.vhd").write_text(text)
+        if run(["ghdl", "-s", "--std=08", str(Path(folder) / f"{block}.vhd")]).returncode != 0:
+            return "refused"
+        if proved:
+            first = formal(hpu, folder, block, ["default"])
+            if first == ["refused"]:
+                return "refused"
+            if "refuted" in first:
+                return "refuted"
+            verdicts = formal(hpu, folder, block, proved) if first == ["proved"] else first
+            if "refuted" in verdicts:
+                return "refuted"
+            if set(verdicts) == {"proved"}:
+                return "equivalent"
+        killed = vectors(hpu, folder, block)
+        return "refused" if killed is None else "killed" if killed else "survives"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=320)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--update", action="store_true")
+    options = parser.parse_args()
+    for tool in ("ghdl", "yosys", "z3", "yices-smt2"):
+        if shutil.which(tool) is None:
+            print(f"error: {tool} is missing", file=sys.stderr)
+            sys.exit(3)
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
+    hpu = str(target / "release" / "hpu")
+
+    blocks = sorted(file.stem for file in HDL.glob("*.vhd") if not file.stem.endswith("_loop"))
+    if options.only:
+        blocks = [block for block in blocks if block in options.only.split(",")]
+    # What the VHDL as it is is proved to be: configurations by block.
+    told = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "20"]).stdout)
+    proved = {block: [] for block in blocks}
+    for row in told["rows"]:
+        if row["verdict"] == "proved":
+            proved[row["block"]].append(row["variant"])
+
+    draw = random.Random(options.seed)
+    texts = {block: (HDL / f"{block}.vhd").read_text() for block in blocks}
+    drawn = {block: draw.sample(found, len(found)) for block, found in ((b, places(texts[b])) for b in blocks)}
+    each = -(-options.count // len(blocks))
+
+    def of_block(block):
+        rows = []
+        for kind, begin, end, new in drawn[block]:
+            if len(rows) == each:
+                break
+            text = texts[block]
+            mutant = text[:begin] + new + text[end:]
+            verdict = judged(hpu, block, mutant, proved[block])
+            if verdict == "refused":
+                continue
+            line = text.count("\n", 0, begin) + 1
+            before = text[text.rfind("\n", 0, begin) + 1 : text.find("\n", begin)].strip()
+            at = mutant.rfind("\n", 0, begin) + 1
+            after = mutant[at : mutant.find("\n", begin)].strip()
+            rows.append((block, line, kind, verdict, before, after))
+        return rows
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        rows = [row for part in pool.map(of_block, blocks) for row in part]
+
+    count = {verdict: sum(row[3] == verdict for row in rows) for verdict in ("refuted", "equivalent", "killed", "survives")}
+    text = f"# testbench/mutants.py --count {options.count} --seed {options.seed}\n"
+    text += f"# {len(rows)} mutants of {len(blocks)} files: " + ", ".join(f"{n} {what}" for what, n in count.items()) + "\n"
+    text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors\n"
+    for block, line, kind, verdict, before, after in rows:
+        text += f"{block}.vhd:{line:<5} {kind:<10} {verdict:<10}\n"
+        if verdict in ("survives", "equivalent"):
+            text += f"    - {before}\n    + {after}\n"
+    print(text, end="")
+    if options.update:
+        RECORD.write_text(text)
+    sys.exit(1 if count["survives"] else 0)
+
+
+if __name__ == "__main__":
+    main()
