@@ -74,7 +74,8 @@ def places(text):
         if whole and " when " not in code:
             found.append(("deleted", begin + len(code) - len(code.lstrip()), begin + len(code.rstrip()), "null;"))
             names = re.findall(r"\b[a-z]\w+\b", code.split(whole.group(1), 1)[1])
-            names = [name for name in names if name not in {"signed", "unsigned", "resize", "others", "and", "or", "not"}]
+            words = {"signed", "unsigned", "resize", "others", "and", "or", "not"}
+            names = [name for name in names if name not in words]
             if len(set(names)) > 1:
                 first, second = list(dict.fromkeys(names))[:2]
                 at = code.index(whole.group(1))
@@ -183,16 +184,19 @@ def main():
             at = mutant.rfind("\n", 0, begin) + 1
             after = mutant[at : mutant.find("\n", begin)].strip()
             rows.append((block, line, kind, verdict, before, after))
-        print(f"{block}: {len(rows)} mutants, {[row[5:] for row in rows if row[3] == 'survives']} survive", file=sys.stderr, flush=True)
+        live = [row[5] for row in rows if row[3] == "survives"]
+        print(f"{block}: {len(rows)} mutants, {len(live)} live {live}", file=sys.stderr, flush=True)
         return rows
 
     with ThreadPoolExecutor(options.jobs) as pool:
         rows = [row for part in pool.map(of_block, blocks) for row in part]
 
-    count = {verdict: sum(row[3] == verdict for row in rows) for verdict in ("refuted", "equivalent", "killed", "survives")}
+    verdicts = ("refuted", "equivalent", "killed", "survives")
+    count = {verdict: sum(row[3] == verdict for row in rows) for verdict in verdicts}
     only = f" --only {options.only}" if options.only else ""
     text = f"# testbench/mutants.py --count {options.count} --seed {options.seed}{only}\n"
-    text += f"# {len(rows)} mutants of {len(blocks)} files: " + ", ".join(f"{n} {what}" for what, n in count.items()) + "\n"
+    counts = ", ".join(f"{n} {what}" for what, n in count.items())
+    text += f"# {len(rows)} mutants of {len(blocks)} files: {counts}\n"
     text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors\n"
     for block, line, kind, verdict, before, after in rows:
         text += f"{block}.vhd:{line:<5} {kind:<10} {verdict:<10}\n"

@@ -51,9 +51,9 @@ pub struct Args {
     pub seed: u64,
     /// Prove the VHDL of the blocks, of all without names, equal to the emulator for all inputs and states
     ///
-    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state and
-    /// inputs of which an output or a register after the edge differs. What they find is shown as a row; what they do
-    /// not decide in 60 s (--tool-timeout) stays under vectors.
+    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state
+    /// and inputs of which an output or a register after the edge differs. A difference is shown as a row; a block that
+    /// they do not decide in 60 s a question (--tool-timeout) stays under vectors.
     #[arg(long, conflicts_with_all = ["scenes", "exhaustive", "junit", "entity"])]
     formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata

@@ -18,9 +18,9 @@ pub struct Register {
     pub name: &'static str,
     /// Its lowest bit among those of the variable, which may be an array or a record.
     pub low: u32,
-    /// What it holds, in every state that there is.
+    /// Its format: every word that it can hold has it.
     pub format: Format,
-    /// Its word after a reset; none where that leaves it as it was.
+    /// Its word after a reset; none where the reset does not set it, and the block loads it before it reads it.
     pub reset: Option<i64>,
 }
 

@@ -32,7 +32,7 @@ pub extern "C" fn hpu_dut_asks() -> i32 {
     1
 }
 
-/// What a library is to call at its start, which GHDL looks for where it is to be asked for signals: nothing.
+/// Names the functions that GHDL calls at its start, which it looks for where it is asked for signals: none.
 #[allow(non_upper_case_globals, reason = "the name is the standard's")]
 #[unsafe(no_mangle)]
 pub static vlog_startup_routines: [Option<extern "C" fn()>; 1] = [None];

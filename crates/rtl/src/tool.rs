@@ -72,7 +72,7 @@ impl Tool {
             Self::Nextpnr => (0, 1),
             // `--x-initial unique`, and models whose state is one structure.
             Self::Verilator => (5, 0),
-            // `ALL` as a logic.
+            // `get-value` of terms.
             Self::Z3 => (4, 8),
             Self::Yices => (2, 6),
         }

@@ -16,7 +16,7 @@ struct Book {
     met: Vec<(String, u32, Term)>,
 }
 
-/// What was built of terms.
+/// A result made of terms, with their definitions.
 #[derive(Clone, Debug)]
 pub struct Defined<R> {
     /// The result.
@@ -44,8 +44,8 @@ fn define(sort: &str, expression: String) -> usize {
     })
 }
 
-/// A number between two bounds, as a bit-vector in two's complement: of as many bits as hardware takes for it, a product
-/// of as many as both factors have.
+/// A number between two bounds, as a bit-vector in two's complement: of as many bits as hardware takes for it, a
+/// product of as many as both factors have.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {
     index: usize,
@@ -72,7 +72,7 @@ fn constant(value: i128, width: u32) -> String {
 }
 
 impl Term {
-    /// What `build` makes, cut where a name has bits of its own in SMT-LIB.
+    /// Builds something of terms, cut where a name has bits of its own in SMT-LIB.
     pub fn defined<R>(cuts: HashMap<String, String>, build: impl FnOnce() -> R) -> Defined<R> {
         let before = BOOK.replace(Book { cuts, ..Book::default() });
         let built = build();
@@ -115,7 +115,7 @@ impl Term {
         }
     }
 
-    /// What an operation of bit-vectors makes of two words, of at least so many bits, within these bounds.
+    /// Applies an operation of bit-vectors to two words; the result has at least so many bits, within these bounds.
     fn both(self, other: Self, operation: &str, room: u32, corners: &[i128]) -> Self {
         let (least, most) = bounds(corners);
         let width = width(least, most).max(self.width).max(other.width).max(room);
@@ -276,12 +276,16 @@ impl Word for Term {
         }
         words[0]
     }
-    fn cut(self, name: &str, width: u32) -> Self {
+    fn cut(self, name: &str, own: u32) -> Self {
+        // A net of so many bits could not be this number for all that it may be: nothing may be taken for given of it.
+        if width(self.least, self.most) > own {
+            return self;
+        }
         let bits = BOOK.with_borrow_mut(|book| {
-            book.met.push((name.to_string(), width, self));
+            book.met.push((name.to_string(), own, self));
             book.cuts.get(name).cloned()
         });
-        bits.map_or(self, |bits| Self::new(width, -1 << (width - 1), (1 << (width - 1)) - 1, bits))
+        bits.map_or(self, |bits| Self::new(own, -1 << (own - 1), (1 << (own - 1)) - 1, bits))
     }
     fn limit(self, least: i128, most: i128) -> Self {
         let clamped = |value: Self, bound: i128, least: i128, most: i128, operation: &str| {

@@ -74,7 +74,7 @@ impl Functions {
         }
     }
 
-    /// What there is of a kind in a scope.
+    /// All objects of a kind in a scope.
     fn all(self, kind: c_int, scope: Handle) -> Vec<Handle> {
         // SAFETY: the scope is null, which means the whole design, or GHDL's own; `scan` ends with null.
         unsafe {

@@ -1,9 +1,9 @@
 //! Proofs: a block's VHDL equals the emulator for all inputs in all states, not only on vectors.
 //!
-//! GHDL synthesises the VHDL, with the repairs that costs need too; Yosys writes the netlist as a transition in SMT-LIB,
-//! every bit that is unknown in it free to be either. The block's equations ([`AnyStep`]) become terms over the same
-//! inputs, and over registers read from the netlist's. A solver is asked for a state and inputs of which an output, or a
-//! register after the edge, differs: *unsatisfiable* is the proof. What registers may hold (their formats) is assumed of
+//! GHDL synthesises the VHDL, with the repairs that costs need too; Yosys writes the netlist as a transition in
+//! SMT-LIB, every bit that is unknown in it free to be either. The block's equations ([`AnyStep`]) become terms over
+//! the same inputs, and over registers read from the netlist's. A solver looks for a state and inputs of which an
+//! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
 
 mod netlist;
@@ -19,8 +19,6 @@ use crate::around::Around;
 use crate::cost::CostError;
 use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
-
-pub use solver::SOLVERS;
 
 use netlist::Netlist;
 use query::{Edge, Query};
@@ -107,8 +105,8 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
     let mut is_so = |query: Query| -> Result<bool, ProofError> {
         Ok(matches!(answered(&query, limit, &mut solvers)?, Answer::Unsatisfiable))
     };
-    // A net that is shown to be the equations' may be anything afterwards. What is found then may be no state that there
-    // is, and nets may share their bits: fewer are left free, and at last none.
+    // A net that is shown to be the equations' may be anything afterwards. A difference that a solver finds then need
+    // not be in a state that there is, and nets may share their bits: fewer are left free, and at last none.
     let mut nets = Vec::new();
     for net in edge.nets()? {
         if is_so(edge.net(&net, &nets)?)? || !nets.is_empty() && is_so(edge.net(&net, &[])?)? {

@@ -14,7 +14,7 @@ use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::Tool;
 
-/// What Yosys writes of a netlist.
+/// A netlist as Yosys writes it.
 pub(super) struct Netlist {
     /// The definitions.
     pub(super) text: String,

@@ -13,9 +13,9 @@ use crate::vector::{Column, hex};
 
 /// A question.
 pub(super) struct Query {
-    /// What it is about.
+    /// The edge, the reset or the net that it asks about.
     pub(super) about: String,
-    /// What is given, in SMT-LIB.
+    /// The premises, in SMT-LIB.
     pub(super) given: String,
     /// That something differs.
     pub(super) differs: String,
@@ -39,7 +39,7 @@ type Whole<'r> = BTreeMap<&'static str, Vec<(usize, &'r Register)>>;
 /// A net of the VHDL, and the bits of the number that it is, with its sign.
 pub(super) type Net = (String, u32);
 
-/// What the questions about a block are made of.
+/// A block with its netlist, about which questions are made.
 pub(super) struct Edge<'e> {
     block: &'e dyn AnyStep,
     netlist: &'e Netlist,
@@ -209,8 +209,8 @@ impl<'e> Edge<'e> {
 }
 
 impl Query {
-    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a register
-    /// that synthesis leaves out, whose word must not matter.
+    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a
+    /// register that synthesis leaves out, whose word must not matter.
     fn gives(&mut self, role: &'static str, name: &str, format: Format, bits: Option<String>) -> (Format, String) {
         let (named, width) = (format!("|{role} {name}|"), format.width());
         let line = match bits {

@@ -13,9 +13,9 @@ use crate::temporary::Temporary;
 use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
 
 /// The solvers that race.
-pub const SOLVERS: [Tool; 2] = [Tool::Z3, Tool::Yices];
+const SOLVERS: [Tool; 2] = [Tool::Z3, Tool::Yices];
 
-/// What solvers found.
+/// The answer of a solver.
 pub(super) enum Answer {
     Unsatisfiable,
     /// The words of a counterexample, by name.

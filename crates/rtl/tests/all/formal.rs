@@ -11,10 +11,10 @@ use hpu_rtl::formal::{Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 
-/// What takes a solver longer is left to `testbench/long.sh`.
+/// A solver has this long for a question.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Configurations that take solvers longer: products by constants of many bits, and by words of 40.
+/// No solver decides these: products by constants of 31 bits, and of words of 32 and 33. `hpu check --formal` says so.
 const LONG: [(&str, &str); 2] = [("biquad", "high_pass"), ("cube_room", "plain_q22")];
 
 fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {

@@ -1,6 +1,8 @@
 //! Words of 64 bits compute what words of 128 do, and reach no further than is told.
 
-use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Word};
+use std::collections::HashMap;
+
+use hpu_signal::{Defined, Format, Machine, Narrowing, Overflow, Reach, Rounding, Term, Word};
 
 /// All formats of up to that many bits, with fractions on either side.
 fn formats(most: i32) -> impl Iterator<Item = Format> {
@@ -78,4 +80,17 @@ fn losses_add_up_and_can_be_shed() {
     assert_eq!(told(lost.shed() * whole), (2, false, false));
     assert_eq!(told(Machine::exact(40).narrow(&half)), (4, false, true));
     assert_eq!(told(whole.overflowing(true).limit(-1, 1)), (1, false, true));
+}
+
+#[test]
+fn a_proof_is_not_cut_at_a_net_that_is_narrower_than_its_number() {
+    let number = || Term::of_bits(Format::unsigned(4), "x") + Term::int(1);
+    // From 1 to 16: with a sign, six bits.
+    for (width, names) in [(6, vec!["net"]), (5, vec![])] {
+        let cuts = HashMap::from([("net".to_string(), "n".to_string())]);
+        let Defined { built, cuts, .. } = Term::defined(cuts, || number().cut("net", width));
+        assert_eq!(cuts.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), names);
+        // Where it is not cut, its low bits are its own.
+        assert_eq!(built.bits(width).contains("extract"), width == 5, "{}", built.bits(width));
+    }
 }
