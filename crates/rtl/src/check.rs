@@ -125,7 +125,11 @@ impl<'o> Check<'o> {
             let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
             rows.push(Row { row, clocked, runs: runs as usize, found: BTreeMap::new() });
         }
-        let blocks = if rows.is_empty() { None } else { Some(library(options)?) };
+        let blocks = if rows.is_empty() {
+            None
+        } else {
+            Some(benches(options.blocks.iter().map(String::as_str), &options.setup)?)
+        };
         for scene in &scenes {
             jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(edge_us(scene.wiring), scene.edges) });
             rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
@@ -232,18 +236,23 @@ impl<'o> Check<'o> {
         block.reset();
         let stimuli = stimuli(&**block, set, self.options);
         let vectors = Vectors::record(&mut **block, stimuli);
-        let (header, rows) = (&vectors.header, vectors.rows.len());
-        let file = format!("{}-{label}-{set}.txt", header.block);
-        library.write(&file, vectors.to_text())?;
-        let mut generics: Vec<_> = header.generics.iter().map(|&(name, value)| (name, literal(value))).collect();
-        generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
-        let unit = format!("tb_{}", header.block);
-        let longest = LONGEST_ROW.saturating_mul(u32::try_from(rows).unwrap_or(u32::MAX));
-        let said = library.run(&unit, &generics, &[], longest)?;
-        library.remove(&file)?;
-        let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-        Ok(tally(&said, &Around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
+        held(library, &vectors, &format!("{label}-{set}"))
     }
+}
+
+/// Holds the VHDL of a block against vectors, which are written to a file of this name.
+pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<Tally, GhdlError> {
+    let (header, rows) = (&vectors.header, vectors.rows.len());
+    let file = format!("{}-{name}.txt", header.block);
+    library.write(&file, vectors.to_text())?;
+    let mut generics: Vec<_> = header.generics.iter().map(|&(name, value)| (name, literal(value))).collect();
+    generics.extend([("FORMAT", header.to_string()), ("VECTORS", file.clone())]);
+    let unit = format!("tb_{}", header.block);
+    let longest = LONGEST_ROW.saturating_mul(u32::try_from(rows).unwrap_or(u32::MAX));
+    let said = library.run(&unit, &generics, &[], longest)?;
+    library.remove(&file)?;
+    let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
+    Ok(tally(&said, &Around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
 }
 
 impl Row {
@@ -304,17 +313,17 @@ fn edge_us(wiring: &str) -> u64 {
     }
 }
 
-/// Analyses the blocks that are asked for, what they are made of, and their testbenches.
-fn library(options: &CheckOptions) -> Result<Library, GhdlError> {
-    let wanted = |block: &dyn AnyBlock| options.blocks.iter().any(|name| name == block.name());
-    let blocks: Vec<_> = registry().into_iter().filter(|block| wanted(&**block)).collect();
-    let sources = sources(blocks.iter().map(|block| block.name()), &options.setup.hdl)?;
+/// Analyses blocks, what they are made of, and their testbenches.
+pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setup) -> Result<Library, GhdlError> {
+    let names: Vec<_> = names.into_iter().collect();
+    let blocks: Vec<_> = registry().into_iter().filter(|block| names.contains(&block.name())).collect();
+    let sources = sources(blocks.iter().map(|block| block.name()), &setup.hdl)?;
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
     let parts = sources.iter().filter_map(|name| block_by_name(name));
     packages.extend(parts.map(|block| (format!("{}_pkg.vhd", block.name()), package(&*block))));
     let testbench = |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block));
     let testbenches: Vec<_> = blocks.iter().map(|block| testbench(&**block)).collect();
-    Library::analyse(&packages, &options.setup, sources.iter().map(String::as_str), &testbenches)
+    Library::analyse(&packages, setup, sources.iter().map(String::as_str), &testbenches)
 }
 
 /// Whether this is the multiplier whose products are taken all, or in strata.

@@ -9,6 +9,7 @@
 mod netlist;
 mod query;
 mod solver;
+mod tried;
 
 use std::fmt;
 use std::time::Duration;
@@ -27,7 +28,7 @@ use solver::Answer;
 /// How far a block's proof came.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Verdict {
-    /// For all inputs and states: by which solver each query was answered.
+    /// For all inputs and states: by which solver each query was answered, or by GHDL where all inputs were tried.
     Proved(Vec<&'static str>),
     /// An output or a register after the edge differs: what was asked about (an edge, or the reset), and the edge as a
     /// row. A register's word after it has its name with a prime.
@@ -94,8 +95,11 @@ pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vec
 pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, ProofError> {
     let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
     solver::known()?;
-    let netlist = Netlist::new(block, &setup.into())?;
-    ask(equations, &netlist, limit)
+    let setup = setup.into();
+    if tried::can_be(equations) {
+        return tried::tried(equations, &setup, limit);
+    }
+    ask(equations, &Netlist::new(block, &setup)?, limit)
 }
 
 fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
@@ -119,15 +123,25 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
     }
     let whole = if is_shown { None } else { Some(edge.edge(&[])?) };
     for query in whole.into_iter().chain(edge.reset()) {
-        match answered(&query, limit, &mut solvers)? {
-            Answer::Unsatisfiable => {}
-            Answer::Satisfiable(model) => {
-                return Ok(Verdict::Refuted(query.about.clone(), query.read(equations.name(), &model)));
-            }
-            Answer::Unknown(why) => return Ok(Verdict::Open(format!("about {}, {why}", query.about))),
+        if let Some(other) = decided(equations.name(), &query, limit, &mut solvers)? {
+            return Ok(other);
         }
     }
     Ok(Verdict::Proved(solvers))
+}
+
+/// What a question about a block comes to where it is not proved.
+fn decided(
+    name: &'static str,
+    query: &Query,
+    limit: Duration,
+    solvers: &mut Vec<&'static str>,
+) -> Result<Option<Verdict>, ProofError> {
+    Ok(match answered(query, limit, solvers)? {
+        Answer::Unsatisfiable => None,
+        Answer::Satisfiable(model) => Some(Verdict::Refuted(query.about.clone(), query.read(name, &model))),
+        Answer::Unknown(why) => Some(Verdict::Open(format!("about {}, {why}", query.about))),
+    })
 }
 
 /// The answer to a question; of what cannot be, everything would be proved.

@@ -34,6 +34,22 @@ impl Netlist {
         Self::written(Rc::new(library), block.name(), &[])
     }
 
+    /// The netlist in which the words of tables may be anything, and the registers that are made of registers.
+    pub(super) fn without_tables(block: &dyn AnyBlock, setup: &Setup) -> Result<(Self, Vec<String>), ProofError> {
+        let (name, library) = (block.name(), library(block.name(), setup).map_err(cost::CostError::from)?);
+        library.write("block.v", without_tables(&verilog(block, &library)?)).map_err(cost::CostError::from)?;
+        let script = format!(
+            "read_verilog block.v; hierarchy -top {name}; proc; flatten; opt_clean; \
+             select -set all t:$*ff* t:$*latch* t:$sr t:$mem*; select -set made @all %co @all %d %co* @all %i; \
+             select -write made.txt @made"
+        );
+        cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
+        let made = fs::read_to_string(library.dir().join("made.txt"));
+        let made = made.map_err(|error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error)))?;
+        let made = made.lines().map(str::to_string).collect();
+        Ok((Self::written(Rc::new(library), name, &[])?, made))
+    }
+
     /// The same netlist in which these nets may be anything.
     pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, ProofError> {
         let nets: Vec<_> = nets.iter().filter_map(|(name, _)| self.net(name)).map(|(net, _)| net).collect();
@@ -79,6 +95,29 @@ impl Netlist {
         // Yosys takes a single bit for a truth.
         if self.nets.get(net) == Some(&1) { format!("(ite {value} #b1 #b0)") } else { value }
     }
+}
+
+/// Verilog by GHDL in which what is read of its tables is driven by nothing.
+fn without_tables(verilog: &str) -> String {
+    let mut tables = Vec::new();
+    let mut is_inside = false;
+    let mut text = String::new();
+    for line in verilog.lines() {
+        let words: Vec<_> = line.trim().splitn(3, ' ').collect();
+        if let ["reg", _, rest] = words[..]
+            && rest.ends_with("// memory")
+        {
+            tables.extend(rest.split('[').next().map(str::to_string));
+            is_inside = true;
+        }
+        let is_of = |rest: &str| tables.iter().any(|table| rest.contains(&format!("= {table}[")));
+        if !(is_inside || matches!(words[..], ["assign", _, rest] if is_of(rest))) {
+            text += line;
+            text.push('\n');
+        }
+        is_inside &= line.trim() != "end";
+    }
+    text
 }
 
 /// The nets of a text with their widths, and those that are registers, as Yosys lists them in comments.

@@ -1,0 +1,92 @@
+//! Blocks that remember nothing but what they show: tried on all inputs, in GHDL.
+//!
+//! Solvers do not get through long tables and rotations; of few inputs, all can be tried. That the next outputs are a
+//! function of the inputs alone is seen in the netlist, in which no way leads from a register to a register; what the
+//! reset does, a solver is asked as of any block. A table's words may be anything for both.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use hpu_datapath::AnyStep;
+use hpu_signal::{Format, Signal, Term};
+
+use super::netlist::Netlist;
+use super::query::Edge;
+use super::{ProofError, Verdict};
+use crate::check::{benches, held};
+use crate::cost::CostError;
+use crate::hdl::Setup;
+use crate::vector::{Header, Vectors};
+
+/// Inputs of more words are too many to try.
+const MOST_BITS: u32 = 18;
+
+/// Whether all inputs of a block can be tried, and that is enough: the next words of its registers are made of them
+/// alone.
+pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
+    let registers = AnyStep::registers(equations);
+    let bits: u32 = equations.inputs().iter().map(|input| input.format.width()).sum();
+    if registers.is_empty() || bits > MOST_BITS {
+        return false;
+    }
+    let inputs = equations.inputs();
+    let named = |role: &str, index: usize, format: Format| Term::of_bits(format, &format!("|{role} {index}|"));
+    let next = |role: &str| {
+        let before = registers.iter().enumerate().map(|(index, register)| named(role, index, register.format));
+        let inputs = inputs.iter().enumerate().map(|(index, input)| named("input", index, input.format));
+        let (next, _) = equations.terms(&before.collect::<Vec<_>>(), &inputs.collect::<Vec<_>>());
+        next.into_iter().zip(&registers).map(|(next, register)| next.bits(register.format.width())).collect::<Vec<_>>()
+    };
+    // The same term twice is one: of other registers, the words after the edge are the same.
+    Term::defined(HashMap::new(), || next("one") == next("other")).built
+}
+
+/// Proves a block of which all inputs [can be](can_be) tried.
+pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
+    let (netlist, remembers) = Netlist::without_tables(equations, setup)?;
+    if !remembers.is_empty() {
+        return Ok(Verdict::Open(format!("its registers are made of registers: {}", remembers.join(", "))));
+    }
+    let registers = AnyStep::registers(equations);
+    let Some(reset) = Edge::new(equations, &netlist, &registers).reset() else {
+        return Ok(Verdict::Open("nothing in its VHDL is clocked".to_string()));
+    };
+    let mut by = Vec::new();
+    if let Some(other) = super::decided(equations.name(), &reset, limit, &mut by)? {
+        return Ok(other);
+    }
+    let library = benches([equations.name()], setup).map_err(CostError::from)?;
+    let tally = held(&library, &all(equations), "all").map_err(CostError::from)?;
+    Ok(match tally.first {
+        Some(mut first) => {
+            first.around.rows.retain(|row| row.number == first.row);
+            first.around.rows.iter_mut().for_each(|row| row.number = 1);
+            Verdict::Refuted("an edge".to_string(), first.around)
+        }
+        None => {
+            by.push("ghdl");
+            Verdict::Proved(by)
+        }
+    })
+}
+
+/// What the block's equations make of all its inputs.
+fn all(equations: &dyn AnyStep) -> Vectors {
+    let inputs = equations.inputs();
+    let widths: Vec<_> = inputs.iter().map(|input| input.format.width()).collect();
+    let bits: u32 = widths.iter().sum();
+    let before: Vec<_> = AnyStep::registers(equations).iter().map(|register| register.reset.unwrap_or(0)).collect();
+    let row = |number: u64| {
+        let mut rest = number;
+        let mut word = |&Signal { format, .. }: &Signal| {
+            let bits = rest & ((1 << format.width()) - 1);
+            rest >>= format.width();
+            format.from_bits(bits)
+        };
+        let words: Vec<_> = inputs.iter().map(&mut word).collect();
+        let (next, _) = equations.words(&before, &words);
+        let (_, shown) = equations.words(&next, &words);
+        [0].into_iter().chain(words).chain(shown).collect()
+    };
+    Vectors { header: Header::of(equations), rows: (0..1 << bits).map(row).collect() }
+}
