@@ -65,6 +65,11 @@ def places(text):
         if not code.strip() or re.match(r"\s*(type|subtype|variable|end|library|use|architecture)\b", code):
             continue
         lines.append((begin, code))
+    # A connection takes what the next one of its map takes.
+    connections = [(begin, re.match(r"^(\s*\w+\s*=> )(\w+)(,?\s*)$", code)) for begin, code in lines]
+    for (begin, one), (_, other) in zip(connections, connections[1:]):
+        if one and other and one[2] != other[2]:
+            found.append(("wired", begin + one.start(2), begin + one.end(2), other[2]))
     for begin, code in lines:
         for kind, pattern, put in OPERATORS:
             for match in re.finditer(pattern, code):
@@ -104,7 +109,8 @@ def vectors(hpu, folder, block):
     """Whether the vectors of a block's configurations tell a difference; None where GHDL refuses the VHDL."""
     done = run([hpu, "check", block, "--hdl", folder, "-j", "1", "--rows", "500", "--tool-timeout", "60"])
     said = done.stdout + done.stderr
-    if "ghdl could not analyse" in said or done.returncode == 4:
+    # Words of other widths do not fit together.
+    if "ghdl could not analyse" in said or "error during elaboration" in said or done.returncode == 4:
         return None
     return done.returncode == 1
 
@@ -151,7 +157,7 @@ def main():
     subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
     hpu = str(target / "release" / "hpu")
 
-    blocks = sorted(file.stem for file in HDL.glob("*.vhd") if not file.stem.endswith("_loop"))
+    blocks = sorted(file.stem for file in HDL.glob("*.vhd"))
     if options.only:
         blocks = [block for block in blocks if block in options.only.split(",")]
     # What the VHDL as it is is proved to be: configurations by block.
