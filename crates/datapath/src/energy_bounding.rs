@@ -29,10 +29,10 @@
 //!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
 //!   root are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rounding, Signal, Word};
 
 use crate::config::within;
-use crate::law::{Wanted, ZERO};
+use crate::law::{Wanted, ZERO, shown};
 use crate::sequence::Sequence;
 use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, SquareRoot};
 
@@ -81,19 +81,27 @@ pub struct EnergyBounding {
     whole: Narrowing,
     energy: Narrowing,
     wanted: Wanted,
-    sequence: Sequence<Registers>,
+    fits_64: bool,
+    sequence: Sequence<Registers<Narrowed>>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Registers {
-    position: i64,
-    torque: Narrowed,
-    energy: Narrowed,
+hpu_signal::ports! {
+    /// What a capture begins from and leads to.
+    pub struct Registers { position, torque, energy }
 }
 
-const RESET: Registers = Registers { position: 0, torque: ZERO, energy: ZERO };
+const RESET: Registers<Narrowed> = Registers { position: ZERO, torque: ZERO, energy: ZERO };
 
-impl Registers {
+/// What is known of a capture before the root: the energy to come only with the force bound.
+#[derive(Clone, Copy)]
+struct Begun<W> {
+    motion: W,
+    wanted: W,
+    energy: W,
+    radicand: W,
+}
+
+impl Registers<Narrowed> {
     #[inline]
     fn shown(&self) -> LawOut<Narrowed> {
         LawOut { torque: self.torque, memory: self.energy }
@@ -124,98 +132,91 @@ impl EnergyBounding {
         let energy = Format::new(false, energy_width.cast_signed() - energy_frac, energy_frac).expect("2 to 60 bits");
         let floor =
             |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
-        Ok(Self {
+        let mut block = Self {
             config,
             motion: Format::signed(widths.width),
             whole: floor(frac, Format::signed(62)),
             energy: floor(energy_frac, energy),
             wanted: Wanted::new(&widths),
+            fits_64: false,
             // One edge to start the root, one to bound the torque by it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
-        })
+        };
+        block.fits_64 = block.reaches_64();
+        Ok(block)
     }
 
-    /// The registers that a capture leads to.
+    /// Whether 64 bits suffice for all that a capture computes.
+    fn reaches_64(&self) -> bool {
+        let (torque, energy) = (Reach::of(self.config.widths.torque().format), Reach::of(self.energy.to));
+        let last = Registers { position: Reach::of(Format::unsigned(self.config.widths.width)), torque, energy };
+        let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
+        let begun = self.begun(&last, &input);
+        let LawOut { torque, memory } =
+            self.ended(&last, begun, Reach::of(Format::unsigned(self.config.root_width / 2)));
+        Reach::fit_64(&[begun.radicand, torque, memory])
+    }
+
+    /// What is known of a capture before the root.
     #[inline]
-    fn capture(&self, last: &Registers, input: &LawIn<i64>) -> Registers {
-        let motion = self.motion.wrap(i128::from(input.position - last.position));
+    fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> Begun<W> {
+        let BoundingConfig { c1, c2, bound_frac, .. } = self.config;
+        let motion = (input.position - last.position).wrap(self.motion);
         let wanted = self.wanted.torque(input, motion);
-        let (torque, energy) = if self.config.least_conservative {
-            self.force_bound(last, wanted, motion.into())
+        let (torque, stored) = (last.torque.shed(), last.energy.shed());
+        if self.config.least_conservative {
+            let c1 = W::int(c1.into());
+            let stored = W::select(torque.is_set(), stored, W::int(0));
+            let energy = (stored + c1 * (motion * motion) + (torque * motion).shl(bound_frac)).narrow(&self.energy);
+            Begun { motion, wanted, energy, radicand: (c1 * energy.shed()).shl(2) }
         } else {
-            self.two_bounds(last, wanted, motion.into())
-        };
-        Registers { position: input.position, torque, energy }
+            let c2 = W::int(c2.into());
+            let middle = c2 * motion;
+            Begun { motion, wanted, energy: stored, radicand: middle * middle + (c2 * stored).shl(bound_frac + 1) }
+        }
     }
 
-    /// Torque and energy of the c1/c2 form.
+    /// The torque and the energy that a root leads to.
     #[inline]
-    fn two_bounds(&self, last: &Registers, wanted: Narrowed, motion: i128) -> (Narrowed, Narrowed) {
-        let [c1, c2] = [self.config.c1, self.config.c2].map(i128::from);
-        let energy = i128::from(last.energy.word);
+    fn ended<W: Word>(&self, last: &Registers<W>, begun: Begun<W>, root: W) -> LawOut<W> {
+        let Begun { motion, wanted, energy, .. } = begun;
+        if self.config.least_conservative {
+            let bound = self.floor(root);
+            return LawOut { torque: wanted.lesser(bound).greater(-bound), memory: energy };
+        }
+        let [c1, c2] = [self.config.c1, self.config.c2].map(|bound| W::int(bound.into()));
         let middle = c2 * motion;
-        let root = Self::root(middle * middle + c2 * energy * (2 << self.config.bound_frac));
-        let bound = |bound: Narrowed| Narrowed { rounded: bound.rounded || root.rounded, ..bound };
-        let hi = bound(self.floor(middle + i128::from(root.word)));
-        let lo = bound(self.ceil(middle - i128::from(root.word)));
-        let step = |step: Narrowed| Narrowed { word: last.torque.word + step.word, ..step };
-        let chosen = match motion.signum() {
-            0 => last.torque,
-            1 => greater(lesser(lesser(wanted, step(self.floor(c1 * motion))), hi), lo),
-            _ => lesser(greater(greater(wanted, step(self.ceil(c1 * motion))), lo), hi),
-        };
-        let top = self.config.widths.top();
-        let torque = Narrowed {
-            word: chosen.word.clamp(-top, top),
-            overflowed: chosen.overflowed || chosen.word.abs() > top,
-            ..chosen
-        };
-        (torque, self.energy.apply(energy + i128::from(torque.word) * motion))
-    }
-
-    /// Torque and energy of the force bound.
-    #[inline]
-    fn force_bound(&self, last: &Registers, wanted: Narrowed, motion: i128) -> (Narrowed, Narrowed) {
-        let (c1, torque) = (i128::from(self.config.c1), i128::from(last.torque.word));
-        let stored = if torque == 0 { 0 } else { i128::from(last.energy.word) };
-        let work = torque * motion * (1 << self.config.bound_frac);
-        let energy = self.energy.apply(stored + c1 * motion * motion + work);
-        let root = Self::root(4 * c1 * i128::from(energy.word));
-        let hi = self.floor(root.word.into());
-        let bound = Narrowed { rounded: hi.rounded || root.rounded, ..hi };
-        let negative = Narrowed { word: -bound.word, ..bound };
-        (greater(lesser(wanted, bound), negative), energy)
-    }
-
-    #[inline]
-    fn root(radicand: i128) -> Narrowed {
-        SquareRoot::root(i64::try_from(radicand).expect("within ROOT_WIDTH"))
+        let (high, low) = (self.floor(middle + root), -self.floor(root - middle));
+        let step = last.torque.shed();
+        let forth = || [wanted.lesser(step + self.floor(c1 * motion)).lesser(high).greater(low)];
+        let back = || [wanted.greater(step - self.floor(-(c1 * motion))).greater(low).lesser(high)];
+        let moves = || W::branch(motion.above(W::int(0)), forth, back);
+        let [chosen] = W::branch(motion.is_set(), moves, || [last.torque]);
+        let torque = shown(chosen, self.config.widths.top());
+        LawOut { torque, memory: (energy + torque.shed() * motion).narrow(&self.energy) }
     }
 
     /// Whole PWM counts, rounded down.
     #[inline]
-    fn floor(&self, value: i128) -> Narrowed {
-        self.whole.apply(value)
+    fn floor<W: Word>(&self, value: W) -> W {
+        value.narrow(&self.whole)
     }
 
-    /// Whole PWM counts, rounded up.
+    /// The registers that a capture leads to.
     #[inline]
-    fn ceil(&self, value: i128) -> Narrowed {
-        let negative = self.whole.apply(-value);
-        Narrowed { word: -negative.word, ..negative }
+    fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
     }
-}
 
-/// The lesser word with what it lost; the first of two equal ones.
-#[inline]
-fn lesser(a: Narrowed, b: Narrowed) -> Narrowed {
-    if b.word < a.word { b } else { a }
-}
-
-/// The greater word with what it lost; the first of two equal ones.
-#[inline]
-fn greater(a: Narrowed, b: Narrowed) -> Narrowed {
-    if b.word > a.word { b } else { a }
+    #[inline]
+    fn captured<T: Int>(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        let last = last.map(Machine::<T>::of_narrowed);
+        let input = input.map(Machine::of);
+        let begun = self.begun(&last, &input);
+        let root = SquareRoot::root(begun.radicand.narrowed().word);
+        let LawOut { torque, memory } = self.ended(&last, begun, Machine::of_narrowed(root));
+        Registers { position: input.position, torque, energy: memory }.map(Machine::narrowed)
+    }
 }
 
 impl Default for EnergyBounding {
@@ -291,7 +292,8 @@ impl Block for EnergyBounding {
 
     #[inline]
     fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence.quiet(input.period, |last| self.capture(last, input))
+        self.sequence
+            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
     }
 
     #[inline]

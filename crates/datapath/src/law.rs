@@ -7,7 +7,7 @@
 //! other edge decrements it. The first edge after reset samples. A law that computes for several edges passes over the
 //! sample edges that fall into them.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::{Block, ConfigError, Generic};
@@ -163,6 +163,13 @@ impl LawOut<Narrowed> {
     }
 }
 
+/// A torque within what the bridge can show, which tells when it had to be put there.
+#[inline]
+pub(crate) fn shown<W: Word>(torque: W, top: i64) -> W {
+    let limited = torque.limit((-top).into(), top.into());
+    limited.overflowing(!limited.equals(torque))
+}
+
 /// The plain wall, which laws of several edges take as what is wanted: spring and drag, each truncated and clamped,
 /// inside the wall only.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -185,24 +192,18 @@ impl Wanted {
 
     /// `min(floor(penetration * stiffness), top)`.
     #[inline]
-    pub(crate) fn spring(&self, penetration: i64, stiffness: i64) -> Narrowed {
-        self.spring.apply(i128::from(penetration) * i128::from(stiffness))
+    pub(crate) fn spring<W: Word>(&self, penetration: W, stiffness: W) -> W {
+        (penetration * stiffness).narrow(&self.spring)
     }
 
     /// Spring and drag inside the wall, within what the bridge can show; 0 outside.
     #[inline]
-    pub(crate) fn torque(&self, input: &LawIn<i64>, motion: i64) -> Narrowed {
-        if input.contact == 0 {
-            return ZERO;
-        }
-        let spring = self.spring(input.penetration, input.stiffness);
-        let drag = self.drag.apply(i128::from(input.damping) * i128::from(motion));
-        let sum = spring.word + drag.word;
-        let torque = sum.clamp(-self.top, self.top);
-        Narrowed {
-            word: torque,
-            rounded: spring.rounded || drag.rounded,
-            overflowed: spring.overflowed || drag.overflowed || torque != sum,
-        }
+    pub(crate) fn torque<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
+        let inside = || {
+            let drag = (input.damping * motion).narrow(&self.drag);
+            [shown(self.spring(input.penetration, input.stiffness) + drag, self.top)]
+        };
+        let [torque] = W::branch(input.contact.is_set(), inside, || [W::int(0)]);
+        torque
     }
 }

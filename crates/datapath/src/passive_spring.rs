@@ -25,7 +25,7 @@
 //!   root at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of the
 //!   root are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rounding, Signal, Word};
 
 use crate::config::{NATURAL, within};
 use crate::law::ZERO;
@@ -67,20 +67,18 @@ pub struct PassiveSpring {
     radicand: Narrowing,
     extension: Narrowing,
     torque: Narrowing,
-    sequence: Sequence<Registers>,
+    fits_64: bool,
+    sequence: Sequence<Registers<Narrowed>>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Registers {
-    position: i64,
-    contact: i64,
-    torque: Narrowed,
-    extension: Narrowed,
+hpu_signal::ports! {
+    /// What a capture begins from and leads to.
+    pub struct Registers { position, contact, torque, extension }
 }
 
-const RESET: Registers = Registers { position: 0, contact: 0, torque: ZERO, extension: ZERO };
+const RESET: Registers<Narrowed> = Registers { position: ZERO, contact: ZERO, torque: ZERO, extension: ZERO };
 
-impl Registers {
+impl Registers<Narrowed> {
     #[inline]
     fn shown(&self) -> LawOut<Narrowed> {
         LawOut { torque: self.torque, memory: self.extension }
@@ -106,39 +104,71 @@ impl PassiveSpring {
             |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
         let square = Format::new(false, root_width.cast_signed() - 2 * frac, 2 * frac).expect("22 to 62 bits");
         let extension = Format::new(false, widths.width.cast_signed(), frac).expect("10 to 30 bits");
-        Ok(Self {
+        let mut block = Self {
             config,
             motion: Format::signed(widths.width),
             radicand: clamp(2 * frac, square),
             extension: clamp(frac, extension),
             torque: clamp(widths.stiffness.frac() + frac + widths.scale.frac(), Format::unsigned(widths.torque_width)),
+            fits_64: false,
             // One edge to start the root, one to make the torque of it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
-        })
+        };
+        block.fits_64 = block.reaches_64();
+        Ok(block)
+    }
+
+    /// Whether 64 bits suffice for all that a capture computes.
+    fn reaches_64(&self) -> bool {
+        let (torque, extension) = (Reach::of(self.config.widths.torque().format), Reach::of(self.extension.to));
+        let position = Reach::of(Format::unsigned(self.config.widths.width));
+        let last = Registers { position, contact: Reach::of(Format::BIT), torque, extension };
+        let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
+        let root = Reach::of(Format::unsigned(self.config.root_width() / 2));
+        let LawOut { torque, memory } = self.ended(&input, root);
+        Reach::fit_64(&[self.begun(&last, &input), torque, memory])
+    }
+
+    /// The radicand of a capture.
+    #[inline]
+    fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> W {
+        let SpringConfig { extension_frac, alpha, revive, .. } = self.config;
+        let (x, zero) = (last.extension, W::int(0));
+        let touches = x.equals(zero) & input.contact.is_set();
+        let engages = if revive { touches } else { touches & last.contact.equals(zero) };
+        let anew = || {
+            let depth = input.penetration.shl(extension_frac);
+            [depth * depth]
+        };
+        let worked = || {
+            let motion = (input.position - last.position).wrap(self.motion);
+            [x * x + (x * (W::int(alpha.into()) * motion)).shl(extension_frac - 7)]
+        };
+        let [square] = W::branch(engages, anew, worked);
+        square.narrow(&self.radicand)
+    }
+
+    /// The torque and the extension that a root leads to.
+    #[inline]
+    fn ended<W: Word>(&self, input: &LawIn<W>, root: W) -> LawOut<W> {
+        let memory = root.narrow(&self.extension);
+        LawOut { torque: (input.stiffness * memory.shed() * input.scale).narrow(&self.torque), memory }
     }
 
     /// The registers that a capture leads to.
     #[inline]
-    fn capture(&self, last: &Registers, input: &LawIn<i64>) -> Registers {
-        let SpringConfig { extension_frac, alpha, revive, .. } = self.config;
-        let x = i128::from(last.extension.word);
-        let square = if x == 0 && input.contact == 1 && (last.contact == 0 || revive) {
-            let depth = i128::from(input.penetration) * (1 << extension_frac);
-            depth * depth
-        } else {
-            let motion = self.motion.wrap(i128::from(input.position - last.position));
-            x * x + 2 * x * i128::from(alpha) * i128::from(motion) * (1 << (extension_frac - 8))
-        };
-        let radicand = self.radicand.apply(square);
-        let root = SquareRoot::root(radicand.word);
-        let narrowed = self.extension.apply(root.word.into());
-        let extension = Narrowed {
-            word: narrowed.word,
-            rounded: root.rounded,
-            overflowed: radicand.overflowed || narrowed.overflowed,
-        };
-        let force = i128::from(input.stiffness) * i128::from(extension.word) * i128::from(input.scale);
-        Registers { position: input.position, contact: input.contact, torque: self.torque.apply(force), extension }
+    fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
+    }
+
+    #[inline]
+    fn captured<T: Int>(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        let last = last.map(|register| Machine::<T>::of(register.word));
+        let input = input.map(Machine::of);
+        let radicand = self.begun(&last, &input).narrowed();
+        let root = Narrowed { overflowed: radicand.overflowed, ..SquareRoot::root(radicand.word) };
+        let LawOut { torque, memory } = self.ended(&input, Machine::of_narrowed(root));
+        Registers { position: input.position, contact: input.contact, torque, extension: memory }.map(Machine::narrowed)
     }
 }
 
@@ -209,7 +239,8 @@ impl Block for PassiveSpring {
 
     #[inline]
     fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence.quiet(input.period, |last| self.capture(last, input))
+        self.sequence
+            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
     }
 
     #[inline]

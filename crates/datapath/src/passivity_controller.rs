@@ -25,10 +25,10 @@
 //!   quotient at the sample edge and shows it LATENCY edges later: the ports are exact at every edge, the registers of
 //!   the division are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rounding, Signal, Word};
 
 use crate::config::{NATURAL, within};
-use crate::law::{Wanted, ZERO};
+use crate::law::{Wanted, ZERO, shown};
 use crate::sequence::Sequence;
 use crate::{Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, SequentialDivider};
 
@@ -59,19 +59,17 @@ pub struct PassivityController {
     energy: Narrowing,
     divider: SequentialDivider,
     wanted: Wanted,
-    sequence: Sequence<Registers>,
+    fits_64: bool,
+    sequence: Sequence<Registers<Narrowed>>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Registers {
-    position: i64,
-    motion: i64,
-    correction: i64,
-    energy: Narrowed,
-    torque: Narrowed,
+hpu_signal::ports! {
+    /// What a capture begins from and leads to.
+    pub struct Registers { position, motion, correction, energy, torque }
 }
 
-const RESET: Registers = Registers { position: 0, motion: 0, correction: 0, energy: ZERO, torque: ZERO };
+const RESET: Registers<Narrowed> =
+    Registers { position: ZERO, motion: ZERO, correction: ZERO, energy: ZERO, torque: ZERO };
 
 impl PassivityController {
     /// A controller of these widths.
@@ -88,42 +86,69 @@ impl PassivityController {
         let division =
             DividerConfig { num_width: energy_width, den_width: widths.width, frac: 0, out_width: widths.torque_width };
         let energy = Format::signed(energy_width);
-        Ok(Self {
+        let mut block = Self {
             config,
             motion: Format::signed(widths.width),
             energy: Narrowing { from_frac: 0, to: energy, rounding: Rounding::Truncate, overflow: Overflow::Saturate },
             divider: SequentialDivider::new(division)?,
             wanted: Wanted::new(&widths),
+            fits_64: false,
             // One edge to start the division, one to add its quotient.
             sequence: Sequence::new(division.steps() + 2, RESET),
-        })
+        };
+        block.fits_64 = block.reaches_64();
+        Ok(block)
+    }
+
+    /// Whether 64 bits suffice for all that a capture computes.
+    fn reaches_64(&self) -> bool {
+        let (torque, motion) = (Reach::of(self.config.widths.torque().format), Reach::of(self.motion));
+        let position = Reach::of(Format::unsigned(self.config.widths.width));
+        let last = Registers { position, motion, correction: torque, energy: Reach::of(self.energy.to), torque };
+        let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
+        let [motion, wanted, energy] = self.begun(&last, &input);
+        let missing = Reach::of(Format::unsigned(self.config.widths.torque_width));
+        Reach::fit_64(&[motion, wanted, energy, self.ended(motion, wanted, missing)])
+    }
+
+    /// Displacement, torque wanted and energy of a capture: all that is known before the division.
+    #[inline]
+    fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> [W; 3] {
+        let motion = (input.position - last.position).wrap(self.motion);
+        let wanted = self.wanted.torque(input, motion);
+        let work = if self.config.exact {
+            last.torque * motion
+        } else {
+            wanted.shed() * motion + last.correction * last.motion
+        };
+        let energy = (last.energy + work).narrow(&self.energy);
+        let credit = self.config.credit.into();
+        [motion, wanted, if self.config.credit > 0 { energy.limit(self.energy.to.min(), credit) } else { energy }]
+    }
+
+    /// The torque wanted, with what was missing in the direction of the displacement.
+    #[inline]
+    fn ended<W: Word>(&self, motion: W, wanted: W, missing: W) -> W {
+        let is_back = W::int(0).above(motion);
+        shown(W::select(is_back, wanted - missing, wanted + missing), self.config.widths.top())
     }
 
     /// The registers that a capture leads to.
     #[inline]
-    fn capture(&self, last: &Registers, input: &LawIn<i64>) -> Registers {
-        let motion = self.motion.wrap(i128::from(input.position - last.position));
-        let wanted = self.wanted.torque(input, motion);
-        let product = |torque: i64, motion: i64| i128::from(torque) * i128::from(motion);
-        let work = if self.config.exact {
-            product(last.torque.word, motion)
-        } else {
-            product(wanted.word, motion) + product(last.correction, last.motion)
-        };
-        let mut energy = self.energy.apply(i128::from(last.energy.word) + work);
-        if self.config.credit > 0 {
-            energy.word = energy.word.min(self.config.credit.into());
-        }
-        let missing =
-            if energy.word < 0 && motion != 0 { self.divider.divide(-energy.word, motion.abs()) } else { ZERO };
-        let sum = wanted.word + motion.signum() * missing.word;
-        let top = self.config.widths.top();
-        let torque = Narrowed {
-            word: sum.clamp(-top, top),
-            rounded: wanted.rounded || missing.rounded,
-            overflowed: wanted.overflowed || missing.overflowed || sum.abs() > top,
-        };
-        Registers { position: input.position, motion, correction: torque.word - wanted.word, energy, torque }
+    fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
+    }
+
+    #[inline]
+    fn captured<T: Int>(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
+        let last = last.map(|register| Machine::<T>::of(register.word));
+        let input = input.map(Machine::of);
+        let [motion, wanted, energy] = self.begun(&last, &input);
+        let [moved, stored] = [motion, energy].map(|word| word.narrowed().word);
+        let missing = if stored < 0 && moved != 0 { self.divider.divide(-stored, moved.abs()) } else { ZERO };
+        let torque = self.ended(motion, wanted, Machine::of_narrowed(missing));
+        let correction = (torque - wanted).shed();
+        Registers { position: input.position, motion, correction, energy, torque }.map(Machine::narrowed)
     }
 
     #[inline]
@@ -199,7 +224,8 @@ impl Block for PassivityController {
 
     #[inline]
     fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence.quiet(input.period, |last| self.capture(last, input))
+        self.sequence
+            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
     }
 
     #[inline]

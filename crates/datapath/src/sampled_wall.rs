@@ -21,7 +21,7 @@
 //! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length.
 //!   With ESTIMATOR 4 the emulator models the ports of the divider, not the registers within.
 
-use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Signal, Word};
 
 use crate::config::{NATURAL, WORD, within};
 use crate::estimator::{Estimator, EstimatorConfig, Velocity};
@@ -67,14 +67,9 @@ impl Default for SampledWallConfig {
     }
 }
 
-/// What the torque is made of.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Made {
-    contact: i64,
-    penetration: i64,
-    stiffness: i64,
-    damping: i64,
-    velocity: i64,
+hpu_signal::ports! {
+    /// What a torque is made of.
+    pub struct Made { contact, penetration, stiffness, damping, velocity }
 }
 
 /// See the [module](self).
@@ -88,7 +83,8 @@ pub struct SampledWall {
     held: i64,
     velocity: Velocity,
     /// What the torque shown is made of, and whether it was rounded or overflowed.
-    made: Made,
+    made: Made<i64>,
+    fits_64: bool,
     shown: i64,
     lost: (bool, bool),
 }
@@ -126,9 +122,14 @@ impl SampledWall {
             held: 0,
             velocity: Velocity::new(config.estimator, estimator)?,
             made: Made { contact: 0, penetration: 0, stiffness: 0, damping: 0, velocity: 0 },
+            fits_64: false,
             shown: 0,
             lost: (false, false),
         };
+        let LawIn { contact, penetration, stiffness, damping, .. } = widths.inputs().map(|port| Reach::of(port.format));
+        let velocity = Reach::of(block.outputs().memory.format);
+        let made = Made { contact, penetration, stiffness, damping, velocity };
+        block.fits_64 = Reach::fit_64(&[block.torque(made)]);
         block.reset();
         Ok(block)
     }
@@ -153,7 +154,7 @@ impl SampledWall {
 
     /// What the torque is made of with these inputs and the registers as they stand.
     #[inline]
-    fn made(&self, input: &LawIn<i64>) -> Made {
+    fn made(&self, input: &LawIn<i64>) -> Made<i64> {
         let LawIn { stiffness, damping, .. } = *input;
         let (contact, penetration) = if self.config.spring_held {
             (self.held / self.contact(), self.held % self.contact())
@@ -163,19 +164,25 @@ impl SampledWall {
         Made { contact, penetration, stiffness, damping, velocity: self.velocity.latest().word }
     }
 
-    /// Makes the torque.
-    fn make(&mut self, made: Made) {
+    /// The torque: drag and relief have the same sign, its format holds the sum.
+    #[inline]
+    fn torque<W: Word>(&self, made: Made<W>) -> W {
         let Made { contact, penetration, stiffness, damping, velocity } = made;
-        let spring = self.wanted.spring(contact * penetration, stiffness);
-        let drag = self.drag.apply(i128::from(contact * damping) * i128::from(velocity));
-        let relief = self.drag.apply(i128::from(self.config.relief) * i128::from(velocity));
+        let drag = (contact * damping * velocity).narrow(&self.drag);
+        let relief = (W::int(self.config.relief.into()) * velocity).narrow(&self.drag);
+        self.wanted.spring(contact * penetration, stiffness) + drag - relief
+    }
+
+    /// Makes the torque.
+    fn make(&mut self, made: Made<i64>) {
+        let torque = if self.fits_64 {
+            self.torque(made.map(Machine::<i64>::of)).narrowed()
+        } else {
+            self.torque(made.map(Machine::<i128>::of)).narrowed()
+        };
         self.made = made;
-        // Drag and relief have the same sign: the torque's format holds the sum.
-        self.shown = spring.word + drag.word - relief.word;
-        self.lost = (
-            spring.rounded || drag.rounded || relief.rounded,
-            spring.overflowed || drag.overflowed || relief.overflowed,
-        );
+        self.shown = torque.word;
+        self.lost = (torque.rounded, torque.overflowed);
     }
 
     /// The outputs with these inputs and the registers as they stand.

@@ -64,12 +64,13 @@ impl<R: Copy + PartialEq> Sequence<R> {
         self.left = self.latency;
     }
 
-    /// Edges for which neither a load nor a capture changes a register.
+    /// Edges for which neither a load nor a capture changes a register; for that, whether the
+    /// registers would stay is asked. A motion is among them, so that most captures need not be computed for it.
     #[inline]
-    pub(crate) fn quiet(&self, period: i64, capture: impl FnOnce(&R) -> R) -> u64 {
+    pub(crate) fn quiet(&self, period: i64, stay: impl FnOnce(&R) -> bool) -> u64 {
         if self.next != self.now {
             self.left - 1
-        } else if capture(&self.next) == self.next {
+        } else if stay(&self.next) {
             u64::MAX
         } else {
             self.until_capture(period)

@@ -215,6 +215,13 @@ impl<T: Int> Machine<T> {
         Self::exact(T::low(word.into()))
     }
 
+    /// A word that has lost something.
+    #[inline]
+    #[must_use]
+    pub fn of_narrowed(Narrowed { word, rounded, overflowed }: Narrowed) -> Self {
+        Self { value: T::low(word.into()), rounded, overflowed }
+    }
+
     /// As a word, with what was lost to make it.
     #[inline]
     #[must_use]
