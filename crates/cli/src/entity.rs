@@ -47,6 +47,14 @@ pub struct Theirs {
     /// nothing is compared
     #[arg(long, value_name = "CLOCKS", default_value_t = 0, allow_hyphen_values = true, requires = "entity")]
     latency: i64,
+    /// With --formal, a register or signal of it and the register here that it is: THEIRS=OURS; those of the same name
+    /// need none; may be repeated
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires_all = ["entity", "formal"])]
+    state: Vec<(String, String)>,
+    /// With --formal, what holds in every state of it, in Verilog, over its signals: 'busy == (left != 0)'. It is
+    /// proved, too; may be repeated
+    #[arg(long, value_name = "EXPRESSION", requires_all = ["entity", "formal"])]
+    invariant: Vec<String>,
     /// VHDL that it is written in: 93 or 2008
     #[arg(long, value_name = "YEAR", default_value = "2008", value_parser = ["93", "2008"], requires = "entity")]
     standard: String,
@@ -64,7 +72,7 @@ impl Theirs {
 
 /// The block that the command line describes.
 pub fn entity(args: &Args) -> Result<Entity, Failure> {
-    let Theirs { port, generic, clock, reset, latency, standard, library, .. } = &args.theirs;
+    let Theirs { port, generic, clock, reset, latency, state, invariant, standard, library, .. } = &args.theirs;
     let link = |text: &String| match text.parse() {
         Ok(number) => Link::Constant(number),
         Err(_) if text == "open" => Link::Open,
@@ -91,6 +99,8 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
         variants: args.variants.clone(),
         set: args.set.set.iter().map(|(name, text)| value(name, text)).collect::<Result<_, _>>()?,
         latency: *latency,
+        state: state.clone(),
+        invariants: invariant.clone(),
         rows: args.rows,
         seed: args.seed,
     })
@@ -128,14 +138,18 @@ fn files(names: &[String]) -> Result<Vec<SourceFile>, Failure> {
     names.iter().map(read).collect()
 }
 
+/// What is told of an error.
+pub fn failure(error: EntityError) -> Failure {
+    match error {
+        EntityError::Refused(why) => Failure::usage(why),
+        EntityError::Simulator(fault) => fault.into(),
+    }
+}
+
 /// Compares, and shows the table as it grows; the report, and what simulated theirs.
 pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
     let entity = entity(args)?;
     let simulators = args.hdl.simulators()?;
-    let failure = |error| match error {
-        EntityError::Refused(why) => Failure::usage(why),
-        EntityError::Simulator(fault) => fault.into(),
-    };
     let (mut report, mut engine) = (CheckReport::default(), String::new());
     for mut configuration in entity.configurations().map_err(failure)? {
         let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::block::find;
 use crate::check::Args;
+use crate::entity;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
@@ -20,9 +21,12 @@ use crate::waves::waveform;
 /// How long a question may take a solver, unless tools are given another time.
 const QUESTION: Duration = Duration::from_secs(60);
 
+/// A configuration: the block or the entity, and its label.
+type Wanted = (String, String);
+
 /// A configuration, what came of it, and the seconds that it took.
 struct Row {
-    block: &'static str,
+    block: String,
     variant: String,
     found: Result<Verdict, ProofError>,
     seconds: f64,
@@ -30,7 +34,6 @@ struct Row {
 
 /// `hpu check --formal`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
     let is_wanted = |label: &String, block: &dyn AnyBlock| {
@@ -38,18 +41,42 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             && (args.variants.is_empty() || args.variants.contains(label))
     };
     let wanted = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
-    let wanted: Vec<_> = wanted.map(|(label, block)| (block.name(), label)).collect();
+    let wanted: Vec<_> = wanted.map(|(label, block)| (block.name().to_string(), label)).collect();
+    let proved = |(name, label): &Wanted| prove(&*find(name, label).expect("it is wanted"), &setup, limit);
+    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved)
+}
+
+/// `hpu check --formal --entity`.
+pub fn theirs(args: &Args) -> Result<Exit, Failure> {
+    let entity = entity::entity(args)?;
+    let simulators = args.hdl.simulators()?;
+    let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
+    let configurations = || entity.configurations();
+    let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);
+    let wanted: Vec<_> = labels.map(|label| (entity.top.clone(), label)).collect();
+    let proved = |(_, label): &Wanted| {
+        let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
+        entity.prove(&own, &simulators, limit)
+    };
+    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved)
+}
+
+/// Proves configurations side by side, and shows the table as it grows.
+fn tabled(
+    args: &Args,
+    of: &str,
+    limit: Duration,
+    wanted: &[Wanted],
+    proved: impl Fn(&Wanted) -> Result<Verdict, ProofError> + Sync,
+) -> Result<Exit, Failure> {
+    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     // A missing tool is told before anything is shown.
     hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
-    tell(&format!(
-        "VHDL {}: {} configurations, {} s a question at most, {jobs} at a time",
-        setup.hdl,
-        wanted.len(),
-        limit.as_secs_f64()
-    ));
-    if !args.json {
-        print(&format!("{:<22} {:<30} {:>8}  for all inputs and states\n", "block", "variant", "s"))?;
+    // Of a block of the user's own, what cannot be asked for is seen on the way.
+    if !args.theirs.is_asked() {
+        let count = wanted.len();
+        tell(&format!("{of}: {count} configurations, {} s a question at most, {jobs} at a time", limit.as_secs_f64()));
     }
     let control = interrupt::heed();
     let next = AtomicUsize::new(0);
@@ -59,18 +86,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         thread::scope(|scope| -> Result<(), Failure> {
             let (send, done) = mpsc::channel();
             for _ in 0..jobs {
-                let (send, next, wanted, setup) = (send.clone(), &next, &wanted, &setup);
+                let (send, next, proved) = (send.clone(), &next, &proved);
                 scope.spawn(move || {
-                    while let Some(&(name, ref label)) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let Ok(block) = find(name, label) else { break };
+                    while let Some(one) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
                         if interrupt::pressed() {
                             break;
                         }
                         let start = Instant::now();
-                        let found = prove(&*block, setup, limit);
+                        let found = proved(one);
                         let seconds = start.elapsed().as_secs_f64();
-                        let row = Row { block: name, variant: label.clone(), found, seconds };
-                        if send.send(row).is_err() {
+                        let (block, variant) = one.clone();
+                        if send.send(Row { block, variant, found, seconds }).is_err() {
                             break;
                         }
                     }
@@ -78,6 +104,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             }
             drop(send);
             for row in done {
+                // What cannot be asked for is no row.
+                if let Err(ProofError::Entity(error)) = row.found {
+                    return Err(entity::failure(error));
+                }
+                if rows.is_empty() && !args.json {
+                    print(&format!("{:<22} {:<30} {:>8}  for all inputs and states\n", "block", "variant", "s"))?;
+                }
                 control.progress.fetch_add(1, Ordering::Relaxed);
                 let shown = shown(&row, folder.as_mut())?;
                 text += &shown;
@@ -95,16 +128,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
     let proved = count(|found| matches!(found, Verdict::Proved(_)));
     let refuted = count(|found| matches!(found, Verdict::Refuted(..)));
+    // What is asked of one block alone is asked whole.
+    let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
     let total = format!(
-        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; VHDL {}\n",
+        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; {of}\n",
         rows.len(),
         rows.len() - proved - refuted,
-        setup.hdl
     );
     text += &total;
     let json = json!({
-        "ok": refuted == 0,
-        "hdl": setup.hdl.to_string(),
+        "ok": is_well,
+        "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
         "proved": proved,
         "refuted": refuted,
         "rows": rows.iter().map(object).collect::<Vec<_>>(),
@@ -125,9 +159,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             ProofError::Tool(error) => Err(error.into()),
             ProofError::Cost(error) => Err(error.into()),
             ProofError::Netlist(why) => Err(Failure::file(why)),
+            ProofError::Entity(error) => Err(entity::failure(error)),
         };
     }
-    Ok(Exit::when(refuted == 0))
+    Ok(Exit::when(is_well))
 }
 
 /// A line, and of a refutation its words.
@@ -136,12 +171,13 @@ fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
     let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
     Ok(match found {
         Ok(Verdict::Proved(_)) => line("proved") + "\n",
-        Ok(Verdict::Open(why)) => line(&format!("not proved: {why}")) + "\n",
+        Ok(Verdict::Open(why)) => line(&format!("not proved: {}", why.trim_end().replace('\n', "\n  "))) + "\n",
         Err(error) => line(&format!("not proved: {}", error.to_string().replace('\n', "\n  "))) + "\n",
         Ok(Verdict::Refuted(about, around)) => {
             let mut text = verdict(&line(&format!("refuted, by {about}:")), false) + "\n";
-            around.lines(1).iter().for_each(|line| text += &format!("    {line}\n"));
-            text + &waveform(around, 1, &format!("{block}-{variant}"), folder)?
+            let last = around.rows.len() as u64;
+            around.lines(last).iter().for_each(|line| text += &format!("    {line}\n"));
+            text + &waveform(around, last, &format!("{block}-{variant}"), folder)?
         }
     })
 }
@@ -151,7 +187,7 @@ fn object(row: &Row) -> Value {
     let (said, why) = match found {
         Ok(Verdict::Proved(_)) => ("proved", Value::Null),
         Ok(Verdict::Refuted(about, around)) => {
-            let (columns, history) = around.table(1);
+            let (columns, history) = around.table(around.rows.len() as u64);
             ("refuted", json!({ "about": about, "columns": columns, "history": history }))
         }
         Ok(Verdict::Open(why)) => ("open", json!(why)),

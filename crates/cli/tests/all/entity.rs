@@ -35,6 +35,9 @@ const PRODUCT: [&str; 9] = [
     "--generic=SATURATING=SATURATE",
     "--clock=clock",
 ];
+/// What of theirs our registers are.
+const VELOCITY_STATE: [&str; 2] = ["--state=last=previous", "--state=left=countdown"];
+const DECODER_STATE: [&str; 2] = ["--state=was=previous", "--state=wait_for=settling"];
 const DECODER: [&str; 9] = [
     "--as=quadrature_decoder",
     "--entity=quad_x4",
@@ -88,28 +91,28 @@ fn blocks_that_follow_a_data_sheet_are_equal_in_every_configuration_that_they_ha
     assert!(value["hdl"].as_str().expect("a text").starts_with("Verilator"), "{value}");
 }
 
+/// Errors of each of the three, by what they replace.
+type Errors = &'static [(&'static str, &'static str)];
+const VELOCITY_ERRORS: Errors = &[
+    ("every_i > 1", "every_i > 2"),
+    ("pos_i - last", "last - pos_i"),
+    ("        last  <= pos_i;\n", ""),
+    ("      vel_o <= (others => '0');\n", ""),
+];
+const PRODUCT_ERRORS: Errors =
+    &[("2 ** KEEP", "2 ** (KEEP + 1)"), ("if SATURATING", "if not SATURATING"), ("(full, KEEP)", "(full + 1, KEEP)")];
+const DECODER_ERRORS: Errors = &[
+    ("4'b0001, 4'b0111", "4'b0010, 4'b0111"),
+    ("wait_for <= WAIT", "wait_for <= WAIT + 1"),
+    (" 4'b0110, 4'b1001", " 4'b0110"),
+];
+
 #[test]
 fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
     let dir = scratch("sown_blocks");
-    let velocity = [
-        ("every_i > 1", "every_i > 2"),
-        ("pos_i - last", "last - pos_i"),
-        ("        last  <= pos_i;\n", ""),
-        ("      vel_o <= (others => '0');\n", ""),
-    ];
-    let product = [
-        ("2 ** KEEP", "2 ** (KEEP + 1)"),
-        ("if SATURATING", "if not SATURATING"),
-        ("(full, KEEP)", "(full + 1, KEEP)"),
-    ];
-    let decoder = [
-        ("4'b0001, 4'b0111", "4'b0010, 4'b0111"),
-        ("wait_for <= WAIT", "wait_for <= WAIT + 1"),
-        (" 4'b0110, 4'b1001", " 4'b0110"),
-    ];
     let one = [&DECODER[..], &["--variant=default"]].concat();
     let latency = [&PRODUCT[..], &["--latency=2"]].concat();
-    let finds = |file: &str, args: &[&str], errors: &[(&str, &str)], signals: &[&str]| {
+    let finds = |file: &str, args: &[&str], errors: Errors, signals: &[&str]| {
         for (right, wrong) in errors {
             let hdl = shipped(file);
             assert_eq!(hdl.matches(right).count(), 1, "{file}: {right}");
@@ -120,9 +123,9 @@ fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
             assert!(ended == 1 && found && first["expected"] != first["got"], "{file} with {wrong}: {first}");
         }
     };
-    finds("my_vel.vhd", &VELOCITY, &velocity, &["velocity"]);
-    finds("fast_mul.vhd", &latency, &product, &["product"]);
-    finds("quad_x4.v", &one, &decoder, &["step", "error"]);
+    finds("my_vel.vhd", &VELOCITY, VELOCITY_ERRORS, &["velocity"]);
+    finds("fast_mul.vhd", &latency, PRODUCT_ERRORS, &["product"]);
+    finds("quad_x4.v", &one, DECODER_ERRORS, &["step", "error"]);
     // A latency that is not theirs is an error too.
     let early = [&PRODUCT[..], &["--latency=1"]].concat();
     assert_eq!(checked(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &early).0, 1);
@@ -135,6 +138,121 @@ fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
     assert!(said.contains("velocity (their vel_o) expected") && said.contains("velocity(vhdl)"), "{said}");
     let vcd = fs::read_to_string(out.join("my_vel-OUT_WIDTH=12,WIDTH=12.vcd")).expect("a waveform");
     assert!(vcd.contains("$var") && vcd.contains("velocity"), "{vcd}");
+}
+
+/// What is proved of this HDL: how it ended, its verdict in each configuration, and all that is told.
+fn proved(dir: &Path, file: &str, hdl: &str, args: &[&[&str]]) -> (i32, Vec<String>, serde_json::Value) {
+    let (ended, value) = checked(dir, file, hdl, &[&["--formal"], &args.concat()[..]].concat());
+    let rows = value["rows"].as_array().expect("rows");
+    let verdicts = rows.iter().map(|row| row["verdict"].as_str().expect("a verdict").to_string()).collect();
+    (ended, verdicts, value)
+}
+
+#[test]
+fn blocks_of_somebody_else_s_are_proved_for_all_inputs_and_states() {
+    let dir = scratch("proved_blocks");
+    let proves = |file: &str, args: &[&[&str]], expected: &[&str]| {
+        let (ended, verdicts, value) = proved(&dir, file, &shipped(file), args);
+        assert_eq!(verdicts, expected, "{value}");
+        assert_eq!(ended == 0, expected.iter().all(|verdict| *verdict == "proved"), "{value}");
+        value
+    };
+    proves("my_vel.vhd", &[&VELOCITY, &VELOCITY_STATE], &["proved"]);
+    // A pipeline against a block without registers: nothing need be said of its states.
+    proves("fast_mul.vhd", &[&PRODUCT, &["--latency=2"]], &["proved"; 3]);
+    // Without a pause, its counter is not needed; that it stays 0 has to be said.
+    let decoder = [&DECODER[..], &DECODER_STATE];
+    proves("quad_x4.v", &[&DECODER, &DECODER_STATE, &["--variant=default"]], &["proved"]);
+    let still = [&["--variant=settle_0"][..], &decoder.concat()].concat();
+    proves("quad_x4.v", &[&still, &["--invariant=wait_for == 0"]], &["proved"]);
+    // Not proved, and not refuted: it says what it does not know.
+    let value = proves("quad_x4.v", &[&still], &["open"]);
+    let why = value["rows"][0]["why"].as_str().expect("a reason");
+    for part in
+        ["from a state that it need not come to", "of `quad_x4`, that it does not name: wait_for", "--invariant"]
+    {
+        assert!(why.contains(part), "{why}");
+    }
+    let value = proves("my_vel.vhd", &[&VELOCITY, &VELOCITY_STATE[..1]], &["open"]);
+    let why = value["rows"][0]["why"].as_str().expect("a reason");
+    assert!(why.contains("registers of velocity_register that --state names none for: countdown;"), "{why}");
+    // An invariant that does not hold proves nothing.
+    let value = proves("quad_x4.v", &[&still, &["--invariant=wait_for == 1"]], &["open"]);
+    assert!(value["rows"][0]["why"].as_str().is_some_and(|why| why.contains("invariant")), "{value}");
+    // A latency that is not theirs is refuted: no state need be taken for it.
+    assert_eq!(proved(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &[&PRODUCT, &["--latency=3"]]).1, ["refuted"; 3]);
+}
+
+#[test]
+fn each_error_that_is_sown_is_refuted_by_edges_from_the_reset() {
+    let dir = scratch("refuted_blocks");
+    let refutes = |file: &str, args: &[&[&str]], errors: &[(&str, &str)], signals: &[&str]| {
+        for (right, wrong) in errors {
+            let (ended, verdicts, value) = proved(&dir, file, &shipped(file).replace(right, wrong), args);
+            assert!(ended == 1 && verdicts[0] == "refuted", "{file} with {wrong}: {value}");
+            let why = &value["rows"][0]["why"];
+            let about = why["about"].as_str().expect("what was asked");
+            assert!(about.contains("edge"), "{about}");
+            let columns = why["columns"].as_array().expect("columns");
+            let found = columns.iter().any(|column| {
+                let name = column.as_str().expect("a name");
+                signals.iter().any(|signal| name == format!("{signal}(vhdl)"))
+            });
+            assert!(found, "{file} with {wrong}: {why}");
+        }
+    };
+    let [first, swapped, held, forgotten] = *VELOCITY_ERRORS else { panic!("four errors") };
+    refutes("my_vel.vhd", &[&VELOCITY, &VELOCITY_STATE], &[first, swapped, forgotten], &["velocity"]);
+    // What an asynchronous reset alone sets is a latch, which synthesis refuses.
+    fs::write(dir.join("my_vel.vhd"), shipped("my_vel.vhd").replace(held.0, held.1)).expect("a file");
+    let file = dir.join("my_vel.vhd");
+    let output = run(&[&["check", "--formal"], &VELOCITY[..], &VELOCITY_STATE, &[text(&file)]].concat());
+    refused(&output, 1, "latch");
+    refutes("fast_mul.vhd", &[&PRODUCT, &["--latency=2"]], PRODUCT_ERRORS, &["product"]);
+    refutes("quad_x4.v", &[&DECODER, &DECODER_STATE, &["--variant=default"]], DECODER_ERRORS, &["step", "error"]);
+    // One word of 2^24, which no row of vectors need have.
+    let hdl = shipped("fast_mul.vhd")
+        .replace("full <= x * y;", "full <= x * y; if x = 2741 and y = 1003 then full <= (others => '0'); end if;");
+    let (ended, verdicts, value) = proved(&dir, "fast_mul.vhd", &hdl, &[&PRODUCT, &["--latency=2", "--variant=full"]]);
+    assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{value}");
+    assert!(value["rows"][0]["why"]["history"][0].as_array().is_some_and(|row| row.iter().any(|word| word == "ab5")));
+    let two = shipped("my_vel.vhd").replace("ck_i'event and ck_i = '1'", "ck_i'event and ck_i = '0'");
+    // Both sides see the same edges, whichever they are.
+    assert_eq!(proved(&dir, "my_vel.vhd", &two, &[&VELOCITY, &VELOCITY_STATE]).1, ["proved"]);
+}
+
+#[test]
+fn what_a_proof_of_somebody_else_s_block_cannot_take_is_refused() {
+    let file = "testbench/dut/blocks/quad_x4.v";
+    let base = [&["check", "--formal", file], &DECODER[..]].concat();
+    refused(
+        &run(&[&base[..], &["--state=wos=previous"]].concat()),
+        2,
+        "`quad_x4` has no register or signal `wos`; lost, move, wait_for, was",
+    );
+    refused(
+        &run(&[&base[..], &["--state=was=before"]].concat()),
+        2,
+        "quadrature_decoder has no register `before`; error, previous, settling, step",
+    );
+    refused(
+        &run(&[&base[..], &["--invariant=waitfor == 0"]].concat()),
+        1,
+        "Identifier `\\waitfor' is implicitly declared",
+    );
+    refused(&run(&["check", "--state=a=b", "displacement"]), 2, "--entity");
+    let dir = scratch("two_clocks");
+    let hdl = shipped("quad_x4.v")
+        .replace("always @(posedge c)\n", "reg other; always @(posedge ch_a) other <= ch_b;\n  always @(posedge c)\n");
+    let hdl = hdl.replace("{was, ch_a, ch_b}", "{was, ch_a, ch_b ^ other}");
+    let (ended, verdicts, value) = proved(&dir, "quad_x4.v", &hdl, &[&DECODER, &DECODER_STATE, &["--variant=default"]]);
+    assert_eq!((ended, &verdicts[..]), (1, &["open".to_string()][..]), "{value}");
+    assert_eq!(value["rows"][0]["why"], "something is clocked by `ch_a`: a proof takes one clock");
+    let hdl = shipped("quad_x4.v")
+        .replace("always @(posedge c)\n", "reg other; always @(negedge c) other <= ch_b;\n  always @(posedge c)\n");
+    let hdl = hdl.replace("{was, ch_a, ch_b}", "{was, ch_a, ch_b ^ other}");
+    let (_, _, value) = proved(&dir, "quad_x4.v", &hdl, &[&DECODER, &DECODER_STATE, &["--variant=default"]]);
+    assert_eq!(value["rows"][0]["why"], "both edges of `c` clock something: a proof takes one");
 }
 
 #[test]

@@ -72,16 +72,7 @@ impl Simulators {
     }
 
     fn priced(&self, dut: &Dut, folder: &Path) -> Result<DutCost, DutError> {
-        let (files, top) = if is_vhdl(&dut.files) {
-            (self.synthesised(dut, folder)?, dut.top.to_lowercase())
-        } else {
-            (sources(dut), dut.top.clone())
-        };
-        let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", base(file))).collect();
-        let parameter = |(name, value): &(String, Generic)| format!("chparam -set {name} {} {top}; ", literal(value));
-        let parameters: String =
-            if is_vhdl(&dut.files) { String::new() } else { dut.generics.iter().map(parameter).collect() };
-        let read = format!("read_verilog -sv {}; {parameters}", files.join(" "));
+        let (read, top) = self.read_by_yosys(dut, folder)?;
         let tool = |tool: Tool, step: &str, arguments: &[&str]| self.told(dut, folder, tool, step, arguments);
         let ice40 = format!("{read}synth_ice40 -abc9 -device hx -top {top} -json block.json; tee -q -o ice40.txt stat");
         tool(Tool::Yosys, "synthesise a design", &["-q", "-p", &ice40])?;
@@ -117,7 +108,21 @@ impl Simulators {
     }
 
     /// Runs a tool in the folder; what it said.
-    fn told(
+    /// How Yosys reads a design in a folder, and what its topmost module is called there.
+    pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(String, String), DutError> {
+        let is_vhdl = is_vhdl(&dut.files);
+        let (files, top) = if is_vhdl {
+            (self.synthesised(dut, folder)?, dut.top.to_lowercase())
+        } else {
+            (sources(dut), dut.top.clone())
+        };
+        let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", base(file))).collect();
+        let parameter = |(name, value): &(String, Generic)| format!("chparam -set {name} {} {top}; ", literal(value));
+        let parameters: String = if is_vhdl { String::new() } else { dut.generics.iter().map(parameter).collect() };
+        Ok((format!("read_verilog -sv {}; {parameters}", files.join(" ")), top))
+    }
+
+    pub(super) fn told(
         &self,
         dut: &Dut,
         folder: &Path,

@@ -9,6 +9,7 @@ mod cost;
 mod ghdl;
 mod interface;
 mod process;
+mod transition;
 mod verilator;
 mod vpi;
 mod wire;
@@ -28,6 +29,7 @@ pub use cost::DutCost;
 pub(crate) use ghdl::{ASK, bench, bridge, simulate};
 pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
+pub(crate) use transition::{INVARIANT, Transition};
 pub(crate) use vpi::Inside;
 pub(crate) use wire::Served;
 

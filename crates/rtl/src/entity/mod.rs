@@ -3,6 +3,7 @@
 //! Theirs is simulated as a design of a scene is: VHDL by GHDL, Verilog by Verilator, in a process of its own that is
 //! given the bits at its inputs and tells those at its outputs. It is first clocked some times in reset.
 
+mod proof;
 mod told;
 mod wires;
 
@@ -55,6 +56,11 @@ pub struct Entity {
     pub set: Vec<(String, Generic)>,
     /// Clocks by which its outputs come later than ours.
     pub latency: i64,
+    /// For a proof: its registers, or other signals, and the registers of ours that they are. Those of the same name
+    /// need not be here.
+    pub state: Vec<(String, String)>,
+    /// For a proof: what holds in every state of it, in Verilog.
+    pub invariants: Vec<String>,
     /// Random rows, beside the directed ones.
     pub rows: usize,
     /// Seed of the random rows.
@@ -109,6 +115,13 @@ impl std::fmt::Display for EntityError {
 }
 
 impl std::error::Error for EntityError {}
+
+/// A design that stands for a block of ours.
+struct Connected {
+    design: Box<dyn Design>,
+    wires: Vec<Wire>,
+    has_clock: bool,
+}
 
 fn refused<T>(why: String) -> Result<T, EntityError> {
     Err(EntityError::Refused(why))
@@ -174,15 +187,7 @@ impl Entity {
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, EntityError> {
         let began = Instant::now();
         let dut = self.dut(&**block);
-        let clock = Clock::new(CLOCK_HZ).expect("a clock");
-        let design = simulators.of_model(&Model { dut: &dut, clock, settle: SETTLE })?;
-        let is_clock = |name: &str| dut.clocks.iter().any(|clock| same(&clock.port, name));
-        let (clocks, ports): (Vec<_>, Vec<_>) = design.ports().iter().cloned().partition(|port| is_clock(&port.name));
-        if let (Some(clock), []) = (&self.clock, &clocks[..]) {
-            return refused(format!("`{}` has no clock `{clock}`; {}", self.top, there_are(&ports)));
-        }
-        let has_clock = !clocks.is_empty();
-        let wires = self.wires(&**block, &ports)?;
+        let Connected { design, wires, has_clock } = self.connected(&**block, &dut, simulators)?;
         let shift = self.shift(&**block, has_clock)?;
 
         let has_reset = wires.iter().any(|wire| matches!(wire.what, What::Reset { .. }));
@@ -196,6 +201,19 @@ impl Entity {
         let told = self.simulate(&*design, &ours, &wires);
         found.add(told.map_err(|fault| fault.to_string()), has_clock, began.elapsed().as_secs_f64());
         Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
+    }
+
+    /// The design in a simulator, and what its ports are of a configuration of ours.
+    fn connected(&self, block: &dyn AnyBlock, dut: &Dut, simulators: &Simulators) -> Result<Connected, EntityError> {
+        let clock = Clock::new(CLOCK_HZ).expect("a clock");
+        let design = simulators.of_model(&Model { dut, clock, settle: SETTLE })?;
+        let is_clock = |name: &str| dut.clocks.iter().any(|clock| same(&clock.port, name));
+        let (clocks, ports): (Vec<_>, Vec<_>) = design.ports().iter().cloned().partition(|port| is_clock(&port.name));
+        if let (Some(clock), []) = (&self.clock, &clocks[..]) {
+            return refused(format!("`{}` has no clock `{clock}`; {}", self.top, there_are(&ports)));
+        }
+        let wires = self.wires(block, &ports)?;
+        Ok(Connected { design, wires, has_clock: !clocks.is_empty() })
     }
 
     /// What theirs answers to the rows that ours was given.

@@ -18,12 +18,15 @@ use hpu_datapath::{AnyBlock, AnyStep};
 
 use crate::around::Around;
 use crate::cost::CostError;
+use crate::entity::EntityError;
 use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
 
-use netlist::Netlist;
-use query::{Edge, Query};
+use query::Query;
 use solver::Answer;
+
+pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
+pub(crate) use query::Edge;
 
 /// How far a block's proof came.
 #[derive(Clone, PartialEq, Debug)]
@@ -46,6 +49,8 @@ pub enum ProofError {
     Cost(CostError),
     /// The netlist and the equations do not belong together.
     Netlist(String),
+    /// What is asked for of somebody else's block cannot be, or its tools failed.
+    Entity(EntityError),
 }
 
 impl fmt::Display for ProofError {
@@ -54,6 +59,7 @@ impl fmt::Display for ProofError {
             Self::Tool(error) => error.fmt(f),
             Self::Cost(error) => error.fmt(f),
             Self::Netlist(why) => f.write_str(why),
+            Self::Entity(error) => error.fmt(f),
         }
     }
 }
@@ -67,8 +73,14 @@ impl ProofError {
         match self {
             Self::Tool(error) => Some(error),
             Self::Cost(error) => error.tool(),
-            Self::Netlist(_) => None,
+            Self::Netlist(_) | Self::Entity(_) => None,
         }
+    }
+}
+
+impl<E: Into<EntityError>> From<E> for ProofError {
+    fn from(error: E) -> Self {
+        Self::Entity(error.into())
     }
 }
 
@@ -131,7 +143,7 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
 }
 
 /// What a question about a block comes to where it is not proved.
-fn decided(
+pub(crate) fn decided(
     name: &'static str,
     query: &Query,
     limit: Duration,

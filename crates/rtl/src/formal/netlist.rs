@@ -14,17 +14,41 @@ use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::Tool;
 
+/// One module, its tables choices.
+pub(crate) const FLAT: &str = "flatten; memory_map; opt_clean";
+/// Of one module the transition: what is unknown, any value; clock enables and asynchronous resets, choices.
+pub(crate) const TRANSITION: &str = "setundef -undriven -anyseq; async2sync; dffunmap; write_smt2";
+
 /// A netlist as Yosys writes it.
-pub(super) struct Netlist {
+pub(crate) struct Netlist {
     /// The definitions.
     pub(super) text: String,
     /// The module.
     pub(super) name: String,
+    /// Whether anything is clocked.
+    pub(super) is_clocked: bool,
     /// Nets with their widths.
     nets: BTreeMap<String, u32>,
     /// Those that are registers.
     registers: Vec<String>,
-    library: Rc<Library>,
+    /// Where it can be written again, cut.
+    library: Option<Rc<Library>>,
+    links: Links,
+}
+
+/// What the nets of a netlist are of a block.
+#[derive(Default)]
+pub(crate) struct Links {
+    /// The nets of ports of other names, behind the names of ours.
+    pub(crate) ports: Vec<(String, String)>,
+    /// The nets of registers of other names, behind the names of ours.
+    pub(crate) registers: Vec<(String, String)>,
+    /// Inputs that stay.
+    pub(crate) constants: Vec<(String, u64)>,
+    /// The reset, and whether it is active when it is high.
+    pub(crate) reset: Option<(String, bool)>,
+    /// The net of what is said to hold in every state.
+    pub(crate) invariant: Option<String>,
 }
 
 impl Netlist {
@@ -53,40 +77,86 @@ impl Netlist {
     /// The same netlist in which these nets may be anything.
     pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, ProofError> {
         let nets: Vec<_> = nets.iter().filter_map(|(name, _)| self.net(name)).map(|(net, _)| net).collect();
-        Self::written(Rc::clone(&self.library), &self.name, &nets)
+        let library = self.library.as_ref().map(Rc::clone).expect("nets of a block's own netlist");
+        Self::written(library, &self.name, &nets)
+    }
+
+    /// The netlist of somebody else's block, of this text by Yosys.
+    pub(crate) fn foreign(text: String, name: &str, is_clocked: bool, links: Links) -> Self {
+        let (nets, registers) = listed(&text);
+        Self { text, name: name.to_string(), is_clocked, nets, registers, library: None, links }
     }
 
     fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
         let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
         let cuts: String = cuts.iter().map(|net| format!("cutpoint w:{net}; ")).collect();
-        // Tables become choices; what is unknown, any value; a clock enable, a choice.
-        let script = format!(
-            "read_verilog block.v; prep -top {name}; flatten; memory_map; opt_clean; {cuts}setundef -undriven -anyseq; \
-             dffunmap; write_smt2 -wires -stbv block.smt2"
-        );
+        let script =
+            format!("read_verilog block.v; prep -top {name}; {FLAT}; {cuts}{TRANSITION} -wires -stbv block.smt2");
         cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
         let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
         let (nets, registers) = listed(&text);
-        Ok(Self { text, name: name.to_string(), nets, registers, library })
+        let is_clocked = nets.contains_key("clk");
+        let links = Links { reset: is_clocked.then(|| ("rst".to_string(), true)), ..Links::default() };
+        Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, library: Some(library), links })
+    }
+
+    /// The nets of a port: of somebody else's block, there may be several.
+    pub(super) fn port(&self, name: &str) -> Vec<(&str, u32)> {
+        let linked: Vec<_> = self.linked(&self.links.ports, name).collect();
+        if linked.is_empty() && !self.is_foreign() { self.net(name).into_iter().collect() } else { linked }
+    }
+
+    /// The net of a register.
+    pub(crate) fn register(&self, name: &str) -> Option<(&str, u32)> {
+        let linked = self.linked(&self.links.registers, name).next();
+        linked.or_else(|| self.linked(&self.links.ports, name).next()).or_else(|| self.net(name))
+    }
+
+    fn linked<'n>(&'n self, links: &'n [(String, String)], name: &str) -> impl Iterator<Item = (&'n str, u32)> {
+        let nets = links.iter().filter(move |(ours, _)| ours == name);
+        nets.filter_map(|(_, net)| self.net(net))
+    }
+
+    /// The names of its registers, as its designer knows them.
+    pub(crate) fn registers(&self) -> Vec<&str> {
+        self.registers.iter().map(|net| plain(net)).filter(|name| !name.starts_with('$')).collect()
+    }
+
+    /// The reset, if there is one, and its bit when it is active.
+    pub(super) fn reset(&self) -> Option<(String, bool)> {
+        self.links.reset.clone()
+    }
+
+    /// Whether it is of somebody else's block.
+    pub(super) fn is_foreign(&self) -> bool {
+        self.library.is_none()
+    }
+
+    /// What is taken of the inputs in a state: what stays, and whether the reset is active.
+    pub(super) fn inputs(&self, state: &str, resets: bool) -> String {
+        let Links { constants, reset, .. } = &self.links;
+        let reset = reset.iter().map(|(net, is_high)| (net, u64::from(resets == *is_high)));
+        let constants = constants.iter().map(|(net, bits)| (net, *bits));
+        let held = constants.chain(reset).filter_map(|(net, bits)| {
+            let (net, width) = self.net(net)?;
+            Some(format!("(assert (= {} #b{bits:0width$b}))\n", self.bits(net, state), width = width as usize))
+        });
+        held.collect()
+    }
+
+    /// What is said to hold in a state, if anything is.
+    pub(super) fn invariant(&self, state: &str) -> Option<String> {
+        self.links.invariant.as_ref().map(|net| format!("(|{}_n {net}| {state})", self.name))
     }
 
     /// The net of a variable or an output of this name, with its width: GHDL calls a variable's register `n` with a
     /// number, and the name.
-    pub(super) fn net(&self, name: &str) -> Option<(&str, u32)> {
-        let is = |net: &str| {
-            let rest = net.strip_suffix(name).and_then(|rest| rest.strip_suffix('_'));
-            let number = rest.and_then(|rest| rest.strip_prefix('n'));
-            net == name || number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
-        };
+    pub(crate) fn net(&self, name: &str) -> Option<(&str, u32)> {
+        let is = |net: &str| plain(net).eq_ignore_ascii_case(name) || net == name;
         let found: Vec<_> = self.nets.iter().filter(|(net, _)| is(net)).collect();
         let register = found.iter().find(|(net, _)| self.registers.contains(net));
         let &(net, width) = register.or(found.first())?;
         Some((net, *width))
-    }
-
-    /// Whether anything is clocked.
-    pub(super) fn is_clocked(&self) -> bool {
-        self.nets.contains_key("clk")
     }
 
     /// The bits of a net in a state.
@@ -94,6 +164,15 @@ impl Netlist {
         let value = format!("(|{}_n {net}| {state})", self.name);
         // Yosys takes a single bit for a truth.
         if self.nets.get(net) == Some(&1) { format!("(ite {value} #b1 #b0)") } else { value }
+    }
+}
+
+/// The name of a net without what GHDL puts before the name of a variable: `n`, a number and `_`.
+fn plain(net: &str) -> &str {
+    let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    match numbered.and_then(|rest| rest.strip_prefix('_')) {
+        Some(name) if net.as_bytes()[1].is_ascii_digit() => name,
+        _ => net,
     }
 }
 

@@ -12,7 +12,7 @@ use crate::around::{Around, Row};
 use crate::vector::{Column, hex};
 
 /// A question.
-pub(super) struct Query {
+pub(crate) struct Query {
     /// The edge, the reset or the net that it asks about.
     pub(super) about: String,
     /// The premises, in SMT-LIB.
@@ -21,10 +21,14 @@ pub(super) struct Query {
     pub(super) differs: String,
     /// The words that a counterexample shows.
     pub(super) values: Vec<Asked>,
+    /// The row of the next of them.
+    row: usize,
 }
 
 /// A word of a counterexample: its names in the query.
 pub(super) struct Asked {
+    /// Its row, from 0.
+    row: usize,
     role: &'static str,
     name: String,
     format: Format,
@@ -37,10 +41,10 @@ pub(super) struct Asked {
 type Whole<'r> = BTreeMap<&'static str, Vec<(usize, &'r Register)>>;
 
 /// A net of the VHDL, and the bits of the number that it is, with its sign.
-pub(super) type Net = (String, u32);
+pub(crate) type Net = (String, u32);
 
 /// A block with its netlist, about which questions are made.
-pub(super) struct Edge<'e> {
+pub(crate) struct Edge<'e> {
     block: &'e dyn AnyStep,
     netlist: &'e Netlist,
     registers: &'e [Register],
@@ -56,7 +60,7 @@ struct Posed {
 }
 
 impl<'e> Edge<'e> {
-    pub(super) fn new(block: &'e dyn AnyStep, netlist: &'e Netlist, registers: &'e [Register]) -> Self {
+    pub(crate) fn new(block: &'e dyn AnyStep, netlist: &'e Netlist, registers: &'e [Register]) -> Self {
         let mut whole = Whole::new();
         for (place, register) in registers.iter().enumerate() {
             whole.entry(register.name).or_default().push((place, register));
@@ -66,16 +70,15 @@ impl<'e> Edge<'e> {
     }
 
     /// A question in a state `s` that goes over into `n`, with the reset there or not.
-    fn begun(&self, netlist: &Netlist, reset: bool) -> Query {
-        let Netlist { text, name, .. } = netlist;
-        let mut given = "(set-option :produce-models true)\n(set-logic QF_BV)\n".to_string();
-        let _ = writeln!(given, "{text}\n(declare-const s |{name}_s|)\n(assert (|{name}_u| s))");
-        if netlist.is_clocked() {
-            let bit = if reset { "#b1" } else { "#b0" };
-            let _ = writeln!(given, "(declare-const n |{name}_s|)\n(assert (|{name}_t| s n))");
-            let _ = writeln!(given, "(assert (= {} {bit}))", netlist.bits("rst", "s"));
+    fn begun(&self, netlist: &Netlist, resets: bool) -> Query {
+        let mut query = Query::new(netlist);
+        query.state(netlist, "s", resets);
+        if netlist.is_clocked {
+            // An asynchronous reset would change what follows.
+            query.state(netlist, "n", false);
+            query.follows(netlist, "s", "n");
         }
-        Query { about: String::new(), given, differs: String::new(), values: Vec::new() }
+        query
     }
 
     /// A question about what the block makes of the state and the inputs; these nets stand for themselves.
@@ -90,15 +93,15 @@ impl<'e> Edge<'e> {
         };
         let mut query = self.begun(netlist, false);
         let mut inputs = Vec::new();
-        for Signal { name, format, .. } in block.inputs() {
-            let bits = netlist.net(name).map(|_| netlist.bits(name, "s"));
-            inputs.push(query.gives("input", name, format, bits));
+        for input in block.inputs() {
+            inputs.push(query.takes(netlist, &input, "s"));
         }
+        query.given += &netlist.invariant("s").map_or_else(String::new, |holds| format!("(assert {holds})\n"));
         let mut before = Vec::new();
         for register in registers {
             let Register { name, low, format, .. } = *register;
             let high = low + format.width() - 1;
-            let bits = match netlist.net(name) {
+            let bits = match netlist.register(name) {
                 Some((net, width)) if high >= width => {
                     return Err(ProofError::Netlist(format!("the VHDL's `{net}` has {width} bits, ours {}", high + 1)));
                 }
@@ -109,14 +112,11 @@ impl<'e> Edge<'e> {
         }
         for (name, parts) in whole {
             // What its bits are in every state that there is; of several parts, bits that are none of ours are any.
-            if let (Some((net, width)), &[(place, register)]) = (netlist.net(name), &parts[..]) {
+            if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..]) {
                 let held = filled(register, &before[place].1, width);
                 let _ = writeln!(query.given, "(assert (= {} {held}))", netlist.bits(net, "s"));
             }
         }
-        let terms = |all: &[(Format, String)]| -> Vec<_> {
-            all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
-        };
         let mut itself = HashMap::new();
         for (name, own) in cuts {
             let Some((net, width)) = netlist.net(name) else { continue };
@@ -162,36 +162,119 @@ impl<'e> Edge<'e> {
     }
 
     /// The question about outputs, and about registers after an edge.
-    pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
+    pub(crate) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
         let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
-        for (Signal { name, format, .. }, ours) in self.block.outputs().into_iter().zip(shown) {
-            query.compares("output", name, format, &self.netlist.bits(name, "s"), &ours.bits(format.width()));
+        for (output, ours) in self.block.outputs().iter().zip(shown) {
+            if self.netlist.port(output.name).is_empty() && !self.netlist.is_foreign() {
+                return Err(ProofError::Netlist(format!("the VHDL has no output `{}`", output.name)));
+            }
+            query.shows(self.netlist, output, "s", ours);
         }
         let next = |place: usize| Some(next[place].bits(self.registers[place].format.width()));
-        self.compares_registers(&mut query, "next", next);
-        query.about = if self.netlist.is_clocked() { "an edge" } else { "its inputs" }.to_string();
+        if self.netlist.is_clocked {
+            self.compares_registers(&mut query, "next", "n", next);
+        }
+        query.about = if self.netlist.is_clocked { "an edge" } else { "its inputs" }.to_string();
         Ok(query)
     }
 
-    /// The question about the registers after a reset, where anything is clocked.
-    pub(super) fn reset(&self) -> Option<Query> {
-        if !self.netlist.is_clocked() {
+    /// The question about the registers after a reset, or after power-up where there is none, if anything is clocked.
+    pub(crate) fn reset(&self) -> Option<Query> {
+        let netlist = self.netlist;
+        if !netlist.is_clocked {
             return None;
         }
-        let mut query = self.begun(self.netlist, true);
-        self.compares_registers(&mut query, "after reset", |place| {
-            let Register { format, reset, .. } = self.registers[place];
-            reset.map(|word| format!("#b{:0width$b}", format.bits(word), width = format.width() as usize))
+        let (mut query, role, after) = match netlist.reset() {
+            Some(_) => (self.begun(netlist, true), "after reset", "n"),
+            None => (Query::new(netlist), "after power-up", "s"),
+        };
+        if after == "s" {
+            query.state(netlist, "s", false);
+            let _ = writeln!(query.given, "(assert (|{}_i| s))", netlist.name);
+        }
+        self.compares_registers(&mut query, role, after, |place| {
+            let Register { name, low, format, reset } = self.registers[place];
+            // What a reset leaves as it was, it leaves so on both sides.
+            let kept = || {
+                let (net, _) = netlist.register(name)?;
+                Some(format!("((_ extract {} {low}) {})", low + format.width() - 1, netlist.bits(net, "s")))
+            };
+            reset.map(|word| literal(format, word)).or_else(kept)
         });
-        query.about = "the reset".to_string();
+        query.about = if after == "n" { "the reset" } else { "power-up" }.to_string();
         Some(query)
     }
 
-    /// Compares the registers after an edge with these words, where there are any.
-    fn compares_registers(&self, query: &mut Query, role: &'static str, ours: impl Fn(usize) -> Option<String>) {
+    /// The question about so many rows, each of which theirs answers some edges later: from a reset, or power-up where
+    /// there is none, or from any state of theirs where the block has no registers.
+    pub(crate) fn trace(&self, rows: usize, latency: usize, begins: bool) -> Query {
+        let Self { block, netlist, registers, .. } = *self;
+        let mut query = Query::new(netlist);
+        let resets = begins && netlist.reset().is_some();
+        let first = usize::from(resets);
+        let named = |state: usize| format!("s{state}");
+        for state in 0..first + rows + latency {
+            query.state(netlist, &named(state), resets && state == 0);
+            if state > 0 && netlist.is_clocked {
+                query.follows(netlist, &named(state - 1), &named(state));
+            }
+        }
+        if begins && !resets {
+            let _ = writeln!(query.given, "(assert (|{}_i| s0))", netlist.name);
+        }
+        let mut before = Vec::new();
+        for (place, Register { format, reset, .. }) in registers.iter().enumerate() {
+            let bits = reset.map(|word| literal(*format, word));
+            before.push(query.defines(&format!("|register {place}|"), *format, bits));
+        }
+        let mut inputs = Vec::new();
+        for row in 0..rows {
+            query.row = row;
+            let mut taken = Vec::new();
+            for input in block.inputs() {
+                taken.push(query.takes(netlist, &input, &named(first + row)));
+            }
+            inputs.push(taken);
+        }
+        let Defined { built, lines, .. } = Term::defined(HashMap::new(), || {
+            let mut words = terms(&before);
+            let mut shown = Vec::new();
+            for inputs in &inputs {
+                let (next, answers) = block.terms(&words, &terms(inputs));
+                words = next;
+                shown.push(answers);
+            }
+            shown
+        });
+        lines.iter().for_each(|line| query.given += &format!("{line}\n"));
+        for (row, shown) in built.into_iter().enumerate() {
+            query.row = row;
+            for (output, ours) in block.outputs().iter().zip(shown) {
+                query.shows(netlist, output, &named(first + row + latency), ours);
+            }
+        }
+        query.about = match (netlist.is_clocked, begins) {
+            (false, _) => "its inputs".to_string(),
+            (true, false) => format!("{} from any state", edges(latency)),
+            (true, true) => format!("{} from {}", edges(rows), if resets { "the reset" } else { "power-up" }),
+        };
+        query
+    }
+
+    /// Compares the registers in a state with these words, where there are any.
+    fn compares_registers(
+        &self,
+        query: &mut Query,
+        role: &'static str,
+        state: &str,
+        ours: impl Fn(usize) -> Option<String>,
+    ) {
+        if let Some(holds) = self.netlist.invariant(state) {
+            query.compares(role, "invariant", Format::BIT, &format!("(ite {holds} #b1 #b0)"), "#b1");
+        }
         for (name, parts) in &self.whole {
-            let Some((net, width)) = self.netlist.net(name) else { continue };
-            let after = self.netlist.bits(net, "n");
+            let Some((net, width)) = self.netlist.register(name) else { continue };
+            let after = self.netlist.bits(net, state);
             for &(place, register) in parts {
                 let Register { low, format, .. } = *register;
                 let vhdl = format!("((_ extract {} {low}) {after})", low + format.width() - 1);
@@ -209,28 +292,83 @@ impl<'e> Edge<'e> {
 }
 
 impl Query {
-    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a
-    /// register that synthesis leaves out, whose word must not matter.
-    fn gives(&mut self, role: &'static str, name: &str, format: Format, bits: Option<String>) -> (Format, String) {
-        let (named, width) = (format!("|{role} {name}|"), format.width());
+    fn new(Netlist { text, .. }: &Netlist) -> Self {
+        let given = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}\n");
+        Self { about: String::new(), given, differs: String::new(), values: Vec::new(), row: 0 }
+    }
+
+    /// A state, in which the reset is active or not.
+    fn state(&mut self, netlist: &Netlist, state: &str, resets: bool) {
+        let name = &netlist.name;
+        let _ = writeln!(self.given, "(declare-const {state} |{name}_s|)\n(assert (|{name}_u| {state}))");
+        self.given += &netlist.inputs(state, resets);
+    }
+
+    /// One state follows upon another.
+    fn follows(&mut self, netlist: &Netlist, state: &str, next: &str) {
+        let _ = writeln!(self.given, "(assert (|{}_t| {state} {next}))", netlist.name);
+    }
+
+    /// Takes an input of ours from the nets that it is.
+    fn takes(&mut self, netlist: &Netlist, &Signal { name, format, .. }: &Signal, state: &str) -> (Format, String) {
+        let nets: Vec<_> = netlist.port(name);
+        let low =
+            |&(net, _): &(&str, u32)| format!("((_ extract {} 0) {})", format.width() - 1, netlist.bits(net, state));
+        let taken = self.gives("input", name, format, nets.first().map(low));
+        for (net, width) in nets {
+            let _ =
+                writeln!(self.given, "(assert (= {} {}))", netlist.bits(net, state), extended(&taken.1, format, width));
+        }
+        taken
+    }
+
+    /// Compares an output in a state with what the block shows.
+    fn shows(&mut self, netlist: &Netlist, &Signal { name, format, .. }: &Signal, state: &str, ours: Term) {
+        for (net, width) in netlist.port(name) {
+            let (bits, ours) = (netlist.bits(net, state), ours.bits(format.width()));
+            let low = format!("((_ extract {} 0) {bits})", format.width() - 1);
+            self.compares("output", name, format, &low, &ours);
+            let _ = write!(self.differs, " (distinct {bits} {})", extended(&ours, format, width));
+        }
+    }
+
+    /// Gives a word a name, or lets it be any.
+    fn defines(&mut self, named: &str, format: Format, bits: Option<String>) -> (Format, String) {
+        let width = format.width();
         let line = match bits {
             Some(bits) => format!("(define-fun {named} () (_ BitVec {width}) {bits})"),
             None => format!("(declare-const {named} (_ BitVec {width}))"),
         };
         let _ = writeln!(self.given, "{line}");
-        self.values.push(Asked { role, name: name.to_string(), format, vhdl: named.clone(), ours: None });
-        (format, named)
+        (format, named.to_string())
+    }
+
+    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a
+    /// register that synthesis leaves out, whose word must not matter.
+    fn gives(&mut self, role: &'static str, name: &str, format: Format, bits: Option<String>) -> (Format, String) {
+        let given = self.defines(&self.named(role, name), format, bits);
+        let (row, vhdl) = (self.row, given.1.clone());
+        self.values.push(Asked { row, role, name: name.to_string(), format, vhdl, ours: None });
+        given
+    }
+
+    /// What a word of the row is called.
+    fn named(&self, role: &str, name: &str) -> String {
+        match self.row {
+            0 => format!("|{role} {name}|"),
+            row => format!("|{role} {name} {row}|"),
+        }
     }
 
     /// Asks whether a word of the VHDL differs from ours.
     fn compares(&mut self, role: &'static str, name: &str, format: Format, vhdl: &str, ours: &str) {
-        let names = ["vhdl", "ours"].map(|side| format!("|{side} {role} {name}|"));
-        for (named, bits) in names.iter().zip([vhdl, ours]) {
-            let _ = writeln!(self.given, "(define-fun {named} () (_ BitVec {}) {bits})", format.width());
-        }
-        let [vhdl, ours] = names;
+        let mut named = |side: &str, bits: &str| {
+            let named = self.named(&format!("{side} {role}"), name);
+            self.defines(&named, format, Some(bits.to_string())).1
+        };
+        let (vhdl, ours) = (named("vhdl", vhdl), named("ours", ours));
         let _ = write!(self.differs, " (distinct {vhdl} {ours})");
-        self.values.push(Asked { role, name: name.to_string(), format, vhdl, ours: Some(ours) });
+        self.values.push(Asked { row: self.row, role, name: name.to_string(), format, vhdl, ours: Some(ours) });
     }
 
     /// The names to be told by a solver that has found a counterexample.
@@ -238,7 +376,7 @@ impl Query {
         self.values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten()
     }
 
-    /// The counterexample as a row, from what a solver tells of each name: inputs and registers before the edge, then
+    /// The counterexample as rows, from what a solver tells of each name: inputs and registers before the edge, then
     /// what both sides make of them.
     pub(super) fn read(&self, block: &'static str, model: &HashMap<String, u128>) -> Around {
         let column = |asked: &Asked| {
@@ -250,16 +388,43 @@ impl Query {
         };
         let word =
             |name: &str, format: Format| hex(format, format.from_bits(model.get(name).copied().unwrap_or(0) as u64));
-        let columns: Vec<_> = self.values.iter().map(column).collect();
-        let ours = |asked: &Asked| word(asked.ours.as_ref().unwrap_or(&asked.vhdl), asked.format);
-        let expected = self.values.iter().map(ours).collect();
-        let answers = self.values.iter().filter(|asked| asked.ours.is_some());
-        let got: Vec<_> = answers.map(|asked| word(&asked.vhdl, asked.format)).collect();
-        let inputs = columns.len() - got.len();
+        let of_row = |row: usize| {
+            let (given, told): (Vec<_>, Vec<_>) =
+                self.values.iter().filter(|asked| asked.row == row).partition(|asked| asked.ours.is_none());
+            (given, told)
+        };
+        let (given, told) = of_row(0);
+        let columns: Vec<_> = given.iter().chain(&told).map(|asked| column(asked)).collect();
+        let row = |number: usize| {
+            let (given, told) = of_row(number - 1);
+            let ours = |asked: &&Asked| word(asked.ours.as_ref().unwrap_or(&asked.vhdl), asked.format);
+            let expected = given.iter().chain(&told).map(ours).collect();
+            let got = told.iter().map(|asked| word(&asked.vhdl, asked.format)).collect();
+            Row { number: number as u64, expected, got }
+        };
+        let mut rows: Vec<_> =
+            (1..=self.values.iter().map(|asked| asked.row + 1).max().unwrap_or(0)).map(row).collect();
+        // After the first difference, others say nothing.
+        let is_difference = |row: &Row| row.expected[given.len()..] != row.got[..];
+        rows.truncate(rows.iter().position(is_difference).map_or(rows.len(), |row| row + 1));
         let clock = Clock::new(100_000_000).expect("a clock");
-        let rows = vec![Row { number: 1, expected, got }];
-        Around { name: block, beside: "vhdl", counted: "edge", columns, inputs, clock, rows }
+        Around { name: block, beside: "vhdl", counted: "edge", columns, inputs: given.len(), clock, rows }
     }
+}
+
+/// A number of edges.
+fn edges(count: usize) -> String {
+    format!("{count} edge{}", if count == 1 { "" } else { "s" })
+}
+
+/// Words as terms.
+fn terms(all: &[(Format, String)]) -> Vec<Term> {
+    all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
+}
+
+/// A word as SMT-LIB writes it.
+fn literal(format: Format, word: i64) -> String {
+    format!("#b{:0width$b}", format.bits(word), width = format.width() as usize)
 }
 
 /// All bits of a VHDL register that one of ours stands in: zeros below, above its sign.

@@ -1,0 +1,65 @@
+//! A design as a transition in SMT-LIB, for proofs.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use hpu_cosim::scene::Dut;
+
+use super::build::{write, write_files};
+use super::{DutError, Simulators};
+use crate::formal::{FLAT, TRANSITION};
+use crate::temporary::Temporary;
+use crate::tool::Tool;
+
+/// A design as Yosys writes it.
+pub(crate) struct Transition {
+    /// The definitions in SMT-LIB.
+    pub(crate) text: String,
+    /// The module.
+    pub(crate) top: String,
+    /// The nets at whose edges something is clocked; twice, where at both.
+    pub(crate) clocks: Vec<String>,
+}
+
+/// The net that is 1 where all invariants hold.
+pub(crate) const INVARIANT: &str = "hpu_invariant";
+
+impl Simulators {
+    /// A design's transition, with a net of what is said to hold in every state, in Verilog, if anything is.
+    pub(crate) fn transition(&self, dut: &Dut, invariants: &[String]) -> Result<Transition, DutError> {
+        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let folder = folder.path();
+        let read = |name: &str| {
+            let path = folder.join(name);
+            fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))
+        };
+        write_files(dut, folder)?;
+        let (mut source, top) = self.read_by_yosys(dut, folder)?;
+        if !invariants.is_empty() {
+            let script = format!("{source}prep -top {top}; {FLAT}; write_verilog flat.v");
+            self.told(dut, folder, Tool::Yosys, "flatten a design", &["-q", "-p", &script])?;
+            let verilog = read("flat.v")?;
+            let all: Vec<_> = invariants.iter().map(|holds| format!("({holds})")).collect();
+            let net = format!("(* keep *) wire {INVARIANT} = {};\nendmodule", all.join(" && "));
+            // One module, whose end is the last.
+            let (head, _) = verilog.rsplit_once("endmodule").unwrap_or((&verilog, ""));
+            write(folder, "flat.v", format!("{head}{net}\n").as_bytes())?;
+            source = "read_verilog -noautowire flat.v; ".to_string();
+        }
+        let script = format!(
+            "{source}prep -top {top}; {FLAT}; select -write clocks.txt t:$*ff* %ci1:+[CLK] w:* %i; \
+             {TRANSITION} -wires -stbv block.smt2"
+        );
+        self.told(dut, folder, Tool::Yosys, "write a design as a transition", &["-q", "-p", &script])?;
+        let text = read("block.smt2")?;
+        let written = read("clocks.txt")?;
+        let nets: BTreeSet<_> = written.lines().filter_map(|line| Some(line.split_once('/')?.1.to_string())).collect();
+        let mut clocks: Vec<_> = nets.into_iter().collect();
+        for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-clock ")) {
+            if let [net, _, _] = line.split(' ').collect::<Vec<_>>()[..] {
+                clocks.push(net.to_string());
+            }
+        }
+        Ok(Transition { text, top, clocks })
+    }
+}

@@ -1,0 +1,163 @@
+//! A block of somebody else's proved equal to one of ours, for all inputs and states.
+//!
+//! Against a block without registers nothing need be known of theirs: from any state, what it answers so many clocks
+//! later is asked for. Against one with registers it has to be said which of theirs they are: that this holds after the
+//! reset, and after an edge where it holds before it, is part of what is shown. What is not proved so is followed some
+//! edges from the reset, for a difference that there is.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use hpu_datapath::{AnyStep, Register, variants};
+
+use super::wires::{What, Wire};
+use super::{Connected, Entity, EntityError, Labelled, refused};
+use crate::dut::{INVARIANT, Simulators, Transition};
+use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, ProofError, Verdict, decided};
+
+/// Edges from the reset in which a difference is looked for, in turn.
+const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
+
+impl Entity {
+    /// Proves theirs equal to a configuration of ours, each question within this time.
+    ///
+    /// # Errors
+    ///
+    /// When the ports, generics or registers do not fit, the design does not compile, or a tool is missing.
+    pub fn prove(
+        &self,
+        (_, block): &Labelled,
+        simulators: &Simulators,
+        limit: Duration,
+    ) -> Result<Verdict, ProofError> {
+        let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
+        let dut = self.dut(&**block);
+        let Connected { wires, has_clock, .. } = self.connected(&**block, &dut, simulators)?;
+        self.shift(&**block, has_clock)?;
+        let latency = match (block.clocked(), usize::try_from(self.latency)) {
+            (false, Ok(latency)) => latency,
+            (true, Ok(0)) if has_clock => 0,
+            _ => {
+                return Ok(Verdict::Open(format!(
+                    "its answers come {} clocks later: only of a block without registers is that proved",
+                    self.latency
+                )));
+            }
+        };
+        let Transition { text, top, clocks } = simulators.transition(&dut, &self.invariants)?;
+        if let Some(other) = clocks.iter().find(|net| !net.eq_ignore_ascii_case(&dut.clocks[0].port)) {
+            return Ok(Verdict::Open(format!("something is clocked by `{other}`: a proof takes one clock")));
+        }
+        if clocks.len() > 1 {
+            return Ok(Verdict::Open(format!("both edges of `{}` clock something: a proof takes one", clocks[0])));
+        }
+        let registers = AnyStep::registers(equations);
+        let netlist = Netlist::foreign(text, &top, has_clock, self.links(equations, &registers, &wires));
+        self.known(&netlist, &registers)?;
+        let edge = Edge::new(equations, &netlist, &registers);
+        let mut solvers = Vec::new();
+        let questions = if registers.is_empty() {
+            vec![edge.trace(1, latency, false)]
+        } else {
+            [edge.edge(&[])?].into_iter().chain(edge.reset()).collect()
+        };
+        let name = equations.name();
+        let mut open = None;
+        for query in questions {
+            open = decided(name, &query, limit, &mut solvers)?;
+            if open.is_some() {
+                break;
+            }
+        }
+        let Some(open) = open else { return Ok(Verdict::Proved(solvers)) };
+        if !has_clock {
+            return Ok(open);
+        }
+        for rows in EDGES {
+            if let Some(found @ Verdict::Refuted(..)) =
+                decided(name, &edge.trace(rows, latency, true), limit, &mut solvers)?
+            {
+                return Ok(found);
+            }
+        }
+        Ok(Verdict::Open(match open {
+            Verdict::Refuted(about, around) => {
+                let mut why = format!("by {about}, from a state that it need not come to:\n");
+                around.lines(1).iter().for_each(|line| why += &format!("    {line}\n"));
+                why + &self.unknown(&netlist, &registers)
+            }
+            Verdict::Open(why) => why,
+            Verdict::Proved(_) => unreachable!("it is open"),
+        }))
+    }
+
+    /// What the ports of theirs are of ours.
+    fn links(&self, equations: &dyn AnyStep, registers: &[Register], wires: &[Wire]) -> Links {
+        let mut links = Links { registers: self.of_state(registers), ..Links::default() };
+        let (inputs, outputs) = (equations.inputs(), equations.outputs());
+        for Wire { port, what } in wires {
+            let net = port.name.clone();
+            match *what {
+                What::Input(index) => links.ports.push((inputs[index].name.to_string(), net)),
+                What::Output(index) => links.ports.push((outputs[index].name.to_string(), net)),
+                What::Constant(word) => links.constants.push((net, port.format.bits(word))),
+                What::Reset { active_low } => links.reset = Some((net, !active_low)),
+                What::Open => {}
+            }
+        }
+        links.invariant = (!self.invariants.is_empty()).then(|| INVARIANT.to_string());
+        links
+    }
+
+    /// The nets that stand for registers of ours, behind their names.
+    fn of_state(&self, registers: &[Register]) -> Vec<(String, String)> {
+        let own = |name: &str| {
+            let found = registers.iter().find(|register| register.name.eq_ignore_ascii_case(name));
+            found.map_or(name, |register| register.name).to_string()
+        };
+        self.state.iter().map(|(theirs, ours)| (own(ours), theirs.clone())).collect()
+    }
+
+    /// Refuses names of registers that there are not.
+    fn known(&self, netlist: &Netlist, registers: &[Register]) -> Result<(), EntityError> {
+        // A configuration need not have all registers of the block.
+        let mut all = registers.to_vec();
+        for (_, block) in variants().into_iter().filter(|(_, block)| block.name() == self.block) {
+            all.extend(block.equations().map(AnyStep::registers).unwrap_or_default());
+        }
+        for (ours, theirs) in self.of_state(&all) {
+            if !all.iter().any(|register| register.name == ours) {
+                let names = named(all.iter().map(|register| register.name));
+                return refused(format!("{} has no register `{ours}`; {names}", self.block));
+            }
+            if netlist.net(&theirs).is_none() {
+                let names = named(netlist.registers());
+                return refused(format!("`{}` has no register or signal `{theirs}`; {names}", self.top));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is not said of the states.
+    fn unknown(&self, netlist: &Netlist, registers: &[Register]) -> String {
+        let ours = registers.iter().filter(|register| netlist.register(register.name).is_none());
+        let ours = named(ours.map(|register| register.name));
+        let known: Vec<_> = registers.iter().filter_map(|register| netlist.register(register.name)).collect();
+        let theirs = netlist.registers().into_iter().filter(|name| {
+            let net = netlist.net(name);
+            !known.iter().any(|known| net == Some(*known))
+        });
+        let theirs = named(theirs);
+        format!(
+            "  registers of {} that --state names none for: {ours}; of `{}`, that it does not name: {theirs}; --invariant \
+             says what holds of them",
+            self.block, self.top
+        )
+    }
+}
+
+/// Names after each other, each once.
+fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+    let names: Vec<_> = names.into_iter().collect::<BTreeSet<_>>().into_iter().collect();
+    if names.is_empty() { "none".to_string() } else { names.join(", ") }
+}
