@@ -2,8 +2,8 @@
 """Mutants of the VHDL: one error each, seeded over all files, held against the emulator.
 
 Of a block that is proved (`hpu check --formal`), a mutant is refuted, or proved to be equivalent in every listed
-configuration; of the others, and where no solver decides, `hpu check` on vectors kills it or it survives. Mutants that
-GHDL refuses are drawn again.
+configuration; of the others, and where no solver decides, `hpu check` on vectors kills it or it survives. Of
+these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
 
 Usage: testbench/mutants.py [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
 Exit codes: 0 every mutant is killed or proved equivalent, 1 some survive, 2 wrong usage, 3 a tool is missing.
@@ -47,6 +47,25 @@ OPERATORS = [
     ("reset", r"rst = '1'", "rst = '0'"),
     ("enable", r"countdown = 0", "countdown /= 0"),
 ]
+
+# Survivors that are equivalent, by their file and what they put, and why.
+EQUIVALENT = {
+    ("energy_bounding", "null;"): "the energy to come is set before it is read, in the sample edge or as the root comes",
+    ("input_shaper", "COEF_INT     => 30,"): "the coefficients' signs fill more bits: the same numbers",
+    ("passivity_controller", ":= maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), 32) + 2;"): "one more bit of sign",
+    ("passivity_controller", "for i in TORQUE_WIDTH to WIDE_WIDTH - 3 loop"): "what is topped is a demand and a correction, far below these bits",
+    ("passivity_controller_loop", "LIMIT     => 2**PWM_WIDTH + 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
+    ("passivity_controller_loop", "LIMIT     => 3**PWM_WIDTH - 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
+    ("phantom_engine", ":= maximum(A_WIDTH + B_WIDTH, 32 + TRIG_FRAC + POSITION_FRAC) + 3;"): "one more bit of sign",
+    ("phantom_loop", "valid1  => valid2,"): "the three sources are valid at the same edges",
+    ("sampled_wall_loop", "SCALE_FRAC      => PWM_WIDTH,"): "the law does not read the scale",
+    ("trig_interpolated", "rise      := to_unsigned(RISES(index), TRIG_FRAC - 1) * place(REST_WIDTH - 1 downto 0) + HALF;"):
+        "of four steps or more, no rise is half a unit",
+    ("trig_interpolated", "sum := term + sum;"): "a sum",
+    ("virtual_coupling_loop", "LIMIT     => 3**PWM_WIDTH - 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
+    ("virtual_coupling_loop", "LIMIT     => 2**PWM_WIDTH + 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
+    ("virtual_coupling_loop", "penetration => stiffness,"): "the law does not read the penetration",
+}
 
 
 def body(text):
@@ -107,12 +126,16 @@ def formal(hpu, folder, block, variants):
 
 def vectors(hpu, folder, block):
     """Whether the vectors of a block's configurations tell a difference; None where GHDL refuses the VHDL."""
-    done = run([hpu, "check", block, "--hdl", folder, "-j", "1", "--rows", "500", "--tool-timeout", "60"])
-    said = done.stdout + done.stderr
-    # Words of other widths do not fit together.
-    if "ghdl could not analyse" in said or "error during elaboration" in said or done.returncode == 4:
-        return None
-    return done.returncode == 1
+    # Most fall to few rows.
+    for rows in ("500", "2000"):
+        done = run([hpu, "check", block, "--hdl", folder, "-j", "1", "--rows", rows, "--tool-timeout", "60"])
+        said = done.stdout + done.stderr
+        # Words of other widths do not fit together.
+        if "ghdl could not analyse" in said or "error during elaboration" in said or done.returncode == 4:
+            return None
+        if done.returncode == 1:
+            return True
+    return False
 
 
 def judged(hpu, block, text, proved):
@@ -189,6 +212,8 @@ def main():
             before = text[text.rfind("\n", 0, begin) + 1 : text.find("\n", begin)].strip()
             at = mutant.rfind("\n", 0, begin) + 1
             after = mutant[at : mutant.find("\n", begin)].strip()
+            if verdict == "survives" and (block, after) in EQUIVALENT:
+                verdict = "judged"
             rows.append((block, line, kind, verdict, before, after))
         live = [row[5] for row in rows if row[3] == "survives"]
         print(f"{block}: {len(rows)} mutants, {len(live)} live {live}", file=sys.stderr, flush=True)
@@ -197,17 +222,19 @@ def main():
     with ThreadPoolExecutor(options.jobs) as pool:
         rows = [row for part in pool.map(of_block, blocks) for row in part]
 
-    verdicts = ("refuted", "equivalent", "killed", "survives")
+    verdicts = ("refuted", "equivalent", "killed", "judged", "survives")
     count = {verdict: sum(row[3] == verdict for row in rows) for verdict in verdicts}
     only = f" --only {options.only}" if options.only else ""
     text = f"# testbench/mutants.py --count {options.count} --seed {options.seed}{only}\n"
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
     text += f"# {len(rows)} mutants of {len(blocks)} files: {counts}\n"
-    text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors\n"
+    text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors; judged: equivalent, by reason\n"
     for block, line, kind, verdict, before, after in rows:
         text += f"{block}.vhd:{line:<5} {kind:<10} {verdict:<10}\n"
-        if verdict in ("survives", "equivalent"):
+        if verdict in ("survives", "equivalent", "judged"):
             text += f"    - {before}\n    + {after}\n"
+        if verdict == "judged":
+            text += f"    {EQUIVALENT[block, after]}\n"
     print(text, end="")
     if options.update:
         RECORD.write_text(text)

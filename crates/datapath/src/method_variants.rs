@@ -64,7 +64,57 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         ));
     }
     all.extend(stabilised()?);
+    all.extend(distinct_loops()?);
     Ok(all)
+}
+
+/// Loops in which no two generics have the same value: one that takes another's place is seen.
+fn distinct_loops() -> Result<Variants, ConfigError> {
+    let format = |int, frac| Format::new(false, int, frac).expect("a constant");
+    let widths = LawWidths {
+        width: 9,
+        stiffness: format(5, 3),
+        damping: format(5, 5),
+        period_width: 12,
+        scale: format(3, 4),
+        torque_width: 11,
+    };
+    let pwm = PwmConfig { width: 11, ..PwmConfig::default() };
+    let bare = MethodLoopConfig { pwm, shaping: None };
+    let wall = SampledWallConfig {
+        widths,
+        estimator: Estimator::Filtered,
+        ratio: 2,
+        shift: 1,
+        window: 13,
+        noise: 14,
+        velocity_frac: 6,
+        relief: 15,
+        ..SampledWallConfig::default()
+    };
+    let coupling = CouplingConfig { widths, extension_frac: 6, gain_frac: 13, share: 4928, free: 2048, held: 832 };
+    let control = PassivityConfig { widths, exact: true, energy_width: 21, credit: 4000 };
+    let bounding = BoundingConfig {
+        widths,
+        c1: 91,
+        c2: 80,
+        bound_frac: 2,
+        bound_width: 7,
+        energy_width: 22,
+        root_width: 40,
+        ..BoundingConfig::default()
+    };
+    let spring = SpringConfig { widths, extension_frac: 14, alpha: 300, revive: true };
+    let foaw = SampledWallConfig { estimator: Estimator::Foaw, window: 6, noise: 2, ratio: 1, ..wall };
+    let shaped = MethodLoopConfig { shaping: Some(shaping(16)), ..bare };
+    Ok(vec![
+        ("distinct", Box::new(MethodLoop::new(SampledWall::new(wall)?, shaped)?)),
+        ("distinct_foaw", Box::new(MethodLoop::new(SampledWall::new(foaw)?, bare)?)),
+        ("distinct", Box::new(MethodLoop::new(VirtualCoupling::new(coupling)?, bare)?)),
+        ("distinct", Box::new(MethodLoop::new(PassivityController::new(control)?, bare)?)),
+        ("distinct", Box::new(MethodLoop::new(EnergyBounding::new(bounding)?, bare)?)),
+        ("distinct", Box::new(MethodLoop::new(PassiveSpring::new(spring)?, bare)?)),
+    ])
 }
 
 /// The laws that stabilise, in widths so short that a period may be longer than their latency.
