@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Mutants of the VHDL: one error each, seeded over all files, held against the emulator.
+"""Mutants of the VHDL: one error each, seeded over all files, held against the emulator; with --rust, of the emulator.
 
 Of a block that is proved (`hpu check --formal`), a mutant is refuted, or proved to be equivalent in every listed
 configuration; of the others, and where no solver decides, `hpu check` on vectors kills it or it survives. Of
 these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
 
-Usage: testbench/mutants.py [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
+With --rust, the errors are in the equations of blocks (functions over any `Word`) in crates/datapath, which are held
+against the VHDL as it is. One of each file is built at a time.
+
+Usage: testbench/mutants.py [--rust] [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
 Exit codes: 0 every mutant is killed or proved equivalent, 1 some survive, 2 wrong usage, 3 a tool is missing.
 """
 
@@ -23,7 +26,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 HDL = ROOT / "hdl"
-RECORD = ROOT / "testbench" / "record" / "mutants.txt"
+RECORDS = ROOT / "testbench" / "record"
+DATAPATH = "crates/datapath/src"
 
 # What is exchanged, and what it is called. Each match is a place.
 OPERATORS = [
@@ -48,19 +52,46 @@ OPERATORS = [
     ("enable", r"countdown = 0", "countdown /= 0"),
 ]
 
+# The same of equations in Rust.
+EQUATIONS = [
+    ("operator", r" \+ ", " - "),
+    ("operator", r" - ", " + "),
+    ("operator", r" \* ", " + "),
+    ("operator", r" & ", " | "),
+    ("operator", r" \| ", " & "),
+    ("relation", r"\.at_least\(", ".above("),
+    ("relation", r"\.above\(", ".at_least("),
+    ("relation", r"\.equals\(", ".at_least("),
+    ("relation", r"\.greater\(", ".lesser("),
+    ("relation", r"\.lesser\(", ".greater("),
+    ("sign", r"(?<=[( ])-(?=[a-zA-Z(])", ""),
+    ("sign", r"(?<=[( ])!(?=[a-z(])", ""),
+    ("constant", r"W::int\(0\)", "W::int(1)"),
+    ("constant", r"W::int\(1\)", "W::int(2)"),
+    ("shift", r"\.shl\(", ".shr("),
+    ("shift", r"\.shr\(", ".shl("),
+]
+# Files of equations that blocks share, and the block by which their mutants are judged.
+SHARED = {"step": "zero_order_hold", "history": "window_difference", "words": "phantom_torque", "phase": "trig_cordic"}
+
 # Survivors that are equivalent, by their file and what they put, and why.
 EQUIVALENT = {
-    ("energy_bounding", "null;"): "the energy to come is set before it is read, in the sample edge or as the root comes",
+    ("cube_room", "let beyond = self.position.width() - 1;"): "a hint of a proof: where it may begin anew",
+    ("energy_bounding", "null;"): "the energy to come is set before it is read",
     ("input_shaper", "COEF_INT     => 30,"): "the coefficients' signs fill more bits: the same numbers",
-    ("passivity_controller", ":= maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), 32) + 2;"): "one more bit of sign",
-    ("passivity_controller", "for i in TORQUE_WIDTH to WIDE_WIDTH - 3 loop"): "what is topped is a demand and a correction, far below these bits",
+    ("passivity_controller", ":= maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), 32) + 2;"):
+        "one more bit of sign",
+    ("passivity_controller", "for i in TORQUE_WIDTH to WIDE_WIDTH - 3 loop"):
+        "what is topped is a demand and a correction, far below these bits",
     ("passivity_controller_loop", "LIMIT     => 2**PWM_WIDTH + 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
     ("passivity_controller_loop", "LIMIT     => 3**PWM_WIDTH - 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
     ("phantom_engine", ":= maximum(A_WIDTH + B_WIDTH, 32 + TRIG_FRAC + POSITION_FRAC) + 3;"): "one more bit of sign",
     ("phantom_loop", "valid1  => valid2,"): "the three sources are valid at the same edges",
     ("sampled_wall_loop", "SCALE_FRAC      => PWM_WIDTH,"): "the law does not read the scale",
-    ("trig_interpolated", "rise      := to_unsigned(RISES(index), TRIG_FRAC - 1) * place(REST_WIDTH - 1 downto 0) + HALF;"):
-        "of four steps or more, no rise is half a unit",
+    (
+        "trig_interpolated",
+        "rise      := to_unsigned(RISES(index), TRIG_FRAC - 1) * place(REST_WIDTH - 1 downto 0) + HALF;",
+    ): "of four steps or more, no rise is half a unit",
     ("trig_interpolated", "sum := term + sum;"): "a sum",
     ("virtual_coupling_loop", "LIMIT     => 3**PWM_WIDTH - 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
     ("virtual_coupling_loop", "LIMIT     => 2**PWM_WIDTH + 1"): "the law's torque is never above 2**PWM_WIDTH - 1",
@@ -119,6 +150,9 @@ def formal(hpu, folder, block, variants):
     done = run([hpu, "check", "--formal", block, *chosen, "--hdl", folder, "--json", "-j", "1", "--tool-timeout", "10"])
     if done.returncode == 3:
         sys.exit(done.stderr)
+    # An equation that computes what no word holds ends the program.
+    if "panicked at" in done.stderr:
+        return ["panics"]
     if done.returncode == 4:
         return ["refused" if "ghdl" in done.stderr.lower() else "open"]
     return [row["verdict"] for row in json.loads(done.stdout)["rows"]]
@@ -130,6 +164,8 @@ def vectors(hpu, folder, block):
     for rows in ("500", "2000"):
         done = run([hpu, "check", block, "--hdl", folder, "-j", "1", "--rows", rows, "--tool-timeout", "60"])
         said = done.stdout + done.stderr
+        if "panicked at" in said:
+            return True
         # Words of other widths do not fit together.
         if "ghdl could not analyse" in said or "error during elaboration" in said or done.returncode == 4:
             return None
@@ -138,8 +174,28 @@ def vectors(hpu, folder, block):
     return False
 
 
+def told(hpu, folder, block, proved):
+    """What becomes of a mutant: by the solvers where the block is proved in these configurations, else by vectors."""
+    # Of a block whose default no solver decides, vectors are sooner asked.
+    if "default" in proved:
+        first = formal(hpu, folder, block, ["default"])
+        if first == ["refused"]:
+            return "refused"
+        if first == ["panics"]:
+            return "killed"
+        if "refuted" in first:
+            return "refuted"
+        verdicts = formal(hpu, folder, block, proved) if first == ["proved"] else first
+        if "refuted" in verdicts:
+            return "refuted"
+        if set(verdicts) == {"proved"}:
+            return "equivalent"
+    killed = vectors(hpu, folder, block)
+    return "refused" if killed is None else "killed" if killed else "survives"
+
+
 def judged(hpu, block, text, proved):
-    """What becomes of a mutant."""
+    """What becomes of a mutant of a block's VHDL."""
     with tempfile.TemporaryDirectory() as folder:
         for file in HDL.glob("*.vhd"):
             if file.stem != block:
@@ -148,48 +204,97 @@ def judged(hpu, block, text, proved):
         is_leaf = "entity work." not in text
         if is_leaf and run(["ghdl", "-s", "--std=08", str(Path(folder) / f"{block}.vhd")]).returncode != 0:
             return "refused"
-        # Of a block whose default no solver decides, vectors are sooner asked.
-        if "default" in proved:
-            first = formal(hpu, folder, block, ["default"])
-            if first == ["refused"]:
-                return "refused"
-            if "refuted" in first:
-                return "refuted"
-            verdicts = formal(hpu, folder, block, proved) if first == ["proved"] else first
-            if "refuted" in verdicts:
-                return "refuted"
-            if set(verdicts) == {"proved"}:
-                return "equivalent"
-        killed = vectors(hpu, folder, block)
-        return "refused" if killed is None else "killed" if killed else "survives"
+        return told(hpu, folder, block, proved)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=320)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--update", action="store_true")
-    options = parser.parse_args()
-    for tool in ("ghdl", "yosys", "z3", "yices-smt2"):
-        if shutil.which(tool) is None:
-            print(f"error: {tool} is missing", file=sys.stderr)
-            sys.exit(3)
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
-    hpu = str(target / "release" / "hpu")
+def row_of(block, kind, verdict, text, mutant, begin):
+    """A row of the record: the line as it was, and as it is."""
+    before = text[text.rfind("\n", 0, begin) + 1 : text.find("\n", begin)].strip()
+    at = mutant.rfind("\n", 0, begin) + 1
+    after = mutant[at : mutant.find("\n", begin)].strip()
+    if verdict == "survives" and (block, after) in EQUIVALENT:
+        verdict = "judged"
+    return block, text.count("\n", 0, begin) + 1, kind, verdict, before, after
 
-    blocks = sorted(file.stem for file in HDL.glob("*.vhd"))
+
+def equations(text):
+    """Every place to change in the functions of a file that are over any word, as (kind, begin, end, replacement)."""
+    found = []
+    for head in re.finditer(r"\bfn \w+<[^(]*W: Word(?:(?!;\n).)*?\{\n", text, re.S):
+        depth, end = 1, head.end()
+        while depth:
+            depth += {"{": 1, "}": -1}.get(text[end], 0)
+            end += 1
+        for kind, pattern, put in EQUATIONS:
+            for match in re.finditer(pattern, text[head.end() : end]):
+                line = text[text.rfind("\n", 0, head.end() + match.start()) + 1 :].split("\n", 1)[0]
+                if "//" not in line and "expect(" not in line:
+                    found.append((kind, head.end() + match.start(), head.end() + match.end(), put))
+    return sorted(set(found), key=lambda place: place[1:])
+
+
+def of_equations(options, proved):
+    """Rows of mutants of equations. The tree is copied, and one mutant of each file is built at a time."""
+    files = {file.stem: file for file in sorted((ROOT / DATAPATH).rglob("*.rs")) if "W: Word" in file.read_text()}
+    files = {stem: file for stem, file in files.items() if stem in proved or stem in SHARED}
     if options.only:
-        blocks = [block for block in blocks if block in options.only.split(",")]
-    # What the VHDL as it is is proved to be: configurations by block.
-    told = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "4"]).stdout)
-    proved = {block: [] for block in blocks}
-    for row in told["rows"]:
-        if row["verdict"] == "proved":
-            proved[row["block"]].append(row["variant"])
+        files = {stem: file for stem, file in files.items() if stem in options.only.split(",")}
+    texts = {stem: file.read_text() for stem, file in files.items()}
+    drawn = {stem: equations(text) for stem, text in texts.items()}
+    files = {stem: file for stem, file in files.items() if drawn[stem]}
+    for stem, found in drawn.items():
+        random.Random(f"{options.seed} {stem}").shuffle(found)
+    each = -(-options.count // len(files))
+    rows = {stem: [] for stem in files}
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "mutants"
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target), "CARGO_PROFILE_DEV_OPT_LEVEL": "0"}
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "tree"
+        tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        for name in tracked.splitlines():
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, tree / name)
+        build = ["cargo", "build", "--locked", "--quiet", "-p", "hpu", "--message-format", "short"]
+        own = [stem for stem in files if stem not in SHARED]
+        # What blocks share is built alone.
+        for turn in [own] * each + [[stem] for stem in files if stem in SHARED for _ in range(2)]:
+            sown = {stem: drawn[stem].pop() for stem in turn if drawn[stem]}
+            while sown:
+                for stem, file in files.items():
+                    _, begin, end, new = sown.get(stem, (None, 0, 0, ""))
+                    content = texts[stem][:begin] + new + texts[stem][end:]
+                    place = tree / file.relative_to(ROOT)
+                    if place.read_text() != content:
+                        place.write_text(content)
+                done = subprocess.run(build, cwd=tree, env=environment, capture_output=True, text=True, check=False)
+                refused = {Path(name).stem for name in re.findall(r"^(\S+\.rs):\d+:\d+: error", done.stderr, re.M)}
+                if done.returncode == 0:
+                    break
+                if not refused & set(sown):
+                    sys.exit(done.stderr)
+                for stem in refused & set(sown):
+                    if drawn[stem]:
+                        sown[stem] = drawn[stem].pop()
+                    else:
+                        del sown[stem]
 
+            def verdict(stem):
+                kind, begin, end, new = sown[stem]
+                block = SHARED.get(stem, stem)
+                found = told(str(target / "debug" / "hpu"), str(HDL), block, proved[block])
+                mutant = texts[stem][:begin] + new + texts[stem][end:]
+                rows[stem].append(row_of(stem, kind, found, texts[stem], mutant, begin))
+                if found in ("survives", "refused"):
+                    print(rows[stem][-1], file=sys.stderr, flush=True)
+
+            with ThreadPoolExecutor(options.jobs) as pool:
+                list(pool.map(verdict, sown))
+            print(f"{sum(map(len, rows.values()))} mutants", file=sys.stderr, flush=True)
+    return [row for found in rows.values() for row in found]
+
+
+def of_vhdl(options, hpu, blocks, proved):
+    """Rows of mutants of VHDL."""
     texts = {block: (HDL / f"{block}.vhd").read_text() for block in blocks}
     # Of each file the same ones, whichever others are asked for.
     drawn = {}
@@ -206,38 +311,61 @@ def main():
             text = texts[block]
             mutant = text[:begin] + new + text[end:]
             verdict = judged(hpu, block, mutant, proved[block])
-            if verdict == "refused":
-                continue
-            line = text.count("\n", 0, begin) + 1
-            before = text[text.rfind("\n", 0, begin) + 1 : text.find("\n", begin)].strip()
-            at = mutant.rfind("\n", 0, begin) + 1
-            after = mutant[at : mutant.find("\n", begin)].strip()
-            if verdict == "survives" and (block, after) in EQUIVALENT:
-                verdict = "judged"
-            rows.append((block, line, kind, verdict, before, after))
+            if verdict != "refused":
+                rows.append(row_of(block, kind, verdict, text, mutant, begin))
         live = [row[5] for row in rows if row[3] == "survives"]
         print(f"{block}: {len(rows)} mutants, {len(live)} live {live}", file=sys.stderr, flush=True)
         return rows
 
     with ThreadPoolExecutor(options.jobs) as pool:
-        rows = [row for part in pool.map(of_block, blocks) for row in part]
+        return [row for part in pool.map(of_block, blocks) for row in part]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rust", action="store_true")
+    parser.add_argument("--count", type=int, default=320)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--update", action="store_true")
+    options = parser.parse_args()
+    for tool in ("ghdl", "yosys", "z3", "yices-smt2"):
+        if shutil.which(tool) is None:
+            print(f"error: {tool} is missing", file=sys.stderr)
+            sys.exit(3)
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
+    hpu = str(target / "release" / "hpu")
+
+    blocks = sorted(file.stem for file in HDL.glob("*.vhd"))
+    if options.only and not options.rust:
+        blocks = [block for block in blocks if block in options.only.split(",")]
+    # What the VHDL as it is is proved to be: configurations by block.
+    answers = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "4"]).stdout)
+    proved = {block: [] for block in blocks}
+    for row in answers["rows"]:
+        if row["verdict"] == "proved":
+            proved[row["block"]].append(row["variant"])
+    rows = of_equations(options, proved) if options.rust else of_vhdl(options, hpu, blocks, proved)
 
     verdicts = ("refuted", "equivalent", "killed", "judged", "survives")
     count = {verdict: sum(row[3] == verdict for row in rows) for verdict in verdicts}
     only = f" --only {options.only}" if options.only else ""
-    text = f"# testbench/mutants.py --count {options.count} --seed {options.seed}{only}\n"
+    rust, end = (" --rust", "rs") if options.rust else ("", "vhd")
+    text = f"# testbench/mutants.py{rust} --count {options.count} --seed {options.seed}{only}\n"
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
-    text += f"# {len(rows)} mutants of {len(blocks)} files: {counts}\n"
-    text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors; judged: equivalent, by reason\n"
+    text += f"# {len(rows)} mutants of {len({row[0] for row in rows})} files: {counts}\n"
+    text += "# refuted: by a solver; equivalent: proved in every configuration; killed: by vectors; judged: see the reason\n"
     for block, line, kind, verdict, before, after in rows:
-        text += f"{block}.vhd:{line:<5} {kind:<10} {verdict:<10}\n"
+        text += f"{block}.{end}:{line:<5} {kind:<10} {verdict:<10}\n"
         if verdict in ("survives", "equivalent", "judged"):
             text += f"    - {before}\n    + {after}\n"
         if verdict == "judged":
             text += f"    {EQUIVALENT[block, after]}\n"
     print(text, end="")
     if options.update:
-        RECORD.write_text(text)
+        (RECORDS / ("mutants-rust.txt" if options.rust else "mutants.txt")).write_text(text)
     sys.exit(1 if count["survives"] else 0)
 
 

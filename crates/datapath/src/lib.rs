@@ -81,7 +81,7 @@ pub use sampled_wall::{SampledWall, SampledWallConfig};
 pub use saturator::Saturator;
 pub use sequential_divider::{DividerConfig, SequentialDivider};
 pub use square_root::SquareRoot;
-pub use step::{AnyStep, Combinational, Register, Step};
+pub use step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
 pub use synchronizer::Synchronizer;
 pub use torque_sum::TorqueSum;
 pub use truncating_multiplier::TruncatingMultiplier;

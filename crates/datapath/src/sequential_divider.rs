@@ -14,11 +14,12 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the quotient at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Term, Word};
 
 use crate::computation::Computation;
 use crate::config::within;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::step::{equal, loads_first};
+use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the divider.
@@ -154,6 +155,65 @@ impl Step for SequentialDivider {
         let idles = || [remaining, bits, divisor, rest, quotient, busy, zero];
         let next = W::branch(start.is_set(), starts, || W::branch(remaining.is_set(), divides, idles));
         (next.to_vec(), Out { quotient, busy, ready })
+    }
+
+    /// That these equations divide. After `k` bits of a dividend `N`, `bits` are those of `N` that are to come, then the
+    /// quotient `Q` so far; `Q * divisor + rest` are the bits of `N` that were taken, and `rest < divisor`. A product
+    /// `P = Q * divisor` goes over into `2 P`, or that and a divisor, as `Q` goes over into `2 Q` or `2 Q + 1`: so no
+    /// solver need multiply. Of a divisor 0, all bits of the quotient are set.
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        let DividerConfig { num_width, den_width, out_width, .. } = self.config;
+        let steps = self.config.steps();
+        let (bit, den, quotient) = (Format::BIT, Format::unsigned(den_width), Format::unsigned(out_width));
+        let whole = Format::unsigned(steps);
+        let divides = |k: u32| Lemma {
+            any: vec![whole, Format::unsigned(k.max(1)), den, Format::unsigned(den_width + 1), whole, quotient, bit],
+            follows: Box::new(move |any| {
+                let [n, so_far, divisor, rest, product, shown, ready] = *any else { unreachable!("seven words") };
+                let (zero, one) = (Term::int(0), Term::int(1));
+                let to_come = |taken: u32| if taken < steps { n.wrap(Format::unsigned(steps - taken)) } else { zero };
+                let so_far = if k == 0 { zero } else { so_far };
+                let bits = to_come(k).shl(k) + so_far;
+                let is_zero = divisor.equals(zero);
+                let given = is_zero | divisor.above(rest) & (product + rest).equals(n.shr(steps - k));
+                let input = In { start: zero, num: zero, den: zero };
+                let state = [Term::int((steps - k).into()), bits, divisor, rest, shown, one, ready];
+                let (next, _) = self.step(&state, input);
+                let [left, bits, same, rest, made, busy, ready] = next[..] else { unreachable!("seven registers") };
+                let digit = bits.wrap(Format::BIT);
+                let so_far = so_far.shl(1) + digit;
+                let product = product.shl(1) + Term::select(digit.is_set(), divisor, zero);
+                let is_last = k + 1 == steps;
+                let outputs = if is_last {
+                    made.equals(so_far.lesser(Term::int((1 << out_width) - 1))) & busy.equals(zero) & ready.equals(one)
+                } else {
+                    made.equals(shown) & busy.equals(one) & ready.equals(zero)
+                };
+                let divided = divisor.above(rest) & (product + rest).equals(n.shr(steps - k - 1));
+                let follows = left.equals(Term::int((steps - k - 1).into()))
+                    & bits.equals(to_come(k + 1).shl(k + 1) + so_far)
+                    & same.equals(divisor)
+                    & (is_zero & digit.is_set() | !is_zero & divided)
+                    & outputs;
+                (given, follows)
+            }),
+        };
+        let begins = Lemma {
+            any: vec![Format::unsigned(num_width), den],
+            follows: Box::new(move |any| {
+                let [num, divisor] = *any else { unreachable!("two words") };
+                let (zero, one) = (Term::int(0), Term::int(1));
+                let state = [zero; 7];
+                let (next, _) = self.step(&state, In { start: one, num, den: divisor });
+                let expected = [Term::int(steps.into()), num.shl(self.config.frac), divisor, zero, zero, one, zero];
+                (zero.equals(zero), equal(&next, &expected))
+            }),
+        };
+        let kept = [whole, den, Format::unsigned(den_width + 1)];
+        (0..steps)
+            .map(divides)
+            .chain([begins, loads_first(self, kept, In { start: bit, num: Format::unsigned(num_width), den })])
+            .collect()
     }
 }
 

@@ -11,11 +11,12 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the root at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Signal, Word};
+use hpu_signal::{Format, Narrowed, Signal, Term, Word};
 
 use crate::computation::Computation;
 use crate::config::within;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::step::{equal, loads_first};
+use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the square root.
@@ -112,6 +113,52 @@ impl Step for SquareRoot {
         let idles = || [remaining, bits, partial, rest, root, busy, zero];
         let next = W::branch(start.is_set(), starts, || W::branch(remaining.is_set(), extracts, idles));
         (next.to_vec(), Out { root, busy, ready })
+    }
+
+    /// That these equations take the root. After `k` digits of the root of `X`, `partial^2 + rest` are the `2 k` bits of
+    /// `X` that were taken, and `rest <= 2 partial`. A square goes over into four of it, or that and `4 partial + 1`, as
+    /// `partial` goes over into `2 partial` or `2 partial + 1`: so no solver need multiply.
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        let (width, steps) = (self.word.width(), self.word.width() / 2);
+        let (bit, half) = (Format::BIT, Format::unsigned(steps));
+        let extracts = |k: u32| Lemma {
+            any: vec![self.word, Format::unsigned(k.max(1)), Format::unsigned(steps + 2), self.word, half, bit],
+            follows: Box::new(move |any| {
+                let [x, so_far, rest, square, shown, ready] = *any else { unreachable!("six words") };
+                let (zero, one) = (Term::int(0), Term::int(1));
+                let to_come =
+                    |taken: u32| if taken < steps { x.wrap(Format::unsigned(width - 2 * taken)) } else { zero };
+                let so_far = if k == 0 { zero } else { so_far };
+                let given = so_far.shl(1).at_least(rest) & (square + rest).equals(x.shr(width - 2 * k));
+                let state = [Term::int((steps - k).into()), to_come(k).shl(2 * k), so_far, rest, shown, one, ready];
+                let (next, _) = self.step(&state, In { start: zero, x: zero });
+                let [left, bits, partial, rest, made, busy, ready] = next[..] else { unreachable!("seven registers") };
+                let digit = partial.wrap(Format::BIT);
+                let square = square.shl(2) + Term::select(digit.is_set(), so_far.shl(2) + one, zero);
+                let outputs = if k + 1 == steps {
+                    made.equals(partial) & busy.equals(zero) & ready.equals(one)
+                } else {
+                    made.equals(shown) & busy.equals(one) & ready.equals(zero)
+                };
+                let follows = left.equals(Term::int((steps - k - 1).into()))
+                    & bits.equals(to_come(k + 1).shl(2 * k + 2))
+                    & partial.equals(so_far.shl(1) + digit)
+                    & partial.shl(1).at_least(rest)
+                    & (square + rest).equals(x.shr(width - 2 * k - 2))
+                    & outputs;
+                (given, follows)
+            }),
+        };
+        let begins = Lemma {
+            any: vec![self.word],
+            follows: Box::new(move |any| {
+                let (zero, one) = (Term::int(0), Term::int(1));
+                let (next, _) = self.step(&[zero; 7], In { start: one, x: any[0] });
+                (zero.equals(zero), equal(&next, &[Term::int(steps.into()), any[0], zero, zero, zero, one, zero]))
+            }),
+        };
+        let kept = [self.word, half, Format::unsigned(steps + 2)];
+        (0..steps).map(extracts).chain([begins, loads_first(self, kept, In { start: bit, x: self.word })]).collect()
     }
 }
 

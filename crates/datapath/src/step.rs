@@ -48,6 +48,11 @@ pub trait Step: Block {
     /// The registers after an edge without a reset, and the outputs that these registers and inputs show before it.
     fn step<W: Word>(&self, registers: &[W], input: Self::In<W>) -> (Vec<W>, Self::Out<W>);
 
+    /// What is claimed of these equations beside each single edge, as steps of an induction; nothing of most blocks.
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        Vec::new()
+    }
+
     /// Whether 64 bits suffice for all that is computed on the way, whatever the registers and inputs.
     fn fits_64(&self) -> bool {
         let registers: Vec<_> = self.registers().iter().map(|register| Reach::of(register.format)).collect();
@@ -66,12 +71,25 @@ impl<C: Combinational> Step for C {
     }
 }
 
+/// That something follows from something, for any words of these formats.
+pub struct Lemma<'s> {
+    /// The formats of the words.
+    pub any: Vec<Format>,
+    /// Of the words, what is given, and what follows.
+    pub follows: Box<dyn Fn(&[Term]) -> (Holds, Holds) + 's>,
+}
+
+/// Whether something holds, as a term.
+pub type Holds = <Term as Word>::Bit;
+
 /// [`Step`] with the types erased.
 pub trait AnyStep: AnyBlock {
     /// See [`Step::registers`].
     fn registers(&self) -> Vec<Register>;
     /// The registers after an edge and the outputs before it, as words of the machine.
     fn words(&self, registers: &[i64], input: &[i64]) -> (Vec<i64>, Vec<i64>);
+    /// See [`Step::lemmas`].
+    fn lemmas(&self) -> Vec<Lemma<'_>>;
     /// The same as terms.
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>);
 }
@@ -79,6 +97,9 @@ pub trait AnyStep: AnyBlock {
 impl<S: Step> AnyStep for S {
     fn registers(&self) -> Vec<Register> {
         Step::registers(self)
+    }
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        Step::lemmas(self)
     }
     fn words(&self, registers: &[i64], input: &[i64]) -> (Vec<i64>, Vec<i64>) {
         let formats = Step::registers(self).into_iter().map(|register| register.format);
@@ -123,3 +144,28 @@ macro_rules! in_machine {
     };
 }
 pub(crate) use in_machine;
+
+/// That all of these are equal in pairs.
+pub(crate) fn equal(these: &[Term], those: &[Term]) -> Holds {
+    let pairs = these.iter().zip(those).map(|(one, other)| one.equals(*other));
+    pairs.reduce(|all, pair| all & pair).expect("words")
+}
+
+/// Of a block that computes while the first of its registers is not 0: that at rest, the three registers after it show
+/// nowhere, and that an edge that starts loads them. So it is no matter that a reset leaves them as they were.
+pub(crate) fn loads_first<'s, S: Step>(block: &'s S, kept: [Format; 3], input: S::In<Format>) -> Lemma<'s> {
+    let inputs = flatten(&input);
+    let others: Vec<_> = Step::registers(block)[4..].iter().map(|register| register.format).collect();
+    let any = [&kept[..], &kept, &others, &inputs].concat();
+    let follows = move |any: &[Term]| {
+        let (zero, count) = (Term::int(0), others.len());
+        let (input, rest) = (&any[6 + count..], &any[6..6 + count]);
+        let after = |kept: &[Term]| stepped(block, &[&[zero], kept, rest].concat(), input);
+        let ((one, shown), (other, shown_too)) = (after(&any[..3]), after(&any[3..6]));
+        let starts = input[0].is_set();
+        let loaded = equal(&one[1..4], &other[1..4]);
+        let same = one[0].equals(other[0]) & equal(&one[4..], &other[4..]) & equal(&shown, &shown_too);
+        (zero.equals(zero), same & (loaded | !starts))
+    };
+    Lemma { any, follows: Box::new(follows) }
+}

@@ -134,7 +134,7 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
         is_shown = is_shown || is_so(edge.edge(&nets[first..])?)?;
     }
     let whole = if is_shown { None } else { Some(edge.edge(&[])?) };
-    for query in whole.into_iter().chain(edge.reset()) {
+    for query in whole.into_iter().chain(edge.reset()).chain(query::claims(equations)) {
         if let Some(other) = decided(equations.name(), &query, limit, &mut solvers)? {
             return Ok(other);
         }

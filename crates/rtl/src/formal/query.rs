@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 
-use hpu_datapath::{AnyStep, Register};
+use hpu_datapath::{AnyStep, Lemma, Register};
 use hpu_signal::{Clock, Defined, Format, Signal, Term};
 
 use super::ProofError;
@@ -194,9 +194,9 @@ impl<'e> Edge<'e> {
         }
         self.compares_registers(&mut query, role, after, |place| {
             let Register { name, low, format, reset } = self.registers[place];
-            // What a reset leaves as it was, it leaves so on both sides.
+            // What a reset leaves as it was, it leaves so on both sides, or a lemma shows that it does not matter.
             let kept = || {
-                let (net, _) = netlist.register(name)?;
+                let (net, _) = netlist.register(name).filter(|_| self.block.lemmas().is_empty())?;
                 Some(format!("((_ extract {} {low}) {})", low + format.width() - 1, netlist.bits(net, "s")))
             };
             reset.map(|word| literal(format, word)).or_else(kept)
@@ -293,7 +293,12 @@ impl<'e> Edge<'e> {
 
 impl Query {
     fn new(Netlist { text, .. }: &Netlist) -> Self {
-        let given = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}\n");
+        Self::of(format!("{text}\n"))
+    }
+
+    /// A question of this text.
+    fn of(text: String) -> Self {
+        let given = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}");
         Self { about: String::new(), given, differs: String::new(), values: Vec::new(), row: 0 }
     }
 
@@ -410,6 +415,22 @@ impl Query {
         let clock = Clock::new(100_000_000).expect("a clock");
         Around { name: block, beside: "vhdl", counted: "edge", columns, inputs: given.len(), clock, rows }
     }
+}
+
+/// The questions about the lemmas of a block's equations.
+pub(super) fn claims(block: &dyn AnyStep) -> Vec<Query> {
+    let claim = |Lemma { any, follows }: Lemma| {
+        let mut query = Query::of(String::new());
+        let named = any.iter().enumerate();
+        let words: Vec<_> = named.map(|(place, format)| query.defines(&format!("|{place}|"), *format, None)).collect();
+        let Defined { built: (given, follows), lines, .. } = Term::defined(HashMap::new(), || follows(&terms(&words)));
+        lines.iter().for_each(|line| query.given += &format!("{line}\n"));
+        let _ = writeln!(query.given, "(assert {})", given.name());
+        query.differs = format!(" (not {})", follows.name());
+        query.about = "what its equations compute".to_string();
+        query
+    };
+    block.lemmas().into_iter().map(claim).collect()
 }
 
 /// A number of edges.

@@ -38,7 +38,8 @@ pub(super) fn is_possible(query: &Query, limit: Duration) -> Result<bool, ProofE
 pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
     let Query { given, differs, .. } = query;
     let names: Vec<_> = query.names().collect();
-    raced(&format!("{given}(assert (or false{differs}))\n(check-sat)\n(get-value ({}))\n", names.join(" ")), limit)
+    let shown = if names.is_empty() { String::new() } else { format!("(get-value ({}))\n", names.join(" ")) };
+    raced(&format!("{given}(assert (or false{differs}))\n(check-sat)\n{shown}"), limit)
 }
 
 /// The first answer to a text; the other solvers are stopped.
