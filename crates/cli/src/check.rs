@@ -36,7 +36,7 @@ pub struct Args {
     pub variants: Vec<String>,
     /// Scene to run in VHDL, every net compared at every edge; may be repeated
     #[arg(long = "scene", value_name = "SCENE")]
-    scenes: Vec<String>,
+    pub scenes: Vec<String>,
     #[command(flatten)]
     pub set: scene::Set,
     /// Clock edges of each scene [default: 150000, or one and a half samples where a held position shows the wall only
@@ -53,10 +53,11 @@ pub struct Args {
     ///
     /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state
     /// and inputs of which an output or a register after the edge differs. A difference is shown as a row; a block that
-    /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. With --entity, a block of your own is
+    /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. With --scene, the blocks of a
+    /// scene are proved in its widths. With --entity, a block of your own is
     /// proved: against one without registers as it is, against one with registers by what --state and --invariant say.
     /// Exit code 1, then, too, where it is not proved.
-    #[arg(long, conflicts_with_all = ["scenes", "exhaustive", "junit"])]
+    #[arg(long, conflicts_with_all = ["exhaustive", "junit", "edges"])]
     formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
     #[arg(long)]

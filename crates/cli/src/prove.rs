@@ -5,7 +5,8 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_datapath::{AnyBlock, variants};
+use hpu_cosim::{Ready, Wired};
+use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::formal::{ProofError, Verdict, prove};
 use serde_json::{Value, json};
 
@@ -15,14 +16,15 @@ use crate::entity;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;
+use crate::scene::Loaded;
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
 
 /// How long a question may take a solver, unless tools are given another time.
 const QUESTION: Duration = Duration::from_secs(60);
 
-/// A configuration: the block or the entity, and its label.
-type Wanted = (String, String);
+/// A configuration: the block or the entity, its label, and its generics where it is none of the listed ones.
+type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
 /// A configuration, what came of it, and the seconds that it took.
 struct Row {
@@ -40,10 +42,35 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         (args.blocks.is_empty() || args.blocks.iter().any(|name| name == block.name()))
             && (args.variants.is_empty() || args.variants.contains(label))
     };
-    let wanted = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
-    let wanted: Vec<_> = wanted.map(|(label, block)| (block.name().to_string(), label)).collect();
-    let proved = |(name, label): &Wanted| prove(&*find(name, label).expect("it is wanted"), &setup, limit);
+    let listed = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
+    let listed = listed.map(|(label, block)| (block.name().to_string(), label, None));
+    let mut wanted: Vec<Wanted> =
+        if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
+    wanted.extend(of_scenes(args)?);
+    let proved = |(name, label, set): &Wanted| {
+        let block = match set {
+            Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
+            None => find(name, label).expect("it is wanted"),
+        };
+        prove(&*block, &setup, limit)
+    };
     tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved)
+}
+
+/// The blocks of scenes, in the widths that these have; of equal ones, the first.
+fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
+    let mut wanted: Vec<Wanted> = Vec::new();
+    for name in &args.scenes {
+        let loaded = Loaded::new(name, &args.set.set, None)?;
+        let ready = Ready::new(&loaded.scene).map_err(Failure::file)?;
+        for Instance { label, model, .. } in ready.wiring().instances() {
+            let (block, set) = (model.name().to_string(), Some(model.generics()));
+            if !wanted.iter().any(|(name, _, known)| *name == block && *known == set) {
+                wanted.push((block, format!("{} {label}", loaded.scene.name()), set));
+            }
+        }
+    }
+    Ok(wanted)
 }
 
 /// `hpu check --formal --entity`.
@@ -53,8 +80,8 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
     let configurations = || entity.configurations();
     let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);
-    let wanted: Vec<_> = labels.map(|label| (entity.top.clone(), label)).collect();
-    let proved = |(_, label): &Wanted| {
+    let wanted: Vec<_> = labels.map(|label| (entity.top.clone(), label, None)).collect();
+    let proved = |(_, label, _): &Wanted| {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
     };
@@ -95,7 +122,7 @@ fn tabled(
                         let start = Instant::now();
                         let found = proved(one);
                         let seconds = start.elapsed().as_secs_f64();
-                        let (block, variant) = one.clone();
+                        let (block, variant, _) = one.clone();
                         if send.send(Row { block, variant, found, seconds }).is_err() {
                             break;
                         }

@@ -76,8 +76,11 @@ pub struct Lemma<'s> {
     /// The formats of the words.
     pub any: Vec<Format>,
     /// Of the words, what is given, and what follows.
-    pub follows: Box<dyn Fn(&[Term]) -> (Holds, Holds) + 's>,
+    pub follows: Box<Follows<'s>>,
 }
+
+/// What is given of words, and what follows.
+type Follows<'s> = dyn Fn(&[Term]) -> (Holds, Holds) + 's;
 
 /// Whether something holds, as a term.
 pub type Holds = <Term as Word>::Bit;

@@ -113,6 +113,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "all blocks and closed loops take a minute or two",
         ),
     ),
+    ("hpu check --formal --scene hybrid-wall", Form::AsIs),
     (
         "hpu check --formal",
         short(
