@@ -51,7 +51,7 @@ pub struct Args {
     pub seed: u64,
     /// Prove the VHDL of the blocks, of all without names, equal to the emulator for all inputs and states
     ///
-    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state
+    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3, yices and bitwuzla, raced) look for a state
     /// and inputs of which an output or a register after the edge differs. A difference is shown as a row; a block that
     /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. With --scene, the blocks of a
     /// scene are proved in its widths. With --entity, a block of your own is

