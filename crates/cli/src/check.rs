@@ -51,10 +51,11 @@ pub struct Args {
     pub seed: u64,
     /// Prove the VHDL of the blocks, of all without names, equal to the emulator for all inputs and states
     ///
-    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3, yices and bitwuzla, raced) look for a state
-    /// and inputs of which an output or a register after the edge differs. A difference is shown as a row; a block that
-    /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. With --scene, the blocks of a
-    /// scene are proved in its widths. With --entity, a block of your own is
+    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3, yices and bitwuzla, raced) look for
+    /// a state and inputs of which an output or a register after the edge differs. A difference is shown as a row; a
+    /// block that they do not decide in 60 s a question (--tool-timeout) stays under vectors. A proof is remembered in
+    /// hpu/proofs of the user's cache, by the SHA-256 of the VHDL, the equations, the widths and the tools. With
+    /// --scene, the blocks of a scene are proved in its widths. With --entity, a block of your own is
     /// proved: against one without registers as it is, against one with registers by what --state and --invariant say.
     /// Exit code 1, then, too, where it is not proved.
     #[arg(long, conflicts_with_all = ["exhaustive", "junit", "edges"])]

@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
-use hpu_rtl::formal::{ProofError, Verdict, prove};
+use hpu_rtl::formal::{ProofError, Proofs, Verdict};
 use serde_json::{Value, json};
 
 use crate::block::find;
 use crate::check::Args;
+use crate::cost::cache_folder;
 use crate::entity;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -47,14 +48,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
+    let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
+    let proofs = Proofs::open(folder).map_err(failure)?;
     let proved = |(name, label, set): &Wanted| {
         let block = match set {
             Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
             None => find(name, label).expect("it is wanted"),
         };
-        prove(&*block, &setup, limit)
+        proofs.prove(&*block, &setup, limit)
     };
-    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved)
+    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || proofs.remembered())
 }
 
 /// The blocks of scenes, in the widths that these have; of equal ones, the first.
@@ -85,7 +88,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
     };
-    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved)
+    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved, || 0)
 }
 
 /// Proves configurations side by side, and shows the table as it grows.
@@ -95,6 +98,7 @@ fn tabled(
     limit: Duration,
     wanted: &[Wanted],
     proved: impl Fn(&Wanted) -> Result<Verdict, ProofError> + Sync,
+    remembered: impl Fn() -> u64,
 ) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     // A missing tool is told before anything is shown.
@@ -158,9 +162,13 @@ fn tabled(
     // What is asked of one block alone is asked whole.
     let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
     let total = format!(
-        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; {of}\n",
+        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; {of}{}\n",
         rows.len(),
         rows.len() - proved - refuted,
+        match remembered() {
+            0 => String::new(),
+            count => format!("; {count} remembered"),
+        },
     );
     text += &total;
     let json = json!({
@@ -168,6 +176,7 @@ fn tabled(
         "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
         "proved": proved,
         "refuted": refuted,
+        "remembered": remembered(),
         "rows": rows.iter().map(object).collect::<Vec<_>>(),
     });
     if let Some(mut folder) = folder {
@@ -182,14 +191,18 @@ fn tabled(
     }
     // A tool that failed is no verdict.
     if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
-        return match error {
-            ProofError::Tool(error) => Err(error.into()),
-            ProofError::Cost(error) => Err(error.into()),
-            ProofError::Netlist(why) => Err(Failure::file(why)),
-            ProofError::Entity(error) => Err(entity::failure(error)),
-        };
+        return Err(failure(error));
     }
     Ok(Exit::when(is_well))
+}
+
+fn failure(error: ProofError) -> Failure {
+    match error {
+        ProofError::Tool(error) => error.into(),
+        ProofError::Cost(error) => error.into(),
+        ProofError::Netlist(why) => Failure::file(why),
+        ProofError::Entity(error) => entity::failure(error),
+    }
 }
 
 /// A line, and of a refutation its words.

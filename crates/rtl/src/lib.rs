@@ -9,6 +9,7 @@ mod closed_loop;
 mod cost;
 pub mod dut;
 pub mod entity;
+mod entry;
 mod foreign;
 pub mod formal;
 mod generated;

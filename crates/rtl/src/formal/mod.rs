@@ -6,6 +6,7 @@
 //! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
 
+mod cache;
 mod netlist;
 mod query;
 mod solver;
@@ -25,6 +26,7 @@ use crate::tool::{Tool, ToolError};
 use query::Query;
 use solver::Answer;
 
+pub use cache::Proofs;
 pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
 pub(crate) use query::Edge;
 
