@@ -25,5 +25,6 @@ mod reproduce_words;
 mod rtl_motion;
 mod run;
 mod signals;
+mod snapshots;
 mod tools;
 mod widths;
