@@ -1,8 +1,7 @@
 //! What of a run has to be right, and how right: what models are compared by.
 
-use super::quantity as q;
+use super::keys;
 use super::section::Section;
-use super::section::Sense::Within;
 use super::source::SceneError;
 
 /// Something that a run tells, by which models are compared.
@@ -65,10 +64,10 @@ pub struct Accuracy {
     pub within: f64,
 }
 
-/// Reads `[accuracy]`; `all` are the outputs there are.
-pub(super) fn accuracy(s: &Section, all: &[Output]) -> Result<Accuracy, SceneError> {
-    s.accept(&["outputs", "within"])?;
-    let within = s.quantity("within", &q::RATIO, Within(1e-9, 1e3), Some(0.01))?;
+/// Reads `[accuracy]` of a kind of scene; `all` are the outputs there are.
+pub(super) fn accuracy(s: &Section, all: &[Output], scene: &str) -> Result<Accuracy, SceneError> {
+    s.accept(&[scene])?;
+    let within = s.read(&keys::accuracy_all::within)?;
     Ok(Accuracy { outputs: if s.has("outputs") { Some(outputs(s, all)?) } else { None }, within })
 }
 

@@ -3,10 +3,9 @@
 use hpu_datapath::Estimator;
 use hpu_signal::Format;
 
-use super::quantity as q;
-use super::read_device::Axis;
+use super::keys;
+use super::parameter::Origin;
 use super::section::Section;
-use super::section::Sense::{NotNegative, Positive, Within};
 use super::source::SceneError;
 use crate::law::{BoundingForm, Observer};
 
@@ -90,110 +89,83 @@ impl LawMethod {
     }
 }
 
-/// The keys of a law, beside those of every method.
-pub(super) fn keys(kind: &str) -> Option<&'static [&'static str]> {
-    match kind {
-        "sampled_wall" => Some(&[
-            "spring",
-            "estimator",
-            "velocity_every",
-            "filter_shift",
-            "window",
-            "noise",
-            "velocity_frac",
-            "negative_damping",
-        ]),
-        "virtual_coupling" => Some(&["coupling_stiffness", "coupling_damping", "rigid"]),
-        "passivity_controller" => Some(&["observer", "credit", "energy_bits"]),
-        "energy_bounding" => Some(&["form", "c1", "c2", "bound_format", "energy_bits"]),
-        "passive_spring" => Some(&["alpha", "beta", "revive", "extension_frac", "scale_format"]),
-        _ => None,
-    }
-}
-
 /// Reads the keys of a law; `None` for a kind that is none.
-pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMethod>, SceneError> {
-    let small = |key: &str, least: u64, most: u64, default: u64| -> Result<u32, SceneError> {
-        Ok(s.integer(key, least, most, Some(default))? as u32)
-    };
+pub(super) fn law(s: &Section, kind: &str) -> Result<Option<LawMethod>, SceneError> {
     Ok(Some(match kind {
-        "sampled_wall" => LawMethod::SampledWall(sampled_wall(s, axis, &small)?),
-        "virtual_coupling" => LawMethod::VirtualCoupling {
-            coupling_nm_per_rad: s.quantity("coupling_stiffness", axis.stiffness, Positive, None)?,
-            coupling_nm_s_per_rad: s.quantity("coupling_damping", axis.damping, NotNegative, Some(0.0))?,
-            rigid: s.flag("rigid", false)?,
-        },
-        "passivity_controller" => LawMethod::PassivityController {
-            observer: s.choice(
-                "observer",
-                &[("velocity", Observer::Velocity), ("held_force", Observer::HeldForce)],
-                Some(Observer::Velocity),
-            )?,
-            credit_j: if s.has("credit") { Some(s.quantity("credit", &q::ENERGY, Positive, None)?) } else { None },
-            energy_bits: s.bits_within("energy_bits", 8..=48, 32)?,
-        },
-        "energy_bounding" => {
-            let c1 = s.quantity("c1", axis.stiffness, Positive, None)?;
-            let by_force = s.choice("form", &[("c1_c2", false), ("force_bound", true)], Some(false))?;
-            let form = if by_force {
-                if s.has("c2") {
-                    return Err(s.error("c2", "the force bound has one constant, c1 = b/T; leave this out"));
-                }
-                BoundingForm::ForceBound(c1)
-            } else {
-                let c2 = s.quantity("c2", axis.stiffness, Positive, Some(c1))?;
-                if c2 > c1 {
-                    return Err(
-                        s.error("c2", "above c1, where no force is feasible for some motions; write 0 < c2 <= c1")
-                    );
-                }
-                BoundingForm::C1C2(c1, c2)
-            };
-            LawMethod::EnergyBounding {
-                form,
-                bound_format: s.gain_format("bound_format", (10, 4))?,
-                energy_bits: s.bits_within("energy_bits", 8..=48, 32)?,
+        "sampled_wall" => LawMethod::SampledWall(sampled_wall(s)?),
+        "virtual_coupling" => {
+            use keys::virtual_coupling as key;
+            LawMethod::VirtualCoupling {
+                coupling_nm_per_rad: s.read(&key::coupling_stiffness)?,
+                coupling_nm_s_per_rad: s.read(&key::coupling_damping)?,
+                rigid: s.read(&key::rigid)?,
             }
         }
-        "passive_spring" => LawMethod::PassiveSpring {
-            alpha: s.quantity("alpha", &q::RATIO, Within(1e-9, 1e9), Some(1.0))?,
-            beta: s.quantity("beta", &q::RATIO, Within(1e-9, 1e9), Some(1.0))?,
-            revive: s.flag("revive", true)?,
-            extension_frac: small("extension_frac", 8, 16, 8)?,
-        },
+        "passivity_controller" => {
+            use keys::passivity_controller as key;
+            LawMethod::PassivityController {
+                observer: s.read(&key::observer)?,
+                credit_j: s.given(&key::credit)?,
+                energy_bits: s.read(&key::energy_bits)?,
+            }
+        }
+        "energy_bounding" => energy_bounding(s)?,
+        "passive_spring" => {
+            use keys::passive_spring as key;
+            LawMethod::PassiveSpring {
+                alpha: s.read(&key::alpha)?,
+                beta: s.read(&key::beta)?,
+                revive: s.read(&key::revive)?,
+                extension_frac: s.read(&key::extension_frac)?,
+            }
+        }
         _ => return Ok(None),
     }))
 }
 
-/// Reads a small number: key, least, most, default.
-type Small<'a> = dyn Fn(&str, u64, u64, u64) -> Result<u32, SceneError> + 'a;
+fn energy_bounding(s: &Section) -> Result<LawMethod, SceneError> {
+    use keys::energy_bounding as key;
+    let c1 = s.read(&key::c1)?;
+    let by_force = s.read(&key::form)?;
+    let form = if by_force {
+        if s.has(key::c2.name) {
+            return Err(s.error("c2", "the force bound has one constant, c1 = b/T; leave this out"));
+        }
+        BoundingForm::ForceBound(c1)
+    } else {
+        let c2 = s.read_or(&key::c2, c1, Origin::Default)?;
+        if c2 > c1 {
+            return Err(s.error("c2", "above c1, where no force is feasible for some motions; write 0 < c2 <= c1"));
+        }
+        BoundingForm::C1C2(c1, c2)
+    };
+    Ok(LawMethod::EnergyBounding {
+        form,
+        bound_format: s.read(&key::bound_format)?,
+        energy_bits: s.read(&key::energy_bits)?,
+    })
+}
 
-fn sampled_wall(s: &Section, axis: &Axis, small: &Small) -> Result<SampledWallMethod, SceneError> {
-    let estimators = [
-        ("difference", Estimator::Difference),
-        ("filtered", Estimator::Filtered),
-        ("window", Estimator::Window),
-        ("foaw", Estimator::Foaw),
-        ("edge_timer", Estimator::EdgeTimer),
-    ];
-    let estimator = s.choice("estimator", &estimators, Some(Estimator::Difference))?;
+fn sampled_wall(s: &Section) -> Result<SampledWallMethod, SceneError> {
+    use keys::sampled_wall as key;
+    let estimator = s.read(&key::estimator)?;
     for (key, owners) in [
-        ("filter_shift", &[Estimator::Filtered][..]),
-        ("window", &[Estimator::Window, Estimator::Foaw]),
-        ("noise", &[Estimator::Foaw]),
+        (&key::filter_shift, &[Estimator::Filtered][..]),
+        (&key::window, &[Estimator::Window, Estimator::Foaw]),
+        (&key::noise, &[Estimator::Foaw]),
     ] {
-        if s.has(key) && !owners.contains(&estimator) {
-            return Err(s.error(key, "not a number of this estimator; leave it out"));
+        if s.has(key.name) && !owners.contains(&estimator) {
+            return Err(s.error(key.name, "not a number of this estimator; leave it out"));
         }
     }
     Ok(SampledWallMethod {
-        live: s.choice("spring", &[("held", false), ("live", true)], Some(false))?,
+        live: s.read(&key::spring)?,
         estimator,
-        ratio: small("velocity_every", 1, 1 << 20, 1)?,
-        shift: small("filter_shift", 0, 16, 3)?,
-        window: small("window", 1, 64, 8)?,
-        noise: small("noise", 0, 15, 1)?,
-        velocity_frac: small("velocity_frac", 0, 16, 8)?,
-        relief_nm_s_per_rad: s.quantity("negative_damping", axis.damping, NotNegative, Some(0.0))?,
+        ratio: s.read(&key::velocity_every)?,
+        shift: s.read(&key::filter_shift)?,
+        window: s.read(&key::window)?,
+        noise: s.read(&key::noise)?,
+        velocity_frac: s.read(&key::velocity_frac)?,
+        relief_nm_s_per_rad: s.read(&key::negative_damping)?,
     })
 }

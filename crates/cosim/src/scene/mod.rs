@@ -101,6 +101,7 @@ mod accuracy;
 mod dut;
 mod expect;
 mod faults;
+pub mod keys;
 mod law;
 mod model;
 mod parameter;
@@ -144,6 +145,7 @@ use std::sync::Arc;
 use hpu_datapath::Estimator;
 use hpu_signal::Clock;
 
+use read_device::DeviceKind;
 use source::{Places, Source};
 
 /// Edges a run may last: what a [`hpu_signal::Cycle`] holds, with room to spare.
@@ -174,8 +176,7 @@ impl Experiment {
         load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        let kinds = [("motor", false), ("mass", false), ("phantom", true)];
-        if source.root().section("device")?.choice("kind", &kinds, None)? {
+        if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
         if source.root().has("dut") {

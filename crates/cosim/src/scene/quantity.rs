@@ -6,6 +6,9 @@
 
 use std::f64::consts::PI;
 
+use super::keys::Sizes;
+use crate::message::number;
+
 /// A physical dimension, the sizes it may have, and the units it may be written in.
 pub(super) struct Dimension {
     /// What the quantity is called in a message, with its article.
@@ -72,6 +75,83 @@ dimensions! {
     MASS = "a mass", "kg", 1e-6 to 1e6, [unit("kg", 1.0, 0), si("g").thousandth()];
     ENERGY = "an energy", "J", 1e-15 to 1e9, [si("J"), si("N.m")];
     RATIO = "a plain number", "1", 1e-9 to 1e12, [unit("%", 1.0, -2)];
+}
+
+/// The dimensions of a device's motion.
+pub(super) struct Axis {
+    pub position: &'static Dimension,
+    pub speed: &'static Dimension,
+    pub effort: &'static Dimension,
+    pub stiffness: &'static Dimension,
+    pub damping: &'static Dimension,
+}
+
+/// Those of a motor's shaft.
+pub(super) static SHAFT: Axis = Axis {
+    position: &ANGLE,
+    speed: &ANGULAR_SPEED,
+    effort: &TORQUE,
+    stiffness: &TORSIONAL_STIFFNESS,
+    damping: &TORSIONAL_DAMPING,
+};
+
+/// Those of a mass on a rail.
+pub(super) static RAIL: Axis =
+    Axis { position: &LENGTH, speed: &SPEED, effort: &FORCE, stiffness: &STIFFNESS, damping: &DAMPING };
+
+/// Which values of a quantity make sense. Sizes are those of the [`Dimension`], or the key's own.
+#[derive(Clone, Copy)]
+pub(super) enum Sense {
+    /// Either sign, and 0.
+    Any,
+    /// 0 and above.
+    NotNegative,
+    /// 0 and above, up to the key's own greatest size.
+    UpTo(f64),
+    /// Above 0.
+    Positive,
+    /// Above 0, between the key's own sizes.
+    Within(f64, f64),
+}
+
+impl Sense {
+    /// The least size above 0, if there is one, and the greatest.
+    fn sizes(self, dimension: &Dimension) -> (Option<f64>, f64) {
+        match self {
+            Self::Any => (None, dimension.most),
+            Self::NotNegative | Self::Positive => (Some(dimension.least), dimension.most),
+            Self::UpTo(most) => (Some(dimension.least), most),
+            Self::Within(least, most) => (Some(least), most),
+        }
+    }
+
+    /// The sizes, for lists of keys.
+    pub fn told(self, dimension: &Dimension) -> Sizes {
+        let (least, most) = self.sizes(dimension);
+        let zero = matches!(self, Self::Any | Self::NotNegative | Self::UpTo(_));
+        Sizes { name: dimension.name, unit: dimension.si_unit(), zero, least: least.unwrap_or(-most), most }
+    }
+
+    /// Why a value is refused, which is written so.
+    pub fn refuses(self, dimension: &Dimension, value: f64, shown: &str) -> Option<String> {
+        let rule = match self {
+            Self::NotNegative | Self::UpTo(_) if value < 0.0 => "must not be negative",
+            Self::Positive | Self::Within(..) if value <= 0.0 => "must be above zero",
+            _ => "",
+        };
+        if !rule.is_empty() {
+            return Some(format!("{shown} {rule}"));
+        }
+        let (least, most) = self.sizes(dimension);
+        if value.abs() <= most && least.is_none_or(|least| value == 0.0 || value >= least) {
+            return None;
+        }
+        let unit = dimension.si_unit();
+        let [low, high] = [least.unwrap_or(-most), most].map(number);
+        let zero = if matches!(self, Self::NotNegative | Self::UpTo(_)) { "0, or " } else { "" };
+        let accepted = format!("{zero}{low} to {high} {unit}");
+        Some(format!("{} {unit}; accepted: {}", number(value), accepted.trim_end()).replace(" ;", ";"))
+    }
 }
 
 impl Unit {

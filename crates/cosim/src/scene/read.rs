@@ -4,17 +4,16 @@ use hpu_signal::Clock;
 
 use super::accuracy::{Output, accuracy};
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
+use super::keys::{self, Choice, Expected, Key, Quantity};
 use super::law::LawMethod;
 use super::model::{BridgeModel, Datapath, EncoderModel};
 use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
-use super::quantity as q;
-use super::read_device::{Axis, amplifier, bridge, device, encoder};
+use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
 use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
-use super::section::Sense::{Any, NotNegative, Positive, Within};
 use super::source::{SceneError, Source};
 use super::{MOST_EDGES, Scene};
 use crate::message::{number, number_above, number_below};
@@ -26,26 +25,11 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
-    root.accept(&[
-        "about",
-        "device",
-        "encoder",
-        "bridge",
-        "amplifier",
-        "clock",
-        "method",
-        "wall",
-        "hand",
-        "faults",
-        "model",
-        "run",
-        "record",
-        "expect",
-        "accuracy",
-    ])?;
-    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
+    root.accept(&["axis"])?;
+    let about = root.read(&keys::top::about)?.trim().to_string();
     let (device, axis) = device(&root.section("device")?)?;
-    let hand = hand(&root.section("hand")?, axis, load)?;
+    let root = root.along(axis);
+    let hand = hand(&root.section("hand")?, load)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
@@ -58,15 +42,15 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         amplifier: amplifier(&root, &device, words)?,
         bridge: bridge(&root.section("bridge")?)?,
         clock,
-        method: method(&root.section("method")?, axis)?,
-        wall: wall(&root.section("wall")?, axis)?,
+        method: method(&root.section("method")?)?,
+        wall: wall(&root.section("wall")?)?,
         hand,
         faults: faults(&root, clock)?,
         model,
         run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, 10e3)?,
-        expect: axis_expect(&root.section("expect")?, axis)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
+        record: record(&root.section("record")?, &keys::record::plant_rate, "axis")?,
+        expect: axis_expect(&root.section("expect")?)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS, "axis")?,
         auto: source.auto,
         parameters: [].into(),
         places: source.places.clone(),
@@ -102,7 +86,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
 
 /// A start that the hand overrules is refused, not ignored.
 pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
-    let starts = ["initial_angle", "initial_position", "initial_speed"];
+    let starts = [keys::motor::initial_angle.name, keys::mass::initial_position.name, keys::motor::initial_speed.name];
     match starts.into_iter().find(|key| device.has(key)) {
         Some(key) if matches!(hand, Hand::Prescribed { .. }) => {
             Err(device.error(key, "a prescribed hand imposes the motion from its first point on; leave this out"))
@@ -247,83 +231,82 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
 }
 
 pub(super) fn clock(s: &Section) -> Result<Clock, SceneError> {
-    s.accept(&["frequency"])?;
-    let frequency_hz = s.quantity("frequency", &q::FREQUENCY, Within(1.0, 1e10), None)?;
+    s.accept(&[])?;
+    let frequency_hz = s.read(&keys::clock::frequency)?;
     // Beyond u64 the cast saturates, and the clock refuses that too.
     let whole = if frequency_hz.fract() == 0.0 { frequency_hz as u64 } else { 0 };
     Clock::new(whole).map_err(|error| s.error("frequency", format!("{} Hz: {error}", number(frequency_hz))))
 }
 
-fn wall(s: &Section, axis: &Axis) -> Result<Wall, SceneError> {
-    s.accept(&["position", "stiffness", "damping", "ramp"])?;
+fn wall(s: &Section) -> Result<Wall, SceneError> {
+    s.accept(&["axis"])?;
     Ok(Wall {
-        position_rad: s.quantity("position", axis.position, Any, None)?,
-        stiffness_nm_per_rad: s.quantity("stiffness", axis.stiffness, NotNegative, None)?,
-        damping_nm_s_per_rad: s.quantity("damping", axis.damping, NotNegative, Some(0.0))?,
-        ramp: if s.has("ramp") { Some(ramp(&s.section("ramp")?, axis)?) } else { None },
+        position_rad: s.read(&keys::wall::position)?,
+        stiffness_nm_per_rad: s.read(&keys::wall_axis::stiffness)?,
+        damping_nm_s_per_rad: s.read(&keys::wall_axis::damping)?,
+        ramp: if s.has("ramp") { Some(ramp(&s.section("ramp")?)?) } else { None },
     })
 }
 
-fn ramp(s: &Section, axis: &Axis) -> Result<Ramp, SceneError> {
-    s.accept(&["stiffness", "scale", "from", "to"])?;
-    let given = |key, dimension| match s.has(key) {
-        true => s.quantity(key, dimension, NotNegative, None).map(Some),
-        false => Ok(None),
-    };
+fn ramp(s: &Section) -> Result<Ramp, SceneError> {
+    use keys::wall_ramp as key;
+    s.accept(&[])?;
+    let scale = s.given(&key::scale)?;
     Ok(Ramp {
-        scale: given("scale", &q::RATIO)?,
-        stiffness_nm_per_rad: match s.has("scale") {
-            true => given("stiffness", axis.stiffness)?,
-            false => Some(s.quantity("stiffness", axis.stiffness, NotNegative, None)?),
+        scale,
+        stiffness_nm_per_rad: match scale {
+            Some(_) => s.given(&key::stiffness)?,
+            None => Some(s.read(&key::stiffness)?),
         },
-        from_s: s.quantity("from", &q::TIME, NotNegative, None)?,
-        to_s: s.quantity("to", &q::TIME, Positive, None)?,
+        from_s: s.read(&key::from)?,
+        to_s: s.read(&key::to)?,
     })
 }
 
 pub(super) fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
-    s.accept(&["duration", "seed"])?;
-    let duration_s = s.quantity("duration", &q::TIME, Positive, None)?;
+    s.accept(&[])?;
+    let duration_s = s.read(&keys::run::duration)?;
     let edges = duration_s * clock.frequency_hz() as f64;
     if !(0.5..=MOST_EDGES as f64).contains(&edges) {
         let reason = format!("{} clock edges; a run has 1 to 2^62", number(edges));
         return Err(s.error("duration", reason));
     }
-    Ok(Run { duration_s, seed: s.integer("seed", 0, i64::MAX as u64, Some(0))? })
+    Ok(Run { duration_s, seed: s.read(&keys::run::seed)? })
 }
 
-pub(super) fn record(s: &Section, plant_rate_hz: f64) -> Result<Record, SceneError> {
-    s.accept(&["plant_rate", "clock"])?;
-    Ok(Record {
-        plant_rate_hz: s.quantity("plant_rate", &q::FREQUENCY, Positive, Some(plant_rate_hz))?,
-        clock: s.flag("clock", false)?,
-    })
+/// Reads `[record]` of a kind of scene, whose rate has a default of its own.
+pub(super) fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record, SceneError> {
+    s.accept(&[scene])?;
+    Ok(Record { plant_rate_hz: s.read(plant_rate)?, clock: s.read(&keys::record_all::clock)? })
 }
 
-pub(super) fn axis_expect(s: &Section, axis: &Axis) -> Result<Expect, SceneError> {
-    let names: Vec<&str> = std::iter::once("outcome").chain(Metric::OF_AN_AXIS.map(Metric::name)).collect();
-    s.accept(&names)?;
-    let outcomes = [
-        ("settled", Some(OutcomeKind::Settled)),
-        ("limit_cycle", Some(OutcomeKind::LimitCycle)),
-        ("diverged", Some(OutcomeKind::Diverged)),
+pub(super) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {
+    use keys::expect as key;
+    s.accept(&["axis"])?;
+    let metrics = [
+        (Metric::FinalAngle, &key::final_angle),
+        (Metric::PeakAngle, &key::peak_angle),
+        (Metric::PeakPenetration, &key::peak_penetration),
+        (Metric::Amplitude, &key::amplitude),
+        (Metric::Frequency, &key::frequency),
+        (Metric::PeakTorque, &key::peak_torque),
+        (Metric::SpringOverflowShare, &key::spring_overflow_share),
+        (Metric::EncoderEdges, &key::encoder_edges),
+        (Metric::ContactShare, &key::contact_share),
     ];
+    expect(s, &metrics, &key::outcome)
+}
+
+/// Reads `[expect]`: the numbers that are there, and the verdict.
+pub(super) fn expect(
+    s: &Section,
+    metrics: &[(Metric, &Key<Expected>)],
+    outcome: &Key<Choice<OutcomeKind>>,
+) -> Result<Expect, SceneError> {
     let mut numbers = Vec::new();
-    for metric in Metric::OF_AN_AXIS.into_iter().filter(|metric| s.has(metric.name())) {
-        let dimension = match metric {
-            Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => axis.position,
-            Metric::Frequency => &q::FREQUENCY,
-            Metric::PeakTorque => axis.effort,
-            Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => &q::RATIO,
-            Metric::Rms => unreachable!("not of an axis"),
-        };
-        let number = s.section(metric.name())?;
-        number.accept(&["value", "tolerance"])?;
-        numbers.push(Expectation {
-            metric,
-            value: number.quantity("value", dimension, Any, None)?,
-            tolerance: number.quantity("tolerance", dimension, NotNegative, None)?,
-        });
+    for (metric, key) in metrics.iter().filter(|(_, key)| s.has(key.name)) {
+        let (value, tolerance) = key.value.read(s, key.name)?;
+        numbers.push(Expectation { metric: *metric, value, tolerance });
     }
-    Ok(Expect { outcome: s.choice("outcome", &outcomes, Some(None))?, numbers })
+    Ok(Expect { outcome: s.given(outcome)?, numbers })
 }

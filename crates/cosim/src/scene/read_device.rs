@@ -1,51 +1,54 @@
 //! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
 
-use super::parameter::{Origin, ParameterValue};
+use super::keys::{self, Key, Quantity};
+use super::parameter::Origin;
 use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
-use super::quantity::{self as q, Dimension};
+use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
-use super::section::Sense::{self, Any, NotNegative, Positive, Within};
 use super::source::SceneError;
 
-/// The dimensions of a device's motion.
-pub(super) struct Axis {
-    pub position: &'static Dimension,
-    pub effort: &'static Dimension,
-    pub stiffness: &'static Dimension,
-    pub damping: &'static Dimension,
+/// What a scene may have as its device.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum DeviceKind {
+    Motor,
+    Mass,
+    Phantom,
 }
 
-static SHAFT: Axis = Axis {
-    position: &q::ANGLE,
-    effort: &q::TORQUE,
-    stiffness: &q::TORSIONAL_STIFFNESS,
-    damping: &q::TORSIONAL_DAMPING,
-};
-static RAIL: Axis = Axis { position: &q::LENGTH, effort: &q::FORCE, stiffness: &q::STIFFNESS, damping: &q::DAMPING };
-
 pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
-    let kinds = [("motor", Some(true)), ("mass", Some(false)), ("phantom", None)];
-    let Some(is_motor) = s.choice("kind", &kinds, None)? else {
-        return Err(s.error("kind", "\"phantom\" is a scene of its own; an axis is a \"motor\" or a \"mass\""));
-    };
-    if is_motor {
-        return Ok((Device::Motor(motor(s)?), &SHAFT));
+    match s.read(&keys::device::kind)? {
+        DeviceKind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
+        DeviceKind::Mass => Ok((Device::Mass(mass(s)?), &RAIL)),
+        DeviceKind::Phantom => {
+            Err(s.error("kind", "\"phantom\" is a scene of its own; an axis is a \"motor\" or a \"mass\""))
+        }
     }
-    s.accept(&["kind", "mass", "damping", "coulomb", "initial_position", "initial_speed"])?;
-    let mass = Mass {
-        mass_kg: s.quantity("mass", &q::MASS, Positive, None)?,
-        damping_n_s_per_m: s.quantity("damping", &q::DAMPING, NotNegative, None)?,
-        coulomb_n: s.quantity("coulomb", &q::FORCE, NotNegative, Some(0.0))?,
-        initial_position_m: s.quantity("initial_position", &q::LENGTH, Any, Some(0.0))?,
-        initial_speed_m_per_s: s.quantity("initial_speed", &q::SPEED, Any, Some(0.0))?,
-    };
-    Ok((Device::Mass(mass), &RAIL))
+}
+
+/// The kind of a device, as rows of keys call it.
+pub(super) fn kind(device: &Device) -> &'static str {
+    match device {
+        Device::Motor(_) => "motor",
+        Device::Mass(_) => "mass",
+    }
+}
+
+fn mass(s: &Section) -> Result<Mass, SceneError> {
+    use keys::mass as key;
+    s.accept(&["mass"])?;
+    Ok(Mass {
+        mass_kg: s.read(&key::mass)?,
+        damping_n_s_per_m: s.read(&key::damping)?,
+        coulomb_n: s.read(&key::coulomb)?,
+        initial_position_m: s.read(&key::initial_position)?,
+        initial_speed_m_per_s: s.read(&key::initial_speed)?,
+    })
 }
 
 /// A motor whose data a scene can name: what its winding and its rotor are.
-#[derive(Clone, Copy, PartialEq)]
-struct Named {
-    name: &'static str,
+#[derive(PartialEq)]
+pub(super) struct NamedMotor {
+    pub name: &'static str,
     resistance_ohm: f64,
     inductance_h: f64,
     torque_constant_nm_per_a: f64,
@@ -53,95 +56,66 @@ struct Named {
     viscous_friction_nm_s_per_rad: f64,
 }
 
-/// Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
-/// sheet of that winding was at hand.
-static VASUDEVAN_2007: Named = Named {
-    name: "vasudevan_2007",
-    resistance_ohm: 25.9e-3 * 24.0 / 0.265,
-    inductance_h: 0.226e-3,
-    torque_constant_nm_per_a: 25.9e-3,
-    rotor_inertia_kg_m2: 1.37e-6,
-    viscous_friction_nm_s_per_rad: 1.3e-6,
-};
-
-/// One of a motor's own data: the scene's, or else that of the motor that the scene names.
-fn datum(
-    s: &Section,
-    key: &str,
-    dimension: &'static Dimension,
-    sense: Sense,
-    named: Option<(&'static str, f64)>,
-) -> Result<f64, SceneError> {
-    if let (None, false) = (named, s.has(key)) {
-        let reason = format!(
-            "missing; write {} as {}, or name the motor: motor = \"{}\"",
-            dimension.name,
-            dimension.accepted(),
-            VASUDEVAN_2007.name
-        );
-        return Err(s.error(key, reason));
-    }
-    let value = s.quantity(key, dimension, sense, named.map(|(_, value)| value))?;
-    if let Some((name, _)) = named {
-        s.note(key, ParameterValue::Number(value), dimension.si_unit(), Origin::Motor(name));
-    }
-    Ok(value)
-}
+/// The motors that a scene can name.
+pub(super) static MOTORS: &[NamedMotor] = &[
+    // Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
+    // sheet of that winding was at hand.
+    NamedMotor {
+        name: "vasudevan_2007",
+        resistance_ohm: 25.9e-3 * 24.0 / 0.265,
+        inductance_h: 0.226e-3,
+        torque_constant_nm_per_a: 25.9e-3,
+        rotor_inertia_kg_m2: 1.37e-6,
+        viscous_friction_nm_s_per_rad: 1.3e-6,
+    },
+];
 
 fn motor(s: &Section) -> Result<Motor, SceneError> {
-    s.accept(&[
-        "kind",
-        "motor",
-        "resistance",
-        "inductance",
-        "torque_constant",
-        "rotor_inertia",
-        "viscous_friction",
-        "coulomb_friction",
-        "wheel_ratio",
-        "wheel_inertia",
-        "initial_angle",
-        "initial_speed",
-        "initial_current",
-    ])?;
-    let named =
-        if s.has("motor") { Some(s.choice("motor", &[(VASUDEVAN_2007.name, VASUDEVAN_2007)], None)?) } else { None };
-    let of = |value: fn(&Named) -> f64| named.as_ref().map(|named| (named.name, value(named)));
-    let viscous = of(|named| named.viscous_friction_nm_s_per_rad);
+    use keys::motor as key;
+    s.accept(&["motor"])?;
+    let named = s.given(&key::motor)?;
+    // One of a motor's own data: the scene's, or else that of the motor that the scene names.
+    let datum = |key: &Key<Quantity>, of: fn(&NamedMotor) -> f64| match named {
+        Some(named) => s.read_or(key, of(named), Origin::Motor(named.name)),
+        None if s.has(key.name) => s.read(key),
+        None => {
+            let dimension = key.value.dimension(s);
+            let reason = format!(
+                "missing; write {} as {}, or name the motor: motor = \"{}\"",
+                dimension.name,
+                dimension.accepted(),
+                MOTORS[0].name
+            );
+            Err(s.error(key.name, reason))
+        }
+    };
     Ok(Motor {
-        resistance_ohm: datum(s, "resistance", &q::RESISTANCE, Positive, of(|named| named.resistance_ohm))?,
-        inductance_h: datum(s, "inductance", &q::INDUCTANCE, Positive, of(|named| named.inductance_h))?,
-        torque_constant_nm_per_a: datum(
-            s,
-            "torque_constant",
-            &q::TORQUE_CONSTANT,
-            Positive,
-            of(|named| named.torque_constant_nm_per_a),
-        )?,
-        rotor_inertia_kg_m2: datum(s, "rotor_inertia", &q::INERTIA, Positive, of(|named| named.rotor_inertia_kg_m2))?,
-        viscous_friction_nm_s_per_rad: match viscous {
-            Some(_) => datum(s, "viscous_friction", &q::TORSIONAL_DAMPING, NotNegative, viscous)?,
-            None => s.quantity("viscous_friction", &q::TORSIONAL_DAMPING, NotNegative, Some(0.0))?,
+        resistance_ohm: datum(&key::resistance, |motor| motor.resistance_ohm)?,
+        inductance_h: datum(&key::inductance, |motor| motor.inductance_h)?,
+        torque_constant_nm_per_a: datum(&key::torque_constant, |motor| motor.torque_constant_nm_per_a)?,
+        rotor_inertia_kg_m2: datum(&key::rotor_inertia, |motor| motor.rotor_inertia_kg_m2)?,
+        viscous_friction_nm_s_per_rad: match named {
+            Some(_) => datum(&key::viscous_friction, |motor| motor.viscous_friction_nm_s_per_rad)?,
+            None => s.read(&key::viscous_friction)?,
         },
-        coulomb_friction_nm: s.quantity("coulomb_friction", &q::TORQUE, NotNegative, Some(0.0))?,
-        wheel_ratio: s.quantity("wheel_ratio", &q::RATIO, Within(1e-3, 1e4), Some(1.0))?,
-        wheel_inertia_kg_m2: s.quantity("wheel_inertia", &q::INERTIA, NotNegative, Some(0.0))?,
-        initial_angle_rad: s.quantity("initial_angle", &q::ANGLE, Any, Some(0.0))?,
-        initial_speed_rad_per_s: s.quantity("initial_speed", &q::ANGULAR_SPEED, Any, Some(0.0))?,
-        initial_current_a: s.quantity("initial_current", &q::CURRENT, Any, Some(0.0))?,
+        coulomb_friction_nm: s.read(&key::coulomb_friction)?,
+        wheel_ratio: s.read(&key::wheel_ratio)?,
+        wheel_inertia_kg_m2: s.read(&key::wheel_inertia)?,
+        initial_angle_rad: s.read(&key::initial_angle)?,
+        initial_speed_rad_per_s: s.read(&key::initial_speed)?,
+        initial_current_a: s.read(&key::initial_current)?,
     })
 }
 
 /// The encoder of a device; without words a mass does without.
 pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
+    s.accept(&[kind(device)])?;
     if let Device::Motor(_) = device {
-        s.accept(&["lines"])?;
-        let lines = s.integer("lines", 1, 1 << 24, Some(1024))?;
-        return Ok(Encoder::Rotary { lines: lines as u32 });
+        return Ok(Encoder::Rotary { lines: s.read(&keys::encoder_motor::lines)? });
     }
-    s.accept(&["resolution"])?;
-    let ideal = (!words).then_some(0.0);
-    Ok(Encoder::Linear { resolution_m: s.quantity("resolution", &q::LENGTH, Within(1e-11, 1.0), ideal)? })
+    let key = &keys::encoder_mass::resolution;
+    let resolution_m = if words { s.read(key)? } else { s.read_or(key, 0.0, Origin::Default)? };
+    Ok(Encoder::Linear { resolution_m })
 }
 
 /// The amplifier of a mass; without words it does without.
@@ -157,25 +131,25 @@ pub(super) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<
     if !words && !root.has("amplifier") {
         return Ok(None);
     }
-    s.accept(&["full_scale", "shaper"])?;
-    let full_scale_n = s.quantity("full_scale", &q::FORCE, Positive, None)?;
+    s.accept(&[])?;
+    let full_scale_n = s.read(&keys::amplifier::full_scale)?;
     let shaper = if s.has("shaper") { Some(shaper(&s.section("shaper")?)?) } else { None };
     Ok(Some(Amplifier { full_scale_n, shaper }))
 }
 
 fn shaper(s: &Section) -> Result<AnalogShaper, SceneError> {
-    s.accept(&["cutoff", "hold"])?;
+    s.accept(&[])?;
     Ok(AnalogShaper {
-        cutoff_hz: s.quantity("cutoff", &q::FREQUENCY, Positive, None)?,
-        hold_s: s.quantity("hold", &q::TIME, Positive, Some(1e-6))?,
+        cutoff_hz: s.read(&keys::amplifier_shaper::cutoff)?,
+        hold_s: s.read(&keys::amplifier_shaper::hold)?,
     })
 }
 
 pub(super) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
-    s.accept(&["supply", "on_resistance", "diode_drop"])?;
+    s.accept(&[])?;
     Ok(Bridge {
-        supply_v: s.quantity("supply", &q::VOLTAGE, Positive, Some(24.0))?,
-        on_resistance_ohm: s.quantity("on_resistance", &q::RESISTANCE, NotNegative, Some(0.0))?,
-        diode_drop_v: s.quantity("diode_drop", &q::VOLTAGE, NotNegative, Some(0.7))?,
+        supply_v: s.read(&keys::bridge::supply)?,
+        on_resistance_ohm: s.read(&keys::bridge::on_resistance)?,
+        diode_drop_v: s.read(&keys::bridge::diode_drop)?,
     })
 }

@@ -4,7 +4,8 @@ use hpu_signal::Format;
 use toml_edit::{Item, TableLike, Value};
 
 use super::accuracy::{Output, accuracy};
-use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
+use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
+use super::keys::{self, Key, Read, Text};
 use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use super::parameter::{Origin, ParameterValue};
 use super::parts::{Device, Hand};
@@ -13,7 +14,6 @@ use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
 use super::read_model::friction;
-use super::section::Sense::Any;
 use super::section::{Section, shown};
 use super::source::{SceneError, Source};
 
@@ -23,32 +23,17 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";
         return Err(root.error("method", reason));
     }
-    root.accept(&[
-        "about",
-        "device",
-        "encoder",
-        "bridge",
-        "amplifier",
-        "clock",
-        "dut",
-        "wall",
-        "hand",
-        "faults",
-        "model",
-        "run",
-        "record",
-        "expect",
-        "accuracy",
-    ])?;
-    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
+    root.accept(&["dut"])?;
+    let about = root.read(&keys::top::about)?.trim().to_string();
     let (device, axis) = device(&root.section("device")?)?;
-    let hand = hand(&root.section("hand")?, axis, load)?;
+    let root = root.along(axis);
+    let hand = hand(&root.section("hand")?, load)?;
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
     }
     imposed(&root.section("device")?, &hand)?;
     let wall = root.section("wall")?;
-    wall.accept(&["position", "varies"])?;
+    wall.accept(&["dut"])?;
     let clock = clock(&root.section("clock")?)?;
     let mut scene = DutScene {
         name: scene_name(file),
@@ -59,15 +44,15 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         bridge: bridge(&root.section("bridge")?)?,
         clock,
         dut: dut(&root.section("dut")?, load)?,
-        wall_rad: wall.quantity("position", axis.position, Any, None)?,
+        wall_rad: wall.read(&keys::wall::position)?,
         varies: varies(&wall)?,
         hand,
         faults: faults(&root, clock)?,
-        model: model(&root.section("model")?, &device)?,
+        model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, 10e3)?,
-        expect: axis_expect(&root.section("expect")?, axis)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS)?,
+        record: record(&root.section("record")?, &keys::record::plant_rate, "dut")?,
+        expect: axis_expect(&root.section("expect")?)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS, "dut")?,
         parameters: [].into(),
         places: source.places.clone(),
     };
@@ -107,62 +92,45 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
 
 /// The key that `hpu limits` varies.
 fn varies(s: &Section) -> Result<Option<String>, SceneError> {
-    const WHAT: &str = "the key of a generic or constant, as in \"dut.ports.gain\" or \"dut.generics.STIFFNESS\"";
-    if !s.has("varies") {
-        return Ok(None);
-    }
-    let key = s.text("varies", WHAT)?;
-    let is_one = ["dut.ports.", "dut.generics.", "dut.parameters."].iter().any(|of| key.starts_with(of));
-    if is_one { Ok(Some(key.to_string())) } else { Err(s.error("varies", format!("`{key}` is not {WHAT}"))) }
+    let key = &keys::wall_dut::varies;
+    let Some(varied) = s.given(key)? else { return Ok(None) };
+    let is_one = ["dut.ports.", "dut.generics.", "dut.parameters."].iter().any(|of| varied.starts_with(of));
+    if is_one { Ok(Some(varied)) } else { Err(s.error(key.name, format!("`{varied}` is not {}", key.value.0))) }
 }
 
 /// What of the device is modelled.
-fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
-    s.accept(&["friction", "friction_speed"])?;
+fn model(s: &Section) -> Result<Model, SceneError> {
+    s.accept(&["dut"])?;
     Ok(Model {
         solver: Solver::Events,
         step_s: None,
         datapath: Datapath::Words,
         bridge: BridgeModel::Switching,
         winding: Winding::Inductive,
-        friction: friction(s, device)?,
+        friction: friction(s)?,
         encoder: EncoderModel::Quantised,
         delay_s: 0.0,
     })
 }
 
 fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
-    s.accept(&[
-        "files",
-        "library",
-        "top",
-        "standard",
-        "engine",
-        "clock",
-        "clocks",
-        "reset",
-        "generics",
-        "parameters",
-        "ports",
-        "off",
-    ])?;
-    let standards = [("93", Standard::Vhdl93), ("2008", Standard::Vhdl2008)];
-    let engines = [Engine::Auto, Engine::Ghdl, Engine::Verilator].map(|engine| (engine.name(), engine));
-    let name = |key: &str, what: &str| -> Result<String, SceneError> {
-        let text = s.text(key, what)?;
-        if is_name(text) { Ok(text.to_string()) } else { Err(s.error(key, format!("`{text}` is not {what}"))) }
+    use keys::dut as key;
+    s.accept(&[])?;
+    let name = |key: &Key<Text>| -> Result<String, SceneError> {
+        let text = s.read(key)?;
+        if is_name(&text) { Ok(text) } else { Err(s.error(key.name, format!("`{text}` is not {}", key.value.0))) }
     };
     let dut = Dut {
         files: files(s, load)?,
-        library: if s.has("library") { name("library", "the name of a VHDL library")? } else { "work".to_string() },
-        top: name("top", "the name of the topmost entity or module")?,
-        standard: s.choice("standard", &standards, Some(Standard::Vhdl2008))?,
-        engine: s.choice("engine", &engines, Some(Engine::Auto))?,
+        library: name(&key::library)?,
+        top: name(&key::top)?,
+        standard: s.read(&key::standard)?,
+        engine: s.read(&key::engine)?,
         clocks: clocks(s)?,
         reset: if s.has("reset") { Some(reset(&s.section("reset")?)?) } else { None },
         generics: generics(s)?,
         ports: ports(&s.section("ports")?)?,
-        floats: s.choice("off", &[("brake", false), ("float", true)], Some(false))?,
+        floats: s.read(&key::off)?,
     };
     one_use(s, &dut)?;
     Ok(dut)
@@ -175,7 +143,7 @@ fn is_name(text: &str) -> bool {
 }
 
 fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
-    const WHAT: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
+    const WHAT: &str = keys::FILES;
     let array = s.get("files").and_then(Item::as_array);
     let Some(array) = array.filter(|array| !array.is_empty()) else {
         return Err(s.error("files", format!("missing; write {WHAT}")));
@@ -211,14 +179,13 @@ fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
 
 /// `clock = "clk"`, or `[dut.clocks]` with how many cycles of the scene's clock one of theirs is.
 fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
-    const WHAT: &str =
-        "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1";
+    let clock = &keys::dut::clock;
     match (s.has("clock"), s.has("clocks")) {
-        (true, false) => Ok(vec![DutClock { port: s.text("clock", WHAT)?.to_string(), divide: 1 }]),
+        (true, false) => Ok(vec![DutClock { port: s.read(clock)?, divide: 1 }]),
         (false, true) => {
             let all = s.section("clocks")?;
             let clocks = all.keys().map(|port| {
-                let divide = all.integer(port, 1, 1 << 16, None)? as u32;
+                let divide = keys::dut_clocks::PORT.value.read(&all, port)?;
                 Ok(DutClock { port: port.to_string(), divide })
             });
             let clocks = clocks.collect::<Result<Vec<_>, SceneError>>()?;
@@ -229,17 +196,17 @@ fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
             }
             Ok(clocks)
         }
-        (false, false) => Err(s.error("clock", format!("no clock; write {WHAT}"))),
+        (false, false) => Err(s.error("clock", format!("no clock; write {}", clock.value.0))),
         (true, true) => Err(s.error("clocks", "clock and clocks are both there; leave one out")),
     }
 }
 
 fn reset(s: &Section) -> Result<DutReset, SceneError> {
-    s.accept(&["port", "active", "clocks"])?;
+    s.accept(&[])?;
     Ok(DutReset {
-        port: s.text("port", "the port of the reset")?.to_string(),
-        active_low: s.choice("active", &[("high", false), ("low", true)], Some(false))?,
-        clocks: s.integer("clocks", 1, 1 << 16, Some(4))? as u32,
+        port: s.read(&keys::dut_reset::port)?,
+        active_low: s.read(&keys::dut_reset::active)?,
+        clocks: s.read(&keys::dut_reset::clocks)?,
     })
 }
 
@@ -306,12 +273,12 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
     }
     if item.as_table_like().is_some_and(|table: &dyn TableLike| !table.is_empty()) {
         let own = s.section(port)?;
-        own.accept(&["is", "format", "offset_binary"])?;
-        let is = own.text("is", "\"encoder.angle\", \"bridge.duty\" or \"amplifier.force\"")?;
-        let text = own.text("format", "the word's format, as in \"(1,0,11)\"")?;
+        own.accept_as("dut.ports.PORT", &[])?;
+        let is = own.read(&keys::dut_port::is)?;
+        let text = own.read(&keys::dut_port::format)?;
         let format: Format =
             text.parse().map_err(|error: hpu_signal::FormatError| own.error("format", error.to_string()))?;
-        let offset = own.flag("offset_binary", false)?;
+        let offset = own.read(&keys::dut_port::offset_binary)?;
         if !(2..=32).contains(&format.width()) {
             return Err(own.error("format", format!("{format} has {} bits; accepted: 2 to 32", format.width())));
         }
@@ -321,7 +288,7 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
                 format!("{format} has no sign; offset binary is a signed word whose highest bit is inverted"),
             ));
         }
-        let connection = match is {
+        let connection = match is.as_str() {
             "encoder.angle" if !offset => Connection::Angle(format),
             "bridge.duty" => Connection::Duty(format, offset),
             "amplifier.force" => Connection::Force(format, offset),

@@ -3,28 +3,18 @@
 use hpu_signal::Clock;
 use toml_edit::Item;
 
-use super::faults::{EncoderLine, Faults, Stuck, Switch, Times};
+use super::faults::{EncoderLine, Faults, Stuck, Times};
+use super::keys::Otherwise::Is;
+use super::keys::{self, Described, Key, Otherwise, Read, Shape, Takes, Whole};
 use super::parameter::{Origin, ParameterValue};
 use super::quantity as q;
-use super::section::Sense::{NotNegative, Positive, UpTo};
+use super::quantity::Sense::{NotNegative, UpTo};
 use super::section::{Section, shown};
 use super::source::{Places, SceneError};
 use crate::message::number;
 
 /// Random faults of a kind, and times in a list.
 const MOST: u64 = 100_000;
-/// Clocks that a fault may take.
-const MOST_CLOCKS: u64 = 1 << 32;
-
-const LINES: [(&str, Option<EncoderLine>); 3] =
-    [("none", None), ("encoder.a", Some(EncoderLine::A)), ("encoder.b", Some(EncoderLine::B))];
-const SWITCHES: [(&str, Option<Switch>); 5] = [
-    ("none", None),
-    ("bridge.plus_high", Some(Switch::PlusHigh)),
-    ("bridge.plus_low", Some(Switch::PlusLow)),
-    ("bridge.minus_high", Some(Switch::MinusHigh)),
-    ("bridge.minus_low", Some(Switch::MinusLow)),
-];
 
 /// The faults of a scene, if it has any.
 pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, SceneError> {
@@ -32,57 +22,18 @@ pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, Sce
         return Ok(None);
     }
     let s = &root.section("faults")?;
-    s.accept(&[
-        "missed_edge",
-        "doubled_edge",
-        "doubled_clocks",
-        "bounce",
-        "bounces",
-        "bounce_clocks",
-        "glitch",
-        "glitch_line",
-        "glitch_clocks",
-        "swapped",
-        "swapped_from",
-        "inverted",
-        "inverted_from",
-        "lost_index",
-        "stuck_switch",
-        "stuck",
-        "stuck_from",
-        "stuck_to",
-        "clock_jitter",
-    ])?;
-    // What belongs to a fault is refused without it.
-    for (key, of) in [
-        ("doubled_clocks", "doubled_edge"),
-        ("bounces", "bounce"),
-        ("bounce_clocks", "bounce"),
-        ("glitch_line", "glitch"),
-        ("glitch_clocks", "glitch"),
-        ("swapped_from", "swapped"),
-        ("inverted_from", "inverted"),
-        ("stuck", "stuck_switch"),
-        ("stuck_from", "stuck_switch"),
-        ("stuck_to", "stuck_switch"),
-    ] {
-        if s.has(key) && !s.has(of) {
-            return Err(s.error(key, format!("without {of} it says nothing; write {of} too, or leave this out")));
-        }
-    }
-    let from = |key: &str| s.quantity(key, &q::TIME, NotNegative, Some(0.0));
-    let clocks = |key: &str, of: &str, otherwise: u64| {
-        if s.has(of) { s.integer(key, 1, MOST_CLOCKS, Some(otherwise)) } else { Ok(otherwise) }
-    };
-    let swapped = s.flag("swapped", false)?;
-    let inverted = s.choice("inverted", &LINES, Some(None))?;
-    let switch = s.choice("stuck_switch", &SWITCHES, Some(None))?;
-    let stuck = match switch {
+    use keys::faults as key;
+    s.accept(&[])?;
+    // Keys of a fault that is not there are no parameters of the run: nothing reads the number then.
+    let clocks = |key: &Key<Whole<u64>>| if key.beside.is_some_and(|of| s.has(of)) { s.read(key) } else { Ok(1) };
+    let swapped = s.read(&key::swapped)?;
+    let inverted = s.read(&key::inverted)?;
+    let stuck = match s.read(&key::stuck_switch)? {
         None => None,
         Some(switch) => {
-            let closed = s.choice("stuck", &[("open", false), ("closed", true)], Some(false))?;
-            let from_s = from("stuck_from")?;
-            let to_s = if s.has("stuck_to") { Some(s.quantity("stuck_to", &q::TIME, Positive, None)?) } else { None };
+            let closed = s.read(&key::stuck)?;
+            let from_s = s.read(&key::stuck_from)?;
+            let to_s = s.given(&key::stuck_to)?;
             if let Some(to_s) = to_s.filter(|to_s| clock.edges(*to_s) <= clock.edges(from_s)) {
                 let reason = format!("{} s is no clock after stuck_from, {} s", number(to_s), number(from_s));
                 return Err(s.error("stuck_to", reason));
@@ -90,25 +41,28 @@ pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, Sce
             Some(Stuck { switch, closed, from_s, to_s })
         }
     };
-    let line = if s.has("glitch") { s.choice("glitch_line", &LINES[1..], Some(LINES[1].1))? } else { LINES[1].1 };
+    let jitter_s = s.read(&key::clock_jitter)?;
+    if let Some(reason) = UpTo(clock.period_s()).refuses(&q::TIME, jitter_s, "") {
+        return Err(s.error("clock_jitter", reason));
+    }
     Ok(Some(Faults {
-        missed_edge: times(s, "missed_edge")?,
-        doubled_edge: times(s, "doubled_edge")?,
-        doubled_clocks: clocks("doubled_clocks", "doubled_edge", 4)?,
-        bounce: times(s, "bounce")?,
-        bounces: if s.has("bounce") { s.integer("bounces", 1, 1000, Some(3))? } else { 3 },
-        bounce_clocks: clocks("bounce_clocks", "bounce", 50)?,
-        glitch: times(s, "glitch")?,
-        glitch_line: line.expect("one of the two lines"),
-        glitch_clocks: clocks("glitch_clocks", "glitch", 1)?,
-        swapped_from_s: if swapped { Some(from("swapped_from")?) } else { None },
+        missed_edge: s.read(&key::missed_edge)?,
+        doubled_edge: s.read(&key::doubled_edge)?,
+        doubled_clocks: clocks(&key::doubled_clocks)?,
+        bounce: s.read(&key::bounce)?,
+        bounces: clocks(&key::bounces)?,
+        bounce_clocks: clocks(&key::bounce_clocks)?,
+        glitch: s.read(&key::glitch)?,
+        glitch_line: if s.has(key::glitch.name) { s.read(&key::glitch_line)? } else { EncoderLine::A },
+        glitch_clocks: clocks(&key::glitch_clocks)?,
+        swapped_from_s: if swapped { Some(s.read(&key::swapped_from)?) } else { None },
         inverted: match inverted {
-            Some(line) => Some((line, from("inverted_from")?)),
+            Some(line) => Some((line, s.read(&key::inverted_from)?)),
             None => None,
         },
-        lost_index: s.flag("lost_index", false)?,
+        lost_index: s.read(&key::lost_index)?,
         stuck,
-        jitter_s: s.quantity("clock_jitter", &q::TIME, UpTo(clock.period_s()), Some(0.0))?,
+        jitter_s,
     }))
 }
 
@@ -144,26 +98,46 @@ pub(super) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> R
     Ok(())
 }
 
-/// A number of times, or a list of them.
-fn times(s: &Section, key: &str) -> Result<Times, SceneError> {
-    let accepted = "a number of times at random, as 3, or a list of times, as [\"20 ms\", \"0.3 s\"]";
-    let Some(list) = s.get(key).and_then(Item::as_array) else {
-        if s.get(key).is_some_and(|item| item.as_integer().is_none()) {
-            let found = s.get(key).map_or_else(String::new, shown);
-            return Err(s.error(key, format!("{found} is not {accepted}")));
-        }
-        return Ok(Times::Random(s.integer(key, 0, MOST, Some(0))?));
-    };
-    if list.len() as u64 > MOST {
-        return Err(s.error(key, format!("{} times; accepted: {MOST} at most", list.len())));
+/// A number of times at random, or a list of times.
+pub(super) struct OfTimes;
+
+const ACCEPTED: &str = "a number of times at random, as 3, or a list of times, as [\"20 ms\", \"0.3 s\"]";
+
+/// The number, where the key is no list.
+const NUMBER: Whole<u64> = Whole::new(0, MOST, Is(0));
+
+impl Described for OfTimes {
+    fn takes(&self) -> Takes {
+        Takes::Own(Shape::NumberOrList, ACCEPTED)
     }
-    let at = list.iter().enumerate().map(|(index, item)| {
-        let item = Item::Value(item.clone());
-        s.quantity_of(&format!("{key}[{index}]"), &item, &q::TIME, NotNegative)
-    });
-    let mut at = at.collect::<Result<Vec<_>, _>>()?;
-    let text = format!("[{}]", at.iter().map(|&at| number(at)).collect::<Vec<_>>().join(", "));
-    s.note(key, ParameterValue::Text(text), "s", Origin::Scene);
-    at.sort_by(f64::total_cmp);
-    Ok(Times::At(at))
+
+    fn otherwise(&self) -> Otherwise<ParameterValue> {
+        NUMBER.otherwise()
+    }
+}
+
+impl Read for OfTimes {
+    type Value = Times;
+
+    fn read(&self, s: &Section, key: &str) -> Result<Times, SceneError> {
+        let Some(list) = s.get(key).and_then(Item::as_array) else {
+            if s.get(key).is_some_and(|item| item.as_integer().is_none()) {
+                let found = s.get(key).map_or_else(String::new, shown);
+                return Err(s.error(key, format!("{found} is not {ACCEPTED}")));
+            }
+            return NUMBER.read(s, key).map(Times::Random);
+        };
+        if list.len() as u64 > MOST {
+            return Err(s.error(key, format!("{} times; accepted: {MOST} at most", list.len())));
+        }
+        let at = list.iter().enumerate().map(|(index, item)| {
+            let item = Item::Value(item.clone());
+            s.quantity_of(&format!("{key}[{index}]"), &item, &q::TIME, NotNegative, |_| None)
+        });
+        let mut at = at.collect::<Result<Vec<_>, _>>()?;
+        let text = format!("[{}]", at.iter().map(|&at| number(at)).collect::<Vec<_>>().join(", "));
+        s.note(key, ParameterValue::Text(text), "s", Origin::Scene);
+        at.sort_by(f64::total_cmp);
+        Ok(Times::At(at))
+    }
 }

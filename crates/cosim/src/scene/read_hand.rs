@@ -2,12 +2,12 @@
 
 use std::io;
 
+use super::keys;
 use super::parameter::{Origin, ParameterValue};
 use super::parts::{Hand, PathPoint};
 use super::quantity as q;
-use super::read_device::Axis;
+use super::quantity::Sense::{Any, NotNegative};
 use super::section::Section;
-use super::section::Sense::{Any, NotNegative};
 use super::source::SceneError;
 use crate::message::{number, utf8};
 use crate::replay;
@@ -15,38 +15,25 @@ use crate::replay;
 /// Reads a file that the scene names.
 pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
-pub(super) fn hand(s: &Section, axis: &Axis, load: Load) -> Result<Hand, SceneError> {
-    let kinds = ["none", "constant_torque", "spring_damper", "prescribed", "capture"].map(|kind| (kind, kind));
-    let accept = |keys: &[&str]| s.accept(&[&["kind"], keys].concat());
-    match s.choice("kind", &kinds, None)? {
-        "none" => {
-            accept(&[])?;
-            Ok(Hand::None)
-        }
-        "constant_torque" => {
-            accept(&["torque"])?;
-            Ok(Hand::ConstantTorque { torque_nm: s.quantity("torque", axis.effort, Any, None)? })
-        }
-        "spring_damper" => {
-            accept(&["stiffness", "damping", "path", "file"])?;
-            Ok(Hand::SpringDamper {
-                stiffness_nm_per_rad: s.quantity("stiffness", axis.stiffness, NotNegative, None)?,
-                damping_nm_s_per_rad: s.quantity("damping", axis.damping, NotNegative, None)?,
-                path: motion(s, axis, load)?,
-            })
-        }
-        "prescribed" => {
-            accept(&["path", "file"])?;
-            Ok(Hand::Prescribed { path: motion(s, axis, load)? })
-        }
+pub(super) fn hand(s: &Section, load: Load) -> Result<Hand, SceneError> {
+    let kind = s.read(&keys::hand::kind)?;
+    s.accept(&[kind])?;
+    match kind {
+        "none" => Ok(Hand::None),
+        "constant_torque" => Ok(Hand::ConstantTorque { torque_nm: s.read(&keys::hand_torque::torque)? }),
+        "spring_damper" => Ok(Hand::SpringDamper {
+            stiffness_nm_per_rad: s.read(&keys::hand_grip::stiffness)?,
+            damping_nm_s_per_rad: s.read(&keys::hand_grip::damping)?,
+            path: motion(s, load)?,
+        }),
+        "prescribed" => Ok(Hand::Prescribed { path: motion(s, load)? }),
         _ => {
-            accept(&["file", "channel_a", "channel_b"])?;
-            let file = s.text("file", "the name of a VCD file beside the scene")?;
-            let channel_a = s.text("channel_a", "the name of encoder line A in the file")?;
-            let channel_b = s.text("channel_b", "the name of encoder line B in the file")?;
-            let bytes = read(s, file, load)?;
+            let file = s.read(&keys::hand_capture::file)?;
+            let channel_a = s.read(&keys::hand_capture::channel_a)?;
+            let channel_b = s.read(&keys::hand_capture::channel_b)?;
+            let bytes = read(s, &file, load)?;
             utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            let edges = replay::read_capture(&bytes, channel_a, channel_b)
+            let edges = replay::read_capture(&bytes, &channel_a, &channel_b)
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             Ok(Hand::Capture { edges })
         }
@@ -59,23 +46,23 @@ fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
 }
 
 /// The points of `path`, or those of `file`.
-fn motion(s: &Section, axis: &Axis, load: Load) -> Result<Vec<PathPoint>, SceneError> {
+fn motion(s: &Section, load: Load) -> Result<Vec<PathPoint>, SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
         (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
-        (true, false) => path(s, axis),
+        (true, false) => path(s),
         (false, true) => {
-            let file = s.text("file", "the name of a CSV file beside the scene")?;
-            let bytes = read(s, file, load)?;
+            let file = s.read(&keys::hand_motion::file)?;
+            let bytes = read(s, &file, load)?;
             let text = utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            let motion = replay::read_motion_csv(text, (q::TIME.most, axis.position.most))
+            let motion = replay::read_motion_csv(text, (q::TIME.most, s.axis().position.most))
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             Ok(motion.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
         }
     }
 }
 
-fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
+fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {
     let accepted = "write [[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
     let points = s.get("path").and_then(|item| item.as_array()).filter(|points| !points.is_empty());
     let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;
@@ -86,10 +73,10 @@ fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
         let pair = pair.ok_or_else(|| s.error(&key, format!("not a pair; {accepted}")))?;
         let quantity = |at: usize, dimension, sense| {
             let item = toml_edit::Item::Value(pair.get(at).expect("one of two").clone());
-            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sense)
+            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sense, |_| None)
         };
         let time_s = quantity(0, &q::TIME, NotNegative)?;
-        let angle_rad = quantity(1, axis.position, Any)?;
+        let angle_rad = quantity(1, s.axis().position, Any)?;
         if let Some(before) = path.last().filter(|before| time_s <= before.time_s) {
             let reason = format!("times must increase: {} s follows {} s", number(time_s), number(before.time_s));
             return Err(s.error(&format!("{key}[0]"), reason));
@@ -98,7 +85,7 @@ fn path(s: &Section, axis: &Axis) -> Result<Vec<PathPoint>, SceneError> {
     }
     let points = path.iter().map(|point| format!("[{}, {}]", number(point.time_s), number(point.angle_rad)));
     let text = format!("[{}]", points.collect::<Vec<_>>().join(", "));
-    let unit = if axis.position.si == "m" { "s, m" } else { "s, rad" };
+    let unit = if s.axis().position.si == "m" { "s, m" } else { "s, rad" };
     s.note("path", ParameterValue::Text(text), unit, Origin::Scene);
     Ok(path)
 }

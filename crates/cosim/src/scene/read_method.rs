@@ -1,37 +1,13 @@
 //! Reading `[method]`: the loop and its words.
 
-use hpu_datapath::command_limiter::MOST_SETTLING;
-
+use super::keys;
 use super::law;
 use super::parts::{Loop, Method, Pwm};
-use super::quantity as q;
-use super::read_device::Axis;
 use super::section::Section;
-use super::section::Sense::{NotNegative, Positive};
 use super::source::SceneError;
 
-pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
-    const COMMON: [&str; 9] = [
-        "kind",
-        "sample_rate",
-        "position_bits",
-        "stiffness_format",
-        "damping_format",
-        "period_bits",
-        "pwm",
-        "shaper",
-        "velocity_bits",
-    ];
-    const PLAIN: [&str; 5] = ["product", "settling", "rescaled", "reference_rate", "scale_format"];
-    let kinds = [
-        ("hybrid", "hybrid"),
-        ("conventional", "conventional"),
-        ("sampled_wall", "sampled_wall"),
-        ("virtual_coupling", "virtual_coupling"),
-        ("passivity_controller", "passivity_controller"),
-        ("energy_bounding", "energy_bounding"),
-        ("passive_spring", "passive_spring"),
-    ];
+pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
+    use keys::{method as key, method_loop as of_a_loop};
     if s.get("kind").and_then(|kind| kind.as_str()) == Some("midpoint_spring") {
         let reason = "not causal: it needs the position to which its own force leads; write \"passive_spring\"";
         return Err(s.error("kind", reason));
@@ -39,47 +15,40 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
     if s.has("pwm_frequency") {
         return Err(s.unknown("pwm_frequency", PWM_FREQUENCY));
     }
-    let kind = s.choice("kind", &kinds, None)?;
-    match law::keys(kind) {
-        // A law's velocity is as wide as its position, and the shaper stands behind a law.
-        Some(own) => s.accept(&[&COMMON[..8], own].concat())?,
-        None => {
-            if s.has("shaper") {
-                let reason = format!("\"{kind}\" has no place for a shaper; write kind = \"sampled_wall\"");
-                return Err(s.error("shaper", reason));
-            }
-            s.accept(&[&COMMON[..7], &COMMON[8..], &PLAIN].concat())?;
-        }
+    let kind = s.read(&key::kind)?;
+    let (is_loop, has_shaper) = (matches!(kind, "hybrid" | "conventional"), s.has("shaper"));
+    if is_loop && has_shaper {
+        let reason = format!("\"{kind}\" has no place for a shaper; write kind = \"sampled_wall\"");
+        return Err(s.error("shaper", reason));
     }
-    let law = law::law(s, kind, axis)?;
-    let rescaled = law.is_none() && s.flag("rescaled", false)?;
-    for key in ["reference_rate", "scale_format"] {
-        if s.has(key) && !rescaled && law.is_none() {
+    s.accept(&[kind])?;
+    let law = law::law(s, kind)?;
+    let rescaled = is_loop && s.read(&of_a_loop::rescaled)?;
+    for key in [of_a_loop::reference_rate.name, keys::method_scale::scale_format.name] {
+        if s.has(key) && !rescaled && is_loop {
             return Err(s.error(key, "only a rescaled velocity has one; write rescaled = true beside it"));
         }
     }
-    let reference_rate = || s.quantity("reference_rate", &q::FREQUENCY, Positive, None);
-    let position_bits = s.bits("position_bits", 32, 12)?;
+    let position_bits = s.read(&key::position_bits)?;
     let shaper = s.section("shaper")?;
-    shaper.accept(&["cutoff"])?;
-    let cutoff = || shaper.quantity("cutoff", &q::FREQUENCY, Positive, None);
+    shaper.accept(&[])?;
     Ok(Method {
         kind: match (law, kind) {
             (Some(law), _) => Loop::Law(law),
             (None, "hybrid") => Loop::Hybrid,
             (None, _) => Loop::Conventional,
         },
-        sample_rate_hz: s.quantity("sample_rate", &q::FREQUENCY, Positive, None)?,
+        sample_rate_hz: s.read(&key::sample_rate)?,
         position_bits,
-        stiffness_format: s.gain_format("stiffness_format", (12, 0))?,
-        damping_format: s.gain_format("damping_format", (12, 0))?,
-        velocity_bits: if law.is_some() { position_bits } else { s.bits("velocity_bits", 32, 12)? },
-        period_bits: s.bits("period_bits", 30, 24)?,
-        saturate: law.is_some() || s.choice("product", &[("saturate", true), ("drop_upper", false)], Some(true))?,
-        reference_rate_hz: if rescaled { Some(reference_rate()?) } else { None },
-        scale_format: s.gain_format("scale_format", (8, 8))?,
-        settling: if law.is_none() { s.integer("settling", 0, MOST_SETTLING.into(), Some(0))? as u32 } else { 0 },
-        shaper_hz: if s.has("shaper") { Some(cutoff()?) } else { None },
+        stiffness_format: s.read(&key::stiffness_format)?,
+        damping_format: s.read(&key::damping_format)?,
+        velocity_bits: if is_loop { s.read(&of_a_loop::velocity_bits)? } else { position_bits },
+        period_bits: s.read(&key::period_bits)?,
+        saturate: !is_loop || s.read(&of_a_loop::product)?,
+        reference_rate_hz: if rescaled { Some(s.read(&of_a_loop::reference_rate)?) } else { None },
+        scale_format: s.read(&keys::method_scale::scale_format)?,
+        settling: if is_loop { s.read(&of_a_loop::settling)? } else { 0 },
+        shaper_hz: if has_shaper { Some(shaper.read(&keys::method_shaper::cutoff)?) } else { None },
         pwm: pwm(&s.section("pwm")?)?,
     })
 }
@@ -92,12 +61,12 @@ fn pwm(s: &Section) -> Result<Pwm, SceneError> {
     if s.has("frequency") {
         return Err(s.unknown("frequency", PWM_FREQUENCY));
     }
-    s.accept(&["bits", "mode", "duty", "off", "dead_time"])?;
+    s.accept(&[])?;
     Ok(Pwm {
-        bits: s.bits("bits", 24, 12)?,
-        antiphase: s.choice("mode", &[("sign_magnitude", false), ("locked_antiphase", true)], Some(false))?,
-        latched: s.choice("duty", &[("latched", true), ("immediate", false)], Some(true))?,
-        floating: s.choice("off", &[("brake", false), ("float", true)], Some(false))?,
-        dead_time_s: s.quantity("dead_time", &q::TIME, NotNegative, Some(0.0))?,
+        bits: s.read(&keys::pwm::bits)?,
+        antiphase: s.read(&keys::pwm::mode)?,
+        latched: s.read(&keys::pwm::duty)?,
+        floating: s.read(&keys::pwm::off)?,
+        dead_time_s: s.read(&keys::pwm::dead_time)?,
     })
 }

@@ -4,63 +4,59 @@ use hpu_datapath::Estimator;
 
 use super::{LawMethod, Loop, Scene};
 
+use super::keys::{self, Key, Quantity};
 use super::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use super::parts::{Device, Hand};
-use super::quantity as q;
+use super::read_device::kind;
 use super::section::Section;
-use super::section::Sense::{NotNegative, Positive};
 use super::source::SceneError;
 
 const FIXED: &str = "\"euler\", \"semi_implicit\", \"midpoint\" or \"rk4\"";
 
 pub(super) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
-    s.accept(&["solver", "step", "datapath", "bridge", "winding", "friction", "friction_speed", "encoder", "delay"])?;
-    for (key, lacks) in [("bridge", "a force amplifier and no bridge"), ("winding", "no winding")] {
+    use keys::{model as key, model_law as of_the_law, model_motor as of_a_motor};
+    for (key, lacks) in
+        [(of_a_motor::bridge.name, "a force amplifier and no bridge"), (of_a_motor::winding.name, "no winding")]
+    {
         if let (Device::Mass(_), true) = (device, s.has(key)) {
             return Err(s.error(key, format!("a mass has {lacks}; leave this out")));
         }
     }
-    let datapaths = [("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear)];
-    let bridges = [("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged)];
-    let windings = [("inductive", Winding::Inductive), ("resistive", Winding::Resistive)];
-    let encoders =
-        [("quantised", EncoderModel::Quantised), ("loaded", EncoderModel::Loaded), ("ideal", EncoderModel::Ideal)];
-    let solver = s.choice("solver", &Solver::ALL.map(|solver| (solver.name(), solver)), Some(Solver::Events))?;
+    s.accept(&["axis", kind(device)])?;
+    let solver = s.read(&key::solver)?;
     Ok(Model {
         solver,
-        step_s: step(s, solver)?,
-        datapath: s.choice("datapath", &datapaths, Some(Datapath::Words))?,
-        bridge: s.choice("bridge", &bridges, Some(BridgeModel::Switching))?,
-        winding: s.choice("winding", &windings, Some(Winding::Inductive))?,
-        friction: friction(s, device)?,
-        encoder: s.choice("encoder", &encoders, Some(EncoderModel::Quantised))?,
-        delay_s: s.quantity("delay", &q::TIME, NotNegative, Some(0.0))?,
+        step_s: step(s, &key::step, solver)?,
+        datapath: s.read(&key::datapath)?,
+        bridge: s.read(&of_a_motor::bridge)?,
+        winding: s.read(&of_a_motor::winding)?,
+        friction: friction(s)?,
+        encoder: s.read(&of_the_law::encoder)?,
+        delay_s: s.read(&of_the_law::delay)?,
     })
 }
 
-pub(super) fn step(s: &Section, solver: Solver) -> Result<Option<f64>, SceneError> {
-    match (solver.is_fixed_step(), s.has("step")) {
-        (true, _) => s.quantity("step", &q::TIME, Positive, None).map(Some),
+pub(super) fn step(s: &Section, key: &Key<Quantity>, solver: Solver) -> Result<Option<f64>, SceneError> {
+    match (solver.is_fixed_step(), s.has(key.name)) {
+        (true, _) => s.read(key).map(Some),
         (false, false) => Ok(None),
         (false, true) => {
             let reason =
                 format!("\"{}\" has no step of its own; leave it out, or write solver = {FIXED}", solver.name());
-            Err(s.error("step", reason))
+            Err(s.error(key.name, reason))
         }
     }
 }
 
-pub(super) fn friction(s: &Section, device: &Device) -> Result<Friction, SceneError> {
-    let smoothed = Friction::Smoothed { speed_rad_per_s: 0.0 };
-    let kinds = [("stick_slip", Friction::StickSlip), ("smoothed", smoothed), ("none", Friction::None)];
-    let kind = s.choice("friction", &kinds, Some(Friction::StickSlip))?;
-    if kind == smoothed {
-        let dimension = if matches!(device, Device::Motor(_)) { &q::ANGULAR_SPEED } else { &q::SPEED };
-        let speed_rad_per_s = s.quantity("friction_speed", dimension, Positive, None)?;
-        return Ok(Friction::Smoothed { speed_rad_per_s });
+pub(super) fn friction(s: &Section) -> Result<Friction, SceneError> {
+    use keys::model_friction as key;
+    let kind = s.read(&key::friction)?;
+    if kind == keys::SMOOTHED {
+        return Ok(Friction::Smoothed { speed_rad_per_s: s.read(&key::friction_speed)? });
     }
-    if s.has("friction_speed") {
-        return Err(s.error("friction_speed", "only smoothed friction has it; write friction = \"smoothed\" beside it"));
+    if s.has(key::friction_speed.name) {
+        let reason = "only smoothed friction has it; write friction = \"smoothed\" beside it";
+        return Err(s.error(key::friction_speed.name, reason));
     }
     Ok(kind)
 }

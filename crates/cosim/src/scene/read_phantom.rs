@@ -7,26 +7,21 @@ use crate::arm_world::is_singular;
 use crate::message::number;
 
 use super::accuracy::{Output, accuracy};
-use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::model::Solver;
-use super::parameter::{Origin, ParameterValue};
+use super::expect::{Expect, Metric};
+use super::keys;
+use super::parameter::Origin;
 use super::phantom::{
-    Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
+    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
 };
-use super::quantity as q;
-use super::read::{clock, record, run, scene_name};
+use super::read::{clock, expect, record, run, scene_name};
 use super::read_model::step;
 use super::section::Section;
-use super::section::Sense::{Any, NotNegative, Positive, UpTo, Within};
 use super::source::{SceneError, Source};
 
 pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, SceneError> {
     let root = source.root();
-    root.accept(&[
-        "about", "device", "drop", "platform", "clock", "method", "room", "model", "run", "record", "expect",
-        "accuracy",
-    ])?;
-    let about = root.text("about", "a few sentences that say what to look for")?.trim().to_string();
+    root.accept(&["phantom"])?;
+    let about = root.read(&keys::top::about)?.trim().to_string();
     let clock = clock(&root.section("clock")?)?;
     let (platform, irregularity) = platform(&root.section("platform")?)?;
     let device = root.section("device")?;
@@ -42,9 +37,9 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         room: room(&root.section("room")?, drop.axis)?,
         model: model(&root.section("model")?)?,
         run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, 1e3)?,
-        expect: expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM)?,
+        record: record(&root.section("record")?, &keys::record_phantom::plant_rate, "phantom")?,
+        expect: phantom_expect(&root.section("expect")?)?,
+        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM, "phantom")?,
         auto: source.auto,
         parameters: [].into(),
         places: source.places.clone(),
@@ -125,71 +120,56 @@ fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
 }
 
 fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
-    device.accept(&["kind", "model", "upper_arm", "forearm", "coulomb_force", "viscous_damping"])?;
-    s.accept(&["axis", "weight", "speed", "trial"])?;
-    let axes = Direction::ALL.map(|axis| (axis.name(), axis));
-    let arms = [("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)];
-    let premium = device.choice("model", &arms, Some(Premium::OneZero))?;
-    let (premium_name, _) = arms[usize::from(premium == Premium::OneFive)];
+    use keys::{drop as key, phantom as of_the_arm};
+    device.accept(&["phantom"])?;
+    s.accept(&[])?;
+    let premium = device.read(&of_the_arm::model)?;
+    let premium_name = of_the_arm::model.value.name_of(premium).unwrap_or_default();
     let mut lengths_m = match premium {
         Premium::OneZero => ArmModel::premium_1_0().lengths_m,
         Premium::OneFive => ArmModel::premium_1_5().lengths_m,
     };
-    for (key, length_m) in ["upper_arm", "forearm"].into_iter().zip(&mut lengths_m) {
-        if device.has(key) && premium == Premium::OneFive {
-            return Err(
-                device.error(key, "the Premium 1.5 has its own; leave this out, or write model = \"premium_1.0\"")
-            );
+    for (key, length_m) in [&of_the_arm::upper_arm, &of_the_arm::forearm].into_iter().zip(&mut lengths_m) {
+        if device.has(key.name) && premium == Premium::OneFive {
+            let reason = "the Premium 1.5 has its own; leave this out, or write model = \"premium_1.0\"";
+            return Err(device.error(key.name, reason));
         }
-        *length_m = device.quantity(key, &q::LENGTH, Positive, Some(*length_m))?;
-        device.note(key, ParameterValue::Number(*length_m), q::LENGTH.si_unit(), Origin::Arm(premium_name));
-        if !(0.02..=0.5).contains(length_m) {
-            return Err(device.error(key, format!("{} m: links of 20 mm to 500 mm are accepted", number(*length_m))));
-        }
+        *length_m = device.read_or(key, *length_m, Origin::Arm(premium_name))?;
     }
     Ok(Drop {
         premium,
         lengths_m,
-        coulomb_n: device.quantity("coulomb_force", &q::FORCE, UpTo(100.0), Some(0.038))?,
-        damping_n_s_per_m: device.quantity("viscous_damping", &q::DAMPING, UpTo(100.0), Some(0.005))?,
-        axis: s.choice("axis", &axes, None)?,
-        weight_n: s.quantity("weight", &q::FORCE, UpTo(100.0), Some(0.15))?,
-        speed_m_per_s: s.quantity("speed", &q::SPEED, UpTo(100.0), Some(0.0))?,
-        trial: s.integer("trial", 0, i64::MAX as u64, Some(1))?,
+        coulomb_n: device.read(&of_the_arm::coulomb_force)?,
+        damping_n_s_per_m: device.read(&of_the_arm::viscous_damping)?,
+        axis: s.read(&key::axis)?,
+        weight_n: s.read(&key::weight)?,
+        speed_m_per_s: s.read(&key::speed)?,
+        trial: s.read(&key::trial)?,
     })
 }
 
 fn platform(s: &Section) -> Result<(Platform, Irregularity), SceneError> {
-    s.accept(&["kind", "jitter", "missed"])?;
-    let kind = s.choice("kind", &Platform::ALL.map(|platform| (platform.name(), platform)), None)?;
-    for key in ["jitter", "missed"] {
-        if s.has(key) && kind != Platform::Pmos1 {
-            return Err(s.error(key, "only PMOS-1 has it; leave it out"));
+    use keys::platform as key;
+    s.accept(&[])?;
+    let kind = s.read(&key::kind)?;
+    for key in [&key::jitter, &key::missed] {
+        if s.has(key.name) && kind != Platform::Pmos1 {
+            return Err(s.error(key.name, "only PMOS-1 has it; leave it out"));
         }
     }
-    let irregularity = Irregularity {
-        jitter_s: s.quantity("jitter", &q::TIME, NotNegative, Some(100e-6))?,
-        missed: s.quantity("missed", &q::RATIO, NotNegative, Some(0.002))?,
-    };
-    if irregularity.jitter_s > 0.9e-3 {
-        return Err(s.error("jitter", "a sample may be late by at most 0.9 ms of its 1 ms"));
-    }
-    if irregularity.missed > 0.5 {
-        return Err(s.error("missed", "at most half of the samples may be missed"));
-    }
-    Ok((kind, irregularity))
+    Ok((kind, Irregularity { jitter_s: s.read(&key::jitter)?, missed: s.read(&key::missed)? }))
 }
 
 fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
+    use keys::method_phantom as key;
     let premium = drop.premium;
-    s.accept(&["architecture", "words", "depth_bits"])?;
+    s.accept(&["phantom"])?;
     let arm = match premium {
         Premium::OneZero => PhantomConfig::default(),
         Premium::OneFive => PhantomConfig::premium_1_5(),
     };
-    let shared = s.choice("architecture", &[("parallel", false), ("shared", true)], Some(false))?;
-    let words = [("fitted", Words::Fitted), ("narrow", Words::Narrow), ("plain_q22", Words::PlainQ22)];
-    let config = match s.choice("words", &words, Some(Words::Fitted))? {
+    let shared = s.read(&key::architecture)?;
+    let config = match s.read(&key::words)? {
         Words::Fitted => arm,
         Words::Narrow => arm.narrow(),
         Words::PlainQ22 if premium == Premium::OneFive => {
@@ -199,107 +179,61 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
         }
         Words::PlainQ22 => PhantomConfig::plain_q22(),
     };
-    let depth_width = s.bits_within("depth_bits", 4..=15, 13)?;
+    let depth_width = s.read(&key::depth_bits)?;
     let length_lsbs = f64::from(config.formats.length_frac).exp2();
     let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
     let config = PhantomConfig { depth_width, lengths, ..config };
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
 }
 
+/// The word formats that a scene can choose.
 #[derive(Clone, Copy, PartialEq)]
-enum Words {
+pub(super) enum Words {
     Fitted,
     Narrow,
     PlainQ22,
 }
 
 fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
-    s.accept(&["distance", "stiffness", "walls"])?;
+    use keys::room as key;
+    s.accept(&[])?;
     let mut walls = Direction::ALL.map(|direction| direction == axis);
-    if s.has("walls") {
-        let text = s.text("walls", "the directions that have walls, as in \"y\" or \"xyz\"")?;
+    if let Some(text) = s.given(&key::walls)? {
         walls = Direction::ALL.map(|direction| text.contains(direction.name()));
-        if text.is_empty() || text.chars().any(|c| !"xyz".contains(c)) {
-            return Err(s.error("walls", format!("`{text}` is not made of x, y, z")));
+        if text.chars().any(|c| !"xyz".contains(c)) {
+            return Err(s.error(key::walls.name, format!("`{text}` is not made of x, y, z")));
         }
     }
-    let distance_m = s.quantity("distance", &q::LENGTH, Any, Some(0.02))?;
-    if distance_m <= 0.0 {
-        let reason = format!(
-            "the walls of a pair stand at -distance and distance; {} m turns the room inside out",
-            number(distance_m)
-        );
-        return Err(s.error("distance", reason));
-    }
-    Ok(Room { distance_m, stiffness_n_per_m: s.quantity("stiffness", &q::STIFFNESS, NotNegative, None)?, walls })
+    Ok(Room { distance_m: s.read(&key::distance)?, stiffness_n_per_m: s.read(&key::stiffness)?, walls })
 }
 
 fn model(s: &Section) -> Result<PhantomModel, SceneError> {
-    s.accept(&[
-        "solver",
-        "step",
-        "law",
-        "joints",
-        "friction",
-        "delay",
-        "latency",
-        "amplifier_lag",
-        "transmission_stiffness",
-        "transmission_damping",
-        "motor_share",
-    ])?;
-    let delay_samples = s.quantity("delay", &q::RATIO, NotNegative, Some(1.0))?;
-    let law = s.choice("law", &PhantomLaw::ALL.map(|law| (law.name(), law)), Some(PhantomLaw::Words))?;
-    let latency_s = s.quantity("latency", &q::TIME, NotNegative, Some(0.0))?;
-    if latency_s > 0.1 {
-        return Err(s.error("latency", "at most 100 ms"));
-    }
-    if delay_samples > 4.0 {
-        return Err(s.error("delay", "at most 4 samples"));
-    }
-    let transmission_n_per_m = s.quantity("transmission_stiffness", &q::STIFFNESS, UpTo(1e7), Some(0.0))?;
-    for key in ["transmission_damping", "motor_share"] {
-        if s.has(key) && transmission_n_per_m == 0.0 {
-            return Err(s.error(key, "a rigid transmission has none; write transmission_stiffness too"));
+    use keys::model_phantom as key;
+    s.accept(&["phantom"])?;
+    let transmission_n_per_m = s.read(&key::transmission_stiffness)?;
+    for key in [&key::transmission_damping, &key::motor_share] {
+        if s.has(key.name) && transmission_n_per_m == 0.0 {
+            return Err(s.error(key.name, "a rigid transmission has none; write transmission_stiffness too"));
         }
     }
-    let motor_share = s.quantity("motor_share", &q::RATIO, Within(1e-3, 1.0), Some(0.5))?;
-    if motor_share >= 1.0 {
-        return Err(s.error("motor_share", "below 1: the arm has some of the mass"));
-    }
-    let solvers = [Solver::Events, Solver::Clock, Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
-    let solver = s.choice("solver", &solvers.map(|solver| (solver.name(), solver)), Some(Solver::Events))?;
+    let solver = s.read(&key::solver)?;
     Ok(PhantomModel {
         solver,
-        step_s: step(s, solver)?,
-        law,
-        tested_joint_only: s.choice("joints", &[("all", false), ("tested", true)], Some(false))?,
-        friction: s.flag("friction", true)?,
-        delay_samples,
-        latency_s,
-        amplifier_lag_s: s.quantity("amplifier_lag", &q::TIME, UpTo(100.0), Some(0.0))?,
+        step_s: step(s, &key::step, solver)?,
+        law: s.read(&key::law)?,
+        tested_joint_only: s.read(&key::joints)?,
+        friction: s.read(&key::friction)?,
+        delay_samples: s.read(&key::delay)?,
+        latency_s: s.read(&key::latency)?,
+        amplifier_lag_s: s.read(&key::amplifier_lag)?,
         transmission_n_per_m,
-        transmission_n_s_per_m: s.quantity("transmission_damping", &q::DAMPING, UpTo(1e3), Some(0.1))?,
-        motor_share,
+        transmission_n_s_per_m: s.read(&key::transmission_damping)?,
+        motor_share: s.read(&key::motor_share)?,
     })
 }
 
-fn expect(s: &Section) -> Result<Expect, SceneError> {
-    s.accept(&["outcome", Metric::Rms.name()])?;
-    let outcomes = [
-        ("passive", Some(OutcomeKind::Passive)),
-        ("non_passive", Some(OutcomeKind::NonPassive)),
-        ("highly_unstable", Some(OutcomeKind::HighlyUnstable)),
-    ];
-    let mut numbers = Vec::new();
-    if s.has(Metric::Rms.name()) {
-        let number = s.section(Metric::Rms.name())?;
-        number.accept(&["value", "tolerance"])?;
-        numbers.push(Expectation {
-            metric: Metric::Rms,
-            value: number.quantity("value", &q::LENGTH, NotNegative, None)?,
-            tolerance: number.quantity("tolerance", &q::LENGTH, NotNegative, None)?,
-        });
-    }
-    Ok(Expect { outcome: s.choice("outcome", &outcomes, Some(None))?, numbers })
+fn phantom_expect(s: &Section) -> Result<Expect, SceneError> {
+    use keys::expect_phantom as key;
+    s.accept(&["phantom"])?;
+    expect(s, &[(Metric::Rms, &key::rms)], &key::outcome)
 }

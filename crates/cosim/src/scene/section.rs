@@ -1,74 +1,35 @@
 //! Reading one section of a scene: every reader knows its key's default, range and unit, and says them when it refuses.
 
-use std::ops::RangeInclusive;
-
-use hpu_signal::{Format, FormatError};
 use toml_edit::{Item, TableLike, Value};
 
+use super::keys::{self, AnyKey, Key, Otherwise, Quantity, Read};
 use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
-use super::quantity::Dimension;
+use super::quantity::{Axis, Dimension, SHAFT, Sense};
 use super::source::{Places, SceneError, join};
-use crate::message::{excerpt, number};
-
-/// Which values of a quantity make sense. Sizes are those of the [`Dimension`], or the key's own.
-#[derive(Clone, Copy)]
-pub(super) enum Sense {
-    /// Either sign, and 0.
-    Any,
-    /// 0 and above.
-    NotNegative,
-    /// 0 and above, up to the key's own greatest size.
-    UpTo(f64),
-    /// Above 0.
-    Positive,
-    /// Above 0, between the key's own sizes.
-    Within(f64, f64),
-}
-
-impl Sense {
-    /// The least size above 0, if there is one, and the greatest.
-    fn sizes(self, dimension: &Dimension) -> (Option<f64>, f64) {
-        match self {
-            Self::Any => (None, dimension.most),
-            Self::NotNegative | Self::Positive => (Some(dimension.least), dimension.most),
-            Self::UpTo(most) => (Some(dimension.least), most),
-            Self::Within(least, most) => (Some(least), most),
-        }
-    }
-
-    /// Why a value is refused, which is written so.
-    fn refuses(self, dimension: &Dimension, value: f64, shown: &str) -> Option<String> {
-        let rule = match self {
-            Self::NotNegative | Self::UpTo(_) if value < 0.0 => "must not be negative",
-            Self::Positive | Self::Within(..) if value <= 0.0 => "must be above zero",
-            _ => "",
-        };
-        if !rule.is_empty() {
-            return Some(format!("{shown} {rule}"));
-        }
-        let (least, most) = self.sizes(dimension);
-        if value.abs() <= most && least.is_none_or(|least| value == 0.0 || value >= least) {
-            return None;
-        }
-        let unit = dimension.si_unit();
-        let [low, high] = [least.unwrap_or(-most), most].map(number);
-        let zero = if matches!(self, Self::NotNegative | Self::UpTo(_)) { "0, or " } else { "" };
-        let accepted = format!("{zero}{low} to {high} {unit}");
-        Some(format!("{} {unit}; accepted: {}", number(value), accepted.trim_end()).replace(" ;", ";"))
-    }
-}
+use crate::message::excerpt;
 
 /// One table of the scene. A table that is not there reads as an empty one.
 pub(super) struct Section<'a> {
     places: &'a Places,
     parameters: &'a Parameters,
+    axis: &'static Axis,
     path: String,
     table: Option<&'a dyn TableLike>,
 }
 
 impl<'a> Section<'a> {
     pub fn root(places: &'a Places, parameters: &'a Parameters, table: &'a dyn TableLike) -> Self {
-        Self { places, parameters, path: String::new(), table: Some(table) }
+        Self { places, parameters, axis: &SHAFT, path: String::new(), table: Some(table) }
+    }
+
+    /// The section, its quantities of the device's motion in the dimensions of this axis.
+    pub fn along(self, axis: &'static Axis) -> Self {
+        Self { axis, ..self }
+    }
+
+    /// The dimensions of the device's motion.
+    pub fn axis(&self) -> &'static Axis {
+        self.axis
     }
 
     pub fn key(&self, key: &str) -> String {
@@ -91,7 +52,8 @@ impl<'a> Section<'a> {
                 }
             },
         };
-        Ok(Section { places: self.places, parameters: self.parameters, path: self.key(key), table })
+        let Self { places, parameters, axis, .. } = *self;
+        Ok(Section { places, parameters, axis, path: self.key(key), table })
     }
 
     pub fn get(&self, key: &str) -> Option<&'a Item> {
@@ -112,16 +74,45 @@ impl<'a> Section<'a> {
         self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
     }
 
-    /// Refuses every key but these.
-    pub fn accept(&self, keys: &[&str]) -> Result<(), SceneError> {
-        let mut present = self.table.into_iter().flat_map(|table| table.iter());
-        let Some((unknown, _)) = present.find(|(key, _)| !keys.contains(key)) else {
-            return Ok(());
-        };
-        let kind = self.get("kind").and_then(|item| item.as_str());
-        let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
-        let reason = format!("unknown key{kind}; accepted here: {}", keys.join(", "));
-        Err(self.places.key_error(&self.key(unknown), reason))
+    /// Refuses every key but those of these kinds of the section.
+    pub fn accept(&self, kinds: &[&str]) -> Result<(), SceneError> {
+        self.accept_as(&self.path, kinds)
+    }
+
+    /// The same by the rows of another section, for sections whose own name is free.
+    pub fn accept_as(&self, section: &str, kinds: &[&str]) -> Result<(), SceneError> {
+        let keys: Vec<_> = keys::accepted(section, kinds).collect();
+        let names: Vec<_> = keys.iter().map(|key| key.name()).collect();
+        if let Some(unknown) = self.keys().find(|key| !names.contains(key)) {
+            let kind = self.get("kind").and_then(|item| item.as_str());
+            let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
+            let reason = format!("unknown key{kind}; accepted here: {}", names.join(", "));
+            return Err(self.places.key_error(&self.key(unknown), reason));
+        }
+        let alone = |key: &&&dyn AnyKey| self.has(key.name()) && key.beside().is_some_and(|of| !self.has(of));
+        match keys.iter().find(alone) {
+            Some(key) => {
+                let of = key.beside().unwrap_or_default();
+                let reason = format!("without {of} it says nothing; write {of} too, or leave this out");
+                Err(self.error(key.name(), reason))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The value of a key, or what holds without it.
+    pub fn read<V: Read>(&self, key: &Key<V>) -> Result<V::Value, SceneError> {
+        key.value.read(self, key.name)
+    }
+
+    /// The value of a key that is there.
+    pub fn given<V: Read>(&self, key: &Key<V>) -> Result<Option<V::Value>, SceneError> {
+        if self.has(key.name) { self.read(key).map(Some) } else { Ok(None) }
+    }
+
+    /// A quantity whose default another part of the scene decides.
+    pub fn read_or(&self, key: &Key<Quantity>, otherwise: f64, by: Origin) -> Result<f64, SceneError> {
+        key.value.read_or(self, key.name, Otherwise::Is(otherwise), by)
     }
 
     /// Notes what a parameter is, as it is used: by this origin, or by that of its key where it is given.
@@ -131,56 +122,15 @@ impl<'a> Section<'a> {
         self.parameters.note(Parameter { key: path, value, unit, origin });
     }
 
-    fn noted<T>(&self, key: &str, value: T, unit: &'static str, shown: impl FnOnce(&T) -> ParameterValue) -> T {
-        self.note(key, shown(&value), unit, Origin::Default);
-        value
-    }
-
-    pub fn choice<T>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError>
-    where
-        T: Copy + PartialEq,
-    {
-        let chosen = self.chosen(key, options, default)?;
-        if let Some((name, _)) = options.iter().find(|(_, option)| *option == chosen) {
-            self.note(key, ParameterValue::Text((*name).to_string()), "", Origin::Default);
-        }
-        Ok(chosen)
-    }
-
-    fn chosen<T: Copy>(&self, key: &str, options: &[(&str, T)], default: Option<T>) -> Result<T, SceneError> {
-        let accepted = || options.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-        match (self.get(key), default) {
-            (None, Some(default)) => Ok(default),
-            (None, None) => Err(self.error(key, format!("missing; write one of {}", accepted()))),
-            (Some(item), _) => {
-                // A name of digits, as a standard's year, may stand without quotes.
-                let is = |name: &str| {
-                    item.as_str() == Some(name) || item.as_integer().is_some_and(|year| year.to_string() == name)
-                };
-                let chosen = options.iter().find(|(name, _)| is(name)).map(|(_, option)| *option);
-                chosen.ok_or_else(|| self.error(key, format!("{} is none of {}", shown(item), accepted())))
-            }
-        }
-    }
-
-    pub fn quantity(
+    /// A quantity that stands in this item; `beyond` has words of its own for values that are refused.
+    pub fn quantity_of(
         &self,
         key: &str,
+        item: &Item,
         dimension: &Dimension,
         sense: Sense,
-        default: Option<f64>,
+        beyond: fn(f64) -> Option<String>,
     ) -> Result<f64, SceneError> {
-        let value = match (self.get(key), default) {
-            (None, Some(default)) => default,
-            (None, None) => {
-                return Err(self.error(key, format!("missing; write {} as {}", dimension.name, dimension.accepted())));
-            }
-            (Some(item), _) => self.quantity_of(key, item, dimension, sense)?,
-        };
-        Ok(self.noted(key, value, dimension.si_unit(), |value| ParameterValue::Number(*value)))
-    }
-
-    pub fn quantity_of(&self, key: &str, item: &Item, dimension: &Dimension, sense: Sense) -> Result<f64, SceneError> {
         let value = match item {
             Item::Value(Value::Integer(number)) => Some(*number.value() as f64),
             Item::Value(Value::Float(number)) => Some(*number.value()).filter(|number| number.is_finite()),
@@ -192,96 +142,8 @@ impl<'a> Section<'a> {
         })?;
         match sense.refuses(dimension, value, &shown(item)) {
             None => Ok(value),
-            Some(reason) => Err(self.error(key, reason)),
+            Some(reason) => Err(self.error(key, beyond(value).unwrap_or(reason))),
         }
-    }
-
-    pub fn integer(&self, key: &str, least: u64, most: u64, default: Option<u64>) -> Result<u64, SceneError> {
-        self.whole(key, least, most, default, "")
-    }
-
-    fn whole(
-        &self,
-        key: &str,
-        least: u64,
-        most: u64,
-        default: Option<u64>,
-        unit: &'static str,
-    ) -> Result<u64, SceneError> {
-        let accepted = format!("a whole number from {least} to {most}");
-        let number = match (self.get(key), default) {
-            (None, Some(default)) => Ok(default),
-            (None, None) => Err(self.error(key, format!("missing; write {accepted}"))),
-            (Some(item), _) => item
-                .as_integer()
-                .and_then(|number| u64::try_from(number).ok())
-                .filter(|number| (least..=most).contains(number))
-                .ok_or_else(|| self.error(key, format!("{} is not {accepted}", shown(item)))),
-        }?;
-        Ok(self.noted(key, number, unit, |number| ParameterValue::Integer(*number)))
-    }
-
-    /// A width of 2 bits or more: a one-bit port is no vector.
-    pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
-        self.bits_within(key, 2..=most, default)
-    }
-
-    pub fn bits_within(&self, key: &str, range: RangeInclusive<u32>, default: u32) -> Result<u32, SceneError> {
-        let bits = self.whole(key, (*range.start()).into(), (*range.end()).into(), Some(default.into()), "bit")?;
-        Ok(bits as u32)
-    }
-
-    pub fn flag(&self, key: &str, default: bool) -> Result<bool, SceneError> {
-        let flag = match self.get(key) {
-            None => default,
-            Some(item) => {
-                item.as_bool().ok_or_else(|| self.error(key, format!("{} is not true or false", shown(item))))?
-            }
-        };
-        Ok(self.noted(key, flag, "", |flag| ParameterValue::Flag(*flag)))
-    }
-
-    pub fn text(&self, key: &str, what: &str) -> Result<&'a str, SceneError> {
-        let text = match self.get(key) {
-            None => Err(self.error(key, format!("missing; write {what}"))),
-            Some(item) => item
-                .as_str()
-                .filter(|text| !text.trim().is_empty())
-                .ok_or_else(|| self.error(key, format!("{} is not {what}", shown(item)))),
-        }?;
-        Ok(self.noted(key, text, "", |text| ParameterValue::Text((*text).to_string())))
-    }
-
-    /// The format of a gain: unsigned, no bit worth less than the fraction bits say.
-    pub fn gain_format(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
-        let format = self.gain_format_of(key, default)?;
-        Ok(self.noted(key, format, "", |format| ParameterValue::Text(format.to_string())))
-    }
-
-    fn gain_format_of(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
-        let Some(item) = self.get(key) else {
-            return Format::new(false, default.0, default.1).map_err(|error| self.error(key, error.to_string()));
-        };
-        let text = item.as_str().ok_or_else(|| {
-            self.error(key, format!("{} is not a format; write \"(S,I,F)\", as in \"(0,12,0)\"", shown(item)))
-        })?;
-        let format: Format = text.parse().map_err(|error: FormatError| self.error(key, error.to_string()))?;
-        if format.is_signed() || format.frac() < 0 || !(2..=32).contains(&format.width()) {
-            let rule = "a gain is unsigned, has no negative fraction bits and 2 to 32 bits, as in \"(0,12,0)\"";
-            return Err(self.error(key, format!("{}: {rule}", format_read(text, format))));
-        }
-        Ok(format)
-    }
-}
-
-/// A format, and what it was read from where that is another notation.
-fn format_read(text: &str, format: Format) -> String {
-    match text.trim() {
-        text if text.starts_with('(') => format.to_string(),
-        text if text.starts_with(['Q', 'q']) && !text.contains('(') => {
-            format!("`{text}` is {format}, {} bits, as TI writes it; ARM counts the sign bit too", format.width())
-        }
-        text => format!("`{text}` is {format}"),
     }
 }
 

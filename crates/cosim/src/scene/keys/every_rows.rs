@@ -1,0 +1,163 @@
+//! The sections of a scene, and those that every scene has.
+
+use super::super::accuracy::Output;
+use super::super::expect::OutcomeKind;
+use super::super::quantity as q;
+use super::super::quantity::Sense::{Any, NotNegative, Positive, Within};
+use super::Otherwise::{Is, Required, Said};
+use super::value::Expected;
+use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys};
+
+keys! { top: "" of [];
+    /// Tells what the scene shows and what to look for; `hpu scenes` lists its first sentence.
+    about: Text = Text("a few sentences that say what to look for", Required);
+    /// The device that the hand holds.
+    device: Own = Own::section(Required);
+}
+
+keys! { top_axis: "" of ["axis", "dut"];
+    /// The encoder on the motor's shaft or along the rail.
+    encoder: Own = Own::section(Said("its keys' defaults"));
+    /// The H-bridge of a motor; a mass has none.
+    bridge: Own = Own::section(Said("its keys' defaults"));
+    /// The force amplifier of a mass; a motor has none.
+    amplifier: Own = Own::section(Said("none"));
+}
+
+keys! { top_phantom: "" of ["phantom"];
+    /// How the tip is released.
+    drop: Own = Own::section(Required);
+    /// What computes the force, and how often.
+    platform: Own = Own::section(Required);
+}
+
+keys! { top_clock: "" of [];
+    /// The clock of the FPGA.
+    clock: Own = Own::section(Required);
+}
+
+keys! { top_method: "" of ["axis"];
+    /// The control law that closes the loop, as hpu's own blocks.
+    method: Own = Own::section(Required);
+}
+
+keys! { top_dut: "" of ["dut"];
+    /// A design of your own that closes the loop, in the place of `[method]`.
+    dut: Own = Own::section(Required);
+}
+
+keys! { top_wall: "" of ["axis", "dut"];
+    /// The virtual wall.
+    wall: Own = Own::section(Required);
+    /// What moves the device.
+    hand: Own = Own::section(Required);
+    /// Faults of encoder lines, switches and clock.
+    faults: Own = Own::section(Said("none"));
+}
+
+keys! { top_room: "" of ["phantom"];
+    /// The design of the arm's datapath.
+    method: Own = Own::section(Said("its keys' defaults"));
+    /// The walls around the tip.
+    room: Own = Own::section(Required);
+}
+
+keys! { top_run: "" of [];
+    /// How much physics is modelled; `model = "auto"` leaves the choice to `hpu fit`.
+    model: Own = Own::section(Said("its keys' defaults"));
+    /// How long the scene runs.
+    run: Own = Own::section(Required);
+    /// What a waveform holds beside the signals.
+    record: Own = Own::section(Said("its keys' defaults"));
+    /// The verdict and numbers that a run is judged by.
+    expect: Own = Own::section(Said("nothing is judged"));
+    /// The outputs by which `hpu fit` and `hpu chart` compare models.
+    accuracy: Own = Own::section(Said("its keys' defaults"));
+}
+
+keys! { clock: "clock" of [];
+    /// Frequency of the clock, a whole number of hertz.
+    frequency: Quantity = Quantity::new(&q::FREQUENCY, Within(1.0, 1e10), Required);
+}
+
+keys! { run: "run" of [];
+    /// Simulated time; 1 to 2^62 clock cycles.
+    duration: Quantity = Quantity::new(&q::TIME, Positive, Required);
+    /// Seed of everything random.
+    seed: Whole<u64> = Whole::new(0, i64::MAX as u64, Is(0));
+}
+
+keys! { record: "record" of ["axis", "dut"];
+    /// Rate at which the device's motion is recorded.
+    plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(10e3));
+}
+
+keys! { record_phantom: "record" of ["phantom"];
+    /// Rate at which the arm's motion is recorded.
+    plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(1e3));
+}
+
+keys! { record_all: "record" of [];
+    /// Records the clock signal too.
+    clock: Flag = Flag(false);
+}
+
+keys! { expect: "expect" of ["axis", "dut"];
+    /// Verdict that the run must reach: the motion settles, keeps a limit cycle, or diverges.
+    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
+        ("settled", OutcomeKind::Settled),
+        ("limit_cycle", OutcomeKind::LimitCycle),
+        ("diverged", OutcomeKind::Diverged),
+    ], Said("not judged"));
+    /// Angle or position at the end.
+    final_angle: Expected = Expected::along(|axis| axis.position);
+    /// Greatest recorded angle or position.
+    peak_angle: Expected = Expected::along(|axis| axis.position);
+    /// Greatest recorded depth in the wall.
+    peak_penetration: Expected = Expected::along(|axis| axis.position);
+    /// Amplitude of the limit cycle.
+    amplitude: Expected = Expected::along(|axis| axis.position);
+    /// Frequency of the limit cycle.
+    frequency: Expected = Expected::new(&q::FREQUENCY, Any);
+    /// Greatest recorded torque of the motor, or force of the amplifier.
+    peak_torque: Expected = Expected::along(|axis| axis.effort);
+    /// Share of the clock cycles in which the spring's product overflows.
+    spring_overflow_share: Expected = Expected::new(&q::RATIO, Any);
+    /// Number of changes of the encoder lines.
+    encoder_edges: Expected = Expected::new(&q::RATIO, Any);
+    /// Share of the judged window in which the device is in the wall.
+    contact_share: Expected = Expected::new(&q::RATIO, Any);
+}
+
+keys! { expect_phantom: "expect" of ["phantom"];
+    /// Verdict that the drop must reach: the tip rests on the wall, chatters on it, or the run is aborted.
+    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
+        ("passive", OutcomeKind::Passive),
+        ("non_passive", OutcomeKind::NonPassive),
+        ("highly_unstable", OutcomeKind::HighlyUnstable),
+    ], Said("not judged"));
+    /// rms of the motion about its steady value at the end of the drop.
+    rms: Expected = Expected::new(&q::LENGTH, NotNegative);
+}
+
+keys! { metric: "expect.METRIC" of [];
+    /// The number, in the unit of its metric.
+    value: Own = Own::new(|| Takes::Quantity(vec![]), Required);
+    /// How far the run may be off, in the same unit.
+    tolerance: Own = Own::new(|| Takes::Quantity(vec![]), Required);
+}
+
+keys! { accuracy: "accuracy" of ["axis", "dut"];
+    /// Outputs that must agree.
+    outputs: Own = Own::new(|| Takes::Names(Output::OF_AN_AXIS.map(Output::name).to_vec()), Said("by the verdict"));
+}
+
+keys! { accuracy_phantom: "accuracy" of ["phantom"];
+    /// Outputs that must agree.
+    outputs: Own = Own::new(|| Takes::Names(Output::OF_A_PHANTOM.map(Output::name).to_vec()), Said("by the verdict"));
+}
+
+keys! { accuracy_all: "accuracy" of [];
+    /// Relative error that each output may have.
+    within: Quantity = Quantity::new(&q::RATIO, Within(1e-9, 1e3), Is(0.01));
+}

@@ -1,0 +1,6 @@
+//! The keys as the tables of the documentation.
+
+/// The tables of all sections, in Markdown.
+pub fn markdown() -> String {
+    String::new()
+}

@@ -1,0 +1,214 @@
+//! Every key of a scene, as data: one row a key. Readers read by the row; accept lists, `hpu keys`, the JSON Schema and
+//! the table of the documentation are functions of the rows.
+//!
+//! A row is one entry of a `keys!` table, and no other place names the key's default, range or options. A new key is a
+//! row, a field of the scene and the line that reads the row into the field.
+
+mod axis_rows;
+mod dut_rows;
+mod every_rows;
+mod faults_rows;
+mod markdown;
+mod method_rows;
+mod phantom_rows;
+mod value;
+
+use super::parameter::ParameterValue;
+
+pub use markdown::markdown;
+pub use value::{Otherwise, Shape, Sizes, Takes};
+
+pub(in crate::scene) use value::{
+    Choice, Described, Expected, Flag, GainFormat, Own, Quantity, Read, Text, Whole, named,
+};
+pub(in crate::scene) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
+
+/// A key of a scene, as the documentation, the schema and `hpu keys` show it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Row {
+    /// The section; empty for the scene itself. A word in capitals stands for any name, as in `dut.ports.PORT`.
+    pub section: &'static str,
+    /// Which kinds of that section take the key: values of its `kind`, or of the scene ([`SCENES`], [`DEVICES`]). Empty
+    /// where all do.
+    pub kinds: &'static [&'static str],
+    /// The key. A word in capitals stands for any name.
+    pub key: &'static str,
+    /// The values that it accepts.
+    pub takes: Takes,
+    /// The value of a scene without the key.
+    pub otherwise: Otherwise<ParameterValue>,
+    /// What the value does.
+    pub meaning: &'static str,
+}
+
+/// Kinds of scenes: an axis with one of hpu's methods, an axis with a design of the user's own, a PHANToM.
+pub const SCENES: [&str; 3] = ["axis", "dut", "phantom"];
+
+/// Kinds of devices, which `device.kind` chooses.
+pub const DEVICES: [&str; 3] = ["motor", "mass", "phantom"];
+
+/// A key: its name and what it takes.
+pub(in crate::scene) struct Key<V> {
+    pub name: &'static str,
+    /// The key without which this one says nothing.
+    pub beside: Option<&'static str>,
+    pub meaning: &'static str,
+    pub value: V,
+}
+
+/// A key of any type, for lists of keys.
+pub(in crate::scene) trait AnyKey: Sync {
+    fn name(&self) -> &'static str;
+    fn beside(&self) -> Option<&'static str>;
+    fn row(&self, group: &Group) -> Row;
+}
+
+impl<V: Described> AnyKey for Key<V> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn beside(&self) -> Option<&'static str> {
+        self.beside
+    }
+
+    fn row(&self, group: &Group) -> Row {
+        let (takes, otherwise) = (self.value.takes(), self.value.otherwise());
+        Row {
+            section: group.section,
+            kinds: group.kinds,
+            key: self.name,
+            takes,
+            otherwise,
+            meaning: self.meaning.trim(),
+        }
+    }
+}
+
+/// The keys of a section that the same kinds take.
+pub(in crate::scene) struct Group {
+    pub section: &'static str,
+    pub kinds: &'static [&'static str],
+    pub keys: &'static [&'static dyn AnyKey],
+}
+
+/// A group of keys, each a static in a module of the group's name:
+///
+/// ```text
+/// keys! { bridge: "bridge" of [];
+///     /// Supply voltage.
+///     supply: Quantity = Quantity::new(&q::VOLTAGE, Positive, Is(24.0));
+/// }
+/// ```
+///
+/// makes `bridge::supply`, whose meaning is its comment, and `bridge::GROUP`. `beside` names a key without which this one
+/// says nothing.
+macro_rules! keys {
+    ($group:ident: $section:literal of $kinds:expr;
+     $($(#[doc = $meaning:literal])+ $key:ident $(beside $of:ident)?: $value:ty = $given:expr;)*) => {
+        #[allow(non_upper_case_globals, reason = "the static is named like its key, so that the name stands once")]
+        pub(in crate::scene) mod $group {
+            #[allow(unused_imports, reason = "not every group has every type of key")]
+            use super::*;
+            $($(#[doc = $meaning])+ pub(in crate::scene) static $key: Key<$value> = Key {
+                name: stringify!($key),
+                beside: crate::scene::keys::beside(&[$(stringify!($of))?]),
+                meaning: concat!($($meaning),+),
+                value: $given,
+            };)*
+            pub(in crate::scene) static GROUP: Group =
+                Group { section: $section, kinds: &$kinds, keys: &[$(&$key),*] };
+        }
+    };
+}
+pub(in crate::scene) use keys;
+
+const fn beside(of: &[&'static str]) -> Option<&'static str> {
+    if of.is_empty() { None } else { Some(of[0]) }
+}
+
+/// All groups: the sections in the order in which the documentation shows them, the scene's own keys first.
+static GROUPS: &[&Group] = &[
+    &top::GROUP,
+    &top_axis::GROUP,
+    &top_phantom::GROUP,
+    &top_clock::GROUP,
+    &top_method::GROUP,
+    &top_dut::GROUP,
+    &top_wall::GROUP,
+    &top_room::GROUP,
+    &top_run::GROUP,
+    &device::GROUP,
+    &motor::GROUP,
+    &mass::GROUP,
+    &phantom::GROUP,
+    &encoder_motor::GROUP,
+    &encoder_mass::GROUP,
+    &bridge::GROUP,
+    &amplifier::GROUP,
+    &amplifier_shaper::GROUP,
+    &drop::GROUP,
+    &platform::GROUP,
+    &clock::GROUP,
+    &method::GROUP,
+    &method_law::GROUP,
+    &method_loop::GROUP,
+    &sampled_wall::GROUP,
+    &virtual_coupling::GROUP,
+    &passivity_controller::GROUP,
+    &energy_bounding::GROUP,
+    &passive_spring::GROUP,
+    &method_scale::GROUP,
+    &method_phantom::GROUP,
+    &method_shaper::GROUP,
+    &pwm::GROUP,
+    &dut::GROUP,
+    &dut_clocks::GROUP,
+    &dut_reset::GROUP,
+    &dut_generics::GROUP,
+    &dut_parameters::GROUP,
+    &dut_ports::GROUP,
+    &dut_port::GROUP,
+    &wall::GROUP,
+    &wall_axis::GROUP,
+    &wall_dut::GROUP,
+    &wall_ramp::GROUP,
+    &hand::GROUP,
+    &hand_torque::GROUP,
+    &hand_grip::GROUP,
+    &hand_motion::GROUP,
+    &hand_capture::GROUP,
+    &faults::GROUP,
+    &room::GROUP,
+    &model::GROUP,
+    &model_motor::GROUP,
+    &model_friction::GROUP,
+    &model_law::GROUP,
+    &model_phantom::GROUP,
+    &run::GROUP,
+    &record::GROUP,
+    &record_phantom::GROUP,
+    &record_all::GROUP,
+    &expect::GROUP,
+    &expect_phantom::GROUP,
+    &metric::GROUP,
+    &accuracy::GROUP,
+    &accuracy_phantom::GROUP,
+    &accuracy_all::GROUP,
+];
+
+/// Every key of every section.
+pub fn rows() -> impl Iterator<Item = Row> {
+    GROUPS.iter().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
+}
+
+/// The keys that a section of one of these kinds takes.
+pub(in crate::scene) fn accepted<'a>(
+    section: &'a str,
+    kinds: &'a [&'a str],
+) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
+    let takes = move |group: &&&Group| {
+        group.section == section && (group.kinds.is_empty() || group.kinds.iter().any(|kind| kinds.contains(kind)))
+    };
+    GROUPS.iter().filter(takes).flat_map(|group| group.keys.iter().copied())
+}
