@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use hpu_cosim::did_you_mean;
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
@@ -65,7 +66,8 @@ pub fn known(name: &str) -> Result<(), Failure> {
     if names.contains(&name) {
         return Ok(());
     }
-    Err(Failure::usage(format!("no block `{name}`; there are {}", names.join(", "))))
+    let near = did_you_mean(name, &names);
+    Err(Failure::usage(format!("no block `{name}`; there are {}{near}", names.join(", "))))
 }
 
 /// The labels of its variants.

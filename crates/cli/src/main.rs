@@ -17,6 +17,8 @@ mod input;
 mod interrupt;
 mod jobs;
 mod journal;
+mod keys;
+mod keys_schema;
 mod limits;
 mod limits_text;
 mod manual;
@@ -87,6 +89,7 @@ struct Command {
 enum Verb {
     Run(run::Args),
     Scenes(scene::ListArgs),
+    Keys(keys::Args),
     Block(block::Args),
     Vectors(vectors::Args),
     Check(check::Args),
@@ -114,6 +117,7 @@ fn main() -> ExitCode {
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::scenes(&args),
+        Verb::Keys(args) => keys::run(&args),
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),
         Verb::Check(args) => check::run(&args),

@@ -1,6 +1,5 @@
 //! The parameters of a run: what they are, and who said so.
 
-use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
 use hpu_study::fit::Fit;
 use serde_json::{Value, json};
@@ -35,12 +34,6 @@ pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said>
 /// A line for each.
 pub fn text(all: &[Said]) -> String {
     let lines = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
-        let value = match value {
-            ParameterValue::Number(value) => number(*value),
-            ParameterValue::Integer(value) => value.to_string(),
-            ParameterValue::Flag(flag) => flag.to_string(),
-            ParameterValue::Text(text) => text.clone(),
-        };
         format!("{:<10} {key:<28} {:<34} {by}\n", "parameter", format!("{value} {unit}").trim_end())
     });
     lines.collect()
@@ -49,15 +42,19 @@ pub fn text(all: &[Said]) -> String {
 /// All as JSON: key, value in that unit, and who said it.
 pub fn object(all: &[Said]) -> Vec<Value> {
     let objects = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
-        let value = match value {
-            ParameterValue::Number(value) => json!(value),
-            ParameterValue::Integer(value) => json!(value),
-            ParameterValue::Flag(flag) => json!(flag),
-            ParameterValue::Text(text) => json!(text),
-        };
-        json!({ "key": key, "value": value, "unit": unit, "source": by })
+        json!({ "key": key, "value": as_json(value), "unit": unit, "source": by })
     });
     objects.collect()
+}
+
+/// A value as JSON.
+pub fn as_json(value: &ParameterValue) -> Value {
+    match value {
+        ParameterValue::Number(value) => json!(value),
+        ParameterValue::Integer(value) => json!(value),
+        ParameterValue::Flag(flag) => json!(flag),
+        ParameterValue::Text(text) => json!(text),
+    }
 }
 
 /// That a stiffness is missed, and the format that would hold it.

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
 use hpu_rtl::LoopScene;
 use serde_json::json;
@@ -150,8 +151,9 @@ pub fn source(scene: &str) -> Result<Source, Failure> {
     if !is_path && !path.exists() {
         let names: Vec<_> = shipped().iter().map(|shipped| shipped.name).collect();
         return Err(Failure::file(format!(
-            "no scene `{scene}`: neither a file nor one of the shipped {}",
-            names.join(", ")
+            "no scene `{scene}`: neither a file nor one of the shipped {}{}",
+            names.join(", "),
+            did_you_mean(scene, &names)
         )));
     }
     let text = read_text(path)?;

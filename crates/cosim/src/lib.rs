@@ -50,7 +50,7 @@ pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use faults::Mark;
 pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};
 pub use linear::LinearLoop;
-pub use message::{excerpt, figure, number, utf8};
+pub use message::{did_you_mean, excerpt, figure, number, utf8};
 pub use method::law_as_asked;
 pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};

@@ -56,6 +56,36 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
+/// What a message ends with where a name is near to one of those that there are: `; did you mean stiffness?`; else nothing.
+/// Near is a name that at most two letters make of it, each added, left out or changed, or two neighbours swapped.
+#[must_use]
+pub fn did_you_mean(name: &str, names: &[&str]) -> String {
+    let near = names.iter().map(|other| (letters_apart(name, other), *other));
+    let near = near.filter(|(apart, other)| *apart <= 2 && 2 * apart <= name.len().max(other.len()));
+    near.min_by_key(|(apart, _)| *apart).map_or(String::new(), |(_, other)| format!("; did you mean {other}?"))
+}
+
+/// The fewest letters to add, to leave out or to change, or neighbours to swap, that make one name of another.
+fn letters_apart(one: &str, other: &str) -> usize {
+    let (one, other): (Vec<char>, Vec<char>) = (one.chars().collect(), other.chars().collect());
+    let mut apart = vec![vec![0; other.len() + 1]; one.len() + 1];
+    for i in 0..=one.len() {
+        for j in 0..=other.len() {
+            apart[i][j] = match (i, j) {
+                (0, _) | (_, 0) => i + j,
+                _ => {
+                    let changed = apart[i - 1][j - 1] + usize::from(one[i - 1] != other[j - 1]);
+                    (apart[i - 1][j] + 1).min(apart[i][j - 1] + 1).min(changed)
+                }
+            };
+            if i > 1 && j > 1 && one[i - 1] == other[j - 2] && one[i - 2] == other[j - 1] {
+                apart[i][j] = apart[i][j].min(apart[i - 2][j - 2] + 1);
+            }
+        }
+    }
+    apart[one.len()][other.len()]
+}
+
 /// Input as text.
 ///
 /// # Errors
@@ -70,7 +100,29 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{excerpt, number, number_above, number_below};
+    use super::{did_you_mean, excerpt, letters_apart, number, number_above, number_below};
+
+    #[test]
+    fn a_name_is_near_to_those_that_two_letters_make_of_it() {
+        for (one, other, apart) in [
+            ("stiffness", "stiffness", 0),
+            ("stifness", "stiffness", 1),
+            ("hybird", "hybrid", 1),
+            ("conventionel", "conventional", 1),
+            ("kidn", "kind", 1),
+            ("truncating_multipler", "truncating_multiplier", 1),
+            ("hbyird", "hybrid", 2),
+            ("", "to", 2),
+            ("clock", "shaper", 6),
+        ] {
+            assert_eq!((letters_apart(one, other), letters_apart(other, one)), (apart, apart), "{one} {other}");
+        }
+        let names = ["position", "stiffness", "damping", "to"];
+        assert_eq!(did_you_mean("stifness", &names), "; did you mean stiffness?");
+        for far in ["stiff", "zzz", "", "x", "dampner_"] {
+            assert_eq!(did_you_mean(far, &names), "", "{far}");
+        }
+    }
 
     #[test]
     fn numbers_are_short_and_never_zero_unless_they_are() {

@@ -1,6 +1,9 @@
 //! What of a run has to be right, and how right: what models are compared by.
 
-use super::keys;
+use toml_edit::Item;
+
+use super::keys::{self, Described, Key, Otherwise, Read, Takes};
+use super::parameter::ParameterValue;
 use super::section::Section;
 use super::source::SceneError;
 
@@ -64,29 +67,48 @@ pub struct Accuracy {
     pub within: f64,
 }
 
-/// Reads `[accuracy]` of a kind of scene; `all` are the outputs there are.
-pub(super) fn accuracy(s: &Section, all: &[Output], scene: &str) -> Result<Accuracy, SceneError> {
+/// Reads `[accuracy]` of a kind of scene, which has outputs of its own.
+pub(super) fn accuracy(s: &Section, outputs: &Key<OfOutputs>, scene: &str) -> Result<Accuracy, SceneError> {
     s.accept(&[scene])?;
-    let within = s.read(&keys::accuracy_all::within)?;
-    Ok(Accuracy { outputs: if s.has("outputs") { Some(outputs(s, all)?) } else { None }, within })
+    Ok(Accuracy { within: s.read(&keys::accuracy_all::within)?, outputs: s.given(outputs)? })
 }
 
-fn outputs(s: &Section, all: &[Output]) -> Result<Vec<Output>, SceneError> {
-    let accepted = || all.iter().map(|output| format!("\"{}\"", output.name())).collect::<Vec<_>>().join(", ");
-    let list = s.get("outputs").and_then(|item| item.as_array());
-    let list = list.filter(|list| !list.is_empty());
-    let list = list.ok_or_else(|| s.error("outputs", format!("write a list of {}", accepted())))?;
-    let mut outputs = Vec::new();
-    for (index, value) in list.iter().enumerate() {
-        let key = format!("outputs[{index}]");
-        let found = all.iter().find(|output| value.as_str() == Some(output.name()));
-        let output = found.ok_or_else(|| {
-            s.error(&key, format!("`{}` is none of {}", value.to_string().trim().trim_matches('"'), accepted()))
-        })?;
-        if outputs.contains(output) {
-            return Err(s.error(&key, format!("`{}` stands there already", output.name())));
-        }
-        outputs.push(*output);
+/// A list of some of these outputs.
+pub(super) struct OfOutputs(pub &'static [Output]);
+
+impl OfOutputs {
+    fn names(&self) -> Vec<&'static str> {
+        self.0.iter().map(|output| output.name()).collect()
     }
-    Ok(outputs)
+}
+
+impl Described for OfOutputs {
+    fn takes(&self) -> Takes {
+        Takes::Names(self.names())
+    }
+
+    fn otherwise(&self) -> Otherwise<ParameterValue> {
+        Otherwise::Said("by the verdict")
+    }
+}
+
+impl Read for OfOutputs {
+    type Value = Vec<Output>;
+
+    fn read(&self, s: &Section, key: &str) -> Result<Vec<Output>, SceneError> {
+        let list = s.get(key).and_then(Item::as_array).filter(|list| !list.is_empty());
+        let list = list.ok_or_else(|| s.error(key, format!("write a list of {}", keys::quoted(&self.names()))))?;
+        let mut outputs = Vec::new();
+        for (index, value) in list.iter().enumerate() {
+            let key = format!("{key}[{index}]");
+            let found = self.0.iter().find(|output| value.as_str() == Some(output.name()));
+            let output =
+                found.ok_or_else(|| s.error(&key, keys::none_of(&Item::Value(value.clone()), &self.names())))?;
+            if outputs.contains(output) {
+                return Err(s.error(&key, format!("`{}` stands there already", output.name())));
+            }
+            outputs.push(*output);
+        }
+        Ok(outputs)
+    }
 }

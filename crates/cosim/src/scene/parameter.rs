@@ -1,6 +1,9 @@
 //! A scene's parameters: values, units and where each comes from.
 
 use std::cell::RefCell;
+use std::fmt;
+
+use crate::message::number;
 
 /// A parameter of a scene, as it is used.
 #[derive(Clone, PartialEq, Debug)]
@@ -26,6 +29,17 @@ pub enum ParameterValue {
     Flag(bool),
     /// A choice, a format, the name of a file, a path.
     Text(String),
+}
+
+impl fmt::Display for ParameterValue {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Number(value) => f.write_str(&number(*value)),
+            Self::Integer(value) => value.fmt(f),
+            Self::Flag(flag) => flag.fmt(f),
+            Self::Text(text) => f.write_str(text),
+        }
+    }
 }
 
 /// Where a parameter's value comes from.

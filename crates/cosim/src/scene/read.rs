@@ -2,7 +2,7 @@
 
 use hpu_signal::Clock;
 
-use super::accuracy::{Output, accuracy};
+use super::accuracy::accuracy;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::keys::{self, Choice, Expected, Key, Quantity};
 use super::law::LawMethod;
@@ -50,7 +50,7 @@ pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, Sce
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, &keys::record::plant_rate, "axis")?,
         expect: axis_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS, "axis")?,
+        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy::outputs, "axis")?,
         auto: source.auto,
         parameters: [].into(),
         places: source.places.clone(),

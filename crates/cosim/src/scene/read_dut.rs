@@ -3,7 +3,7 @@
 use hpu_signal::Format;
 use toml_edit::{Item, TableLike, Value};
 
-use super::accuracy::{Output, accuracy};
+use super::accuracy::accuracy;
 use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
 use super::keys::{self, Key, Read, Text};
 use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
@@ -52,7 +52,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, &keys::record::plant_rate, "dut")?,
         expect: axis_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_AN_AXIS, "dut")?,
+        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy::outputs, "dut")?,
         parameters: [].into(),
         places: source.places.clone(),
     };

@@ -6,7 +6,7 @@ use hpu_plant::arm::{ArmModel, kinematics};
 use crate::arm_world::is_singular;
 use crate::message::number;
 
-use super::accuracy::{Output, accuracy};
+use super::accuracy::accuracy;
 use super::expect::{Expect, Metric};
 use super::keys;
 use super::parameter::Origin;
@@ -39,7 +39,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
         run: run(&root.section("run")?, clock)?,
         record: record(&root.section("record")?, &keys::record_phantom::plant_rate, "phantom")?,
         expect: phantom_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &Output::OF_A_PHANTOM, "phantom")?,
+        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy_phantom::outputs, "phantom")?,
         auto: source.auto,
         parameters: [].into(),
         places: source.places.clone(),

@@ -6,7 +6,7 @@ use super::keys::{self, AnyKey, Key, Otherwise, Quantity, Read};
 use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
 use super::quantity::{Axis, Dimension, SHAFT, Sense};
 use super::source::{Places, SceneError, join};
-use crate::message::excerpt;
+use crate::message::{did_you_mean, excerpt};
 
 /// One table of the scene. A table that is not there reads as an empty one.
 pub(super) struct Section<'a> {
@@ -86,7 +86,8 @@ impl<'a> Section<'a> {
         if let Some(unknown) = self.keys().find(|key| !names.contains(key)) {
             let kind = self.get("kind").and_then(|item| item.as_str());
             let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
-            let reason = format!("unknown key{kind}; accepted here: {}", names.join(", "));
+            let reason =
+                format!("unknown key{kind}; accepted here: {}{}", names.join(", "), did_you_mean(unknown, &names));
             return Err(self.places.key_error(&self.key(unknown), reason));
         }
         let alone = |key: &&&dyn AnyKey| self.has(key.name()) && key.beside().is_some_and(|of| !self.has(of));

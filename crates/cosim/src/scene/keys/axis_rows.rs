@@ -1,11 +1,11 @@
 //! The keys of an axis: device, transducers, wall, hand, model.
 
-use super::super::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
-use super::super::quantity as q;
-use super::super::quantity::Sense::{Any, NotNegative, Positive, Within};
-use super::super::read_device::{DeviceKind, MOTORS, NamedMotor};
 use super::Otherwise::{Is, Required, Said};
 use super::{Choice, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named};
+use crate::scene::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
+use crate::scene::read_device::{DeviceKind, MOTORS, NamedMotor};
 
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";

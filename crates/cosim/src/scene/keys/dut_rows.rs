@@ -1,8 +1,8 @@
 //! The keys of a design of the user's own.
 
-use super::super::dut::{Engine, Standard};
 use super::Otherwise::{Is, Required, Said};
 use super::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, keys, named};
+use crate::scene::dut::{Engine, Standard};
 
 /// The form of `dut.files`.
 pub(in crate::scene) const FILES: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";

@@ -1,12 +1,12 @@
 //! The sections of a scene, and those that every scene has.
 
-use super::super::accuracy::Output;
-use super::super::expect::OutcomeKind;
-use super::super::quantity as q;
-use super::super::quantity::Sense::{Any, NotNegative, Positive, Within};
 use super::Otherwise::{Is, Required, Said};
 use super::value::Expected;
 use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys};
+use crate::scene::accuracy::{OfOutputs, Output};
+use crate::scene::expect::OutcomeKind;
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
 
 keys! { top: "" of [];
     /// Tells what the scene shows and what to look for; `hpu scenes` lists its first sentence.
@@ -149,12 +149,12 @@ keys! { metric: "expect.METRIC" of [];
 
 keys! { accuracy: "accuracy" of ["axis", "dut"];
     /// Outputs that must agree.
-    outputs: Own = Own::new(|| Takes::Names(Output::OF_AN_AXIS.map(Output::name).to_vec()), Said("by the verdict"));
+    outputs: OfOutputs = OfOutputs(&Output::OF_AN_AXIS);
 }
 
 keys! { accuracy_phantom: "accuracy" of ["phantom"];
     /// Outputs that must agree.
-    outputs: Own = Own::new(|| Takes::Names(Output::OF_A_PHANTOM.map(Output::name).to_vec()), Said("by the verdict"));
+    outputs: OfOutputs = OfOutputs(&Output::OF_A_PHANTOM);
 }
 
 keys! { accuracy_all: "accuracy" of [];

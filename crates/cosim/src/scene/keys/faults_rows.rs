@@ -1,11 +1,11 @@
 //! The keys of the faults between device and logic.
 
-use super::super::faults::{EncoderLine, Switch};
-use super::super::quantity as q;
-use super::super::quantity::Sense::{NotNegative, Positive};
-use super::super::read_faults::OfTimes;
 use super::Otherwise::{Is, Said};
 use super::{Choice, Flag, Group, Key, Quantity, Whole, keys};
+use crate::scene::faults::{EncoderLine, Switch};
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::{NotNegative, Positive};
+use crate::scene::read_faults::OfTimes;
 
 /// Clocks that a fault may take.
 const MOST_CLOCKS: u64 = 1 << 32;

@@ -3,11 +3,11 @@
 use hpu_datapath::Estimator;
 use hpu_datapath::command_limiter::MOST_SETTLING;
 
-use super::super::quantity as q;
-use super::super::quantity::Sense::{NotNegative, Positive, Within};
 use super::Otherwise::{Is, Required, Said};
 use super::{Choice, Flag, GainFormat, Group, Key, Own, Quantity, Whole, keys, named};
 use crate::law::Observer;
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::{NotNegative, Positive, Within};
 
 /// The methods of an axis: the two loops, and the laws.
 const METHODS: [&str; 7] = [

@@ -5,12 +5,14 @@
 //! row, a field of the scene and the line that reads the row into the field.
 
 mod axis_rows;
+mod choice;
 mod dut_rows;
 mod every_rows;
 mod faults_rows;
 mod markdown;
 mod method_rows;
 mod phantom_rows;
+mod told;
 mod value;
 
 use super::parameter::ParameterValue;
@@ -18,9 +20,8 @@ use super::parameter::ParameterValue;
 pub use markdown::markdown;
 pub use value::{Otherwise, Shape, Sizes, Takes};
 
-pub(in crate::scene) use value::{
-    Choice, Described, Expected, Flag, GainFormat, Own, Quantity, Read, Text, Whole, named,
-};
+pub(in crate::scene) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
+pub(in crate::scene) use value::{Described, Expected, Quantity, Read, Whole};
 pub(in crate::scene) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.

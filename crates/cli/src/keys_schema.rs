@@ -1,0 +1,164 @@
+//! A JSON Schema of scenes, made from the rows of their keys: editors show meanings and refuse what a scene would.
+//!
+//! A quantity is checked where it is a number; the text of one with a unit is left to hpu.
+
+use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, rows};
+use serde_json::{Map, Value, json};
+
+use crate::parameters::as_json;
+
+/// A scene's kind and its device's, as rows call them.
+#[derive(Clone, Copy)]
+struct Of {
+    scene: &'static str,
+    device: &'static str,
+}
+
+/// Every kind of scene with every device that it can have.
+const ALL: [Of; 5] = [
+    Of { scene: "axis", device: "motor" },
+    Of { scene: "axis", device: "mass" },
+    Of { scene: "dut", device: "motor" },
+    Of { scene: "dut", device: "mass" },
+    Of { scene: "phantom", device: "phantom" },
+];
+
+/// The schema.
+pub fn schema() -> Value {
+    let cases = ALL.map(|of| {
+        let device = json!({ "properties": { "kind": { "const": of.device } }, "required": ["kind"] });
+        let mut case = json!({ "properties": { "device": device }, "required": ["device"] });
+        match of.scene {
+            "axis" => case["not"] = json!({ "required": ["dut"] }),
+            "dut" => case["required"] = json!(["device", "dut"]),
+            _ => {}
+        }
+        json!({ "if": case, "then": object(of, "", &[of.scene]) })
+    });
+    let kinds =
+        options(&rows().find(|row| (row.section, row.key) == ("device", "kind")).expect("every device has a kind"));
+    let device = json!({ "type": "object", "properties": { "kind": kinds }, "required": ["kind"] });
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "A scene of hpu",
+        "type": "object",
+        "properties": { "device": device },
+        "required": ["device"],
+        "allOf": cases,
+    })
+}
+
+/// The rows of a section that these kinds take.
+fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Row> + 'a {
+    let takes = |row: &Row| row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind));
+    rows().filter(move |row| row.section == section && takes(row))
+}
+
+/// A section. Where its own `kind` decides which keys it takes, there is a case for each.
+fn section(of: Of, name: &str) -> Value {
+    let kinds = [of.scene, of.device];
+    // What a design of the user's own leaves to be modelled is the same for every device.
+    let kinds = if of.scene == "dut" && name == "model" { &kinds[..1] } else { &kinds };
+    let decides = |row: &Row| match &row.takes {
+        Takes::Choice(names) if row.key == "kind" => {
+            rows().any(|other| other.section == name && other.kinds.iter().any(|kind| names.contains(kind)))
+        }
+        _ => false,
+    };
+    // The kind of the device is known here, and a PHANToM's sections have no kinds.
+    let is_open = of.scene != "phantom" && name != "device";
+    let Some(kind) = rows().find(|row| is_open && row.section == name && decides(row)) else {
+        return object(of, name, kinds);
+    };
+    let Takes::Choice(names) = &kind.takes else { return object(of, name, kinds) };
+    let cases: Vec<_> = names
+        .iter()
+        .map(|option| {
+            let is = json!({ "properties": { "kind": { "const": option } }, "required": ["kind"] });
+            json!({ "if": is, "then": object(of, name, &[option]) })
+        })
+        .collect();
+    json!({ "type": "object", "properties": { "kind": options(&kind) }, "required": ["kind"], "allOf": cases })
+}
+
+/// The keys of a section, and no others.
+fn object(of: Of, name: &str, kinds: &[&str]) -> Value {
+    let (mut properties, mut others, mut required) = (Map::new(), json!(false), Vec::new());
+    for row in taken(name, kinds) {
+        let value = described(of, &row);
+        if row.key.chars().all(char::is_uppercase) {
+            others = value;
+            continue;
+        }
+        if row.otherwise == Otherwise::Required {
+            required.push(row.key);
+        }
+        properties.insert(row.key.to_string(), value);
+    }
+    json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": others })
+}
+
+/// A key's values, with what an editor shows.
+fn described(of: Of, row: &Row) -> Value {
+    let mut value = accepted(of, row);
+    value["description"] =
+        json!(format!("{} Default: {}.", row.meaning, row.default()).replace("Default: required", "Required"));
+    if let Otherwise::Is(is) = &row.otherwise {
+        value["default"] = as_json(is);
+    }
+    value
+}
+
+fn accepted(of: Of, row: &Row) -> Value {
+    let sizes = |all: &[Sizes]| quantity(if of.device == "mass" { all.last() } else { all.first() });
+    match &row.takes {
+        Takes::Quantity(all) => sizes(all),
+        Takes::Expected(all) => {
+            let number = sizes(all);
+            json!({
+                "type": "object",
+                "properties": { "value": number, "tolerance": number },
+                "required": ["value", "tolerance"],
+                "additionalProperties": false,
+            })
+        }
+        Takes::Whole { least, most, .. } => json!({ "type": "integer", "minimum": least, "maximum": most }),
+        Takes::Format | Takes::Text(_) => json!({ "type": "string" }),
+        Takes::Choice(_) => options(row),
+        Takes::Flag => json!({ "type": "boolean" }),
+        Takes::Names(names) => json!({ "type": "array", "items": { "enum": names } }),
+        Takes::Section => {
+            let below =
+                if row.section.is_empty() { row.key.to_string() } else { format!("{}.{}", row.section, row.key) };
+            match below.as_str() {
+                "model" => json!({ "anyOf": [section(of, &below), { "enum": ["auto"] }] }),
+                _ => section(of, &below),
+            }
+        }
+        Takes::Own(Shape::List, _) => json!({ "type": "array" }),
+        Takes::Own(Shape::NumberOrList, _) => json!({ "type": ["integer", "array"] }),
+        Takes::Own(Shape::Scalar, _) => json!({ "type": ["integer", "boolean", "string"] }),
+        Takes::Own(Shape::Connection, _) => {
+            json!({ "anyOf": [{ "type": ["integer", "boolean", "string"] }, object(of, "dut.ports.PORT", &[])] })
+        }
+    }
+}
+
+/// The names of a choice; one of digits may stand without quotes.
+fn options(row: &Row) -> Value {
+    let Takes::Choice(names) = &row.takes else { return json!(true) };
+    let numbers = names.iter().filter_map(|name| name.parse::<u64>().ok()).map(Value::from);
+    json!({ "enum": names.iter().map(|name| json!(name)).chain(numbers).collect::<Vec<_>>() })
+}
+
+/// A number within the sizes, or a text with a unit.
+fn quantity(sizes: Option<&Sizes>) -> Value {
+    let Some(sizes) = sizes else { return json!({ "type": ["number", "string"] }) };
+    let number = json!({ "type": "number", "minimum": sizes.least, "maximum": sizes.most });
+    let text = json!({ "type": "string" });
+    if sizes.zero && sizes.least > 0.0 {
+        json!({ "anyOf": [{ "enum": [0] }, number, text] })
+    } else {
+        json!({ "anyOf": [number, text] })
+    }
+}
