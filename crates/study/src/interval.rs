@@ -220,8 +220,8 @@ impl Matrix {
 
     /// Returns `e^(self) - 1`, precise where that is small. The matrix is scaled down, a Taylor series with its
     /// remainder gives the change `c`, and `c` is then doubled repeatedly by two formulas, whose results are
-    /// intersected: `c (2 + c)`, which is precise where the change is small, and `(1 + c)² - 1`, which widens least
-    /// what decays.
+    /// intersected: `c (2 + c)`, which is precise where the change is small, and `(1 + c)² - 1`, which widens the
+    /// enclosure of a decaying part least.
     pub fn exponential_change(&self) -> Self {
         let size = self.rows();
         // Below an eighth, the alternating terms of the series do not widen the enclosure by much.

@@ -192,9 +192,8 @@ pub(super) fn position(run: &Motion) -> Picture {
     canvas.render("position")
 }
 
-/// Returns, for each row, the mean and the time at which the mean's window begins. With a modulator the window is made
-/// of whole periods. A row in whose window no period begins keeps the mean before it, so rows closer than a period do
-/// not change it.
+/// Returns the mean of each row, and the time at which its window begins. With a modulator the window consists of whole
+/// periods. A row is left out if no period has begun since the row before it; the mean before it then stays valid.
 fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
     let pace = Pace { stride: run.trace.edges_apart(), period: run.modulator };
     let edge_s = run.clock.period_s();

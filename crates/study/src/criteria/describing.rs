@@ -1,8 +1,9 @@
 //! The describing function of a quantised position: from which stiffness on rounding alone sustains a limit cycle.
 //!
-//! A mid-tread quantiser passes a sine of amplitude `A` as if multiplied by `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1)
-//! Δ/2A)²)`, summed over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most 4/π, at `A = Δ/√2`. A limit cycle
-//! lasts where the loop with `N(A)` times its gains is at the border of stability, hence from `K = π/4 K_crit` on.
+//! A mid-tread quantiser passes a sine of amplitude `A` as if multiplied by
+//! `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1) Δ/2A)²)`, summed over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most
+//! 4/π, at `A = Δ/√2`. A limit cycle lasts where the loop with `N(A)` times its gains is at the border of stability,
+//! hence from `K = π/4 K_crit` on.
 //!
 //! The encoder's counter is a floor function: a mid-tread quantiser with a bias of half a count. The bias shifts the
 //! middle of the limit cycle into the middle of a count and changes nothing else, unless a steady effort moves it

@@ -62,7 +62,7 @@ pub struct Assumption {
     pub text: &'static str,
     /// Whether the scene meets it.
     pub met: bool,
-    /// What the scene has instead, as text; empty if the scene meets the assumption.
+    /// The scene's own property, as text, if it does not meet the assumption; else empty.
     pub here: String,
 }
 

@@ -122,8 +122,8 @@ impl Rigid {
         (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.friction_of_a_quantum())
     }
 
-    /// Returns the region of a stiffness above zero; the balance of one sample is `v T (1/2 + t_d/T - β) <= Δ (σ -
-    /// 1/2)`.
+    /// Returns the region of a stiffness above zero; the balance of one sample is
+    /// `v T (1/2 + t_d/T - β) <= Δ (σ - 1/2)`.
     #[must_use]
     pub fn balance(&self, stiffness: f64) -> Balance {
         let beta = self.damping_nm_s_per_rad / (stiffness * self.period_s);

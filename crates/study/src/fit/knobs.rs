@@ -10,7 +10,7 @@ use hpu_datapath::Estimator;
 /// One thing that a cheaper model leaves out.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Simplification {
-    /// What is left out, as a noun: "the bridge's switching".
+    /// Name of the thing, as a noun: "the bridge's switching".
     pub what: String,
     /// The keys that leave it out.
     pub set: Vec<(String, String)>,

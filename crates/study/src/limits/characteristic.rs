@@ -515,9 +515,9 @@ fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
     scales
 }
 
-/// Returns the coefficients of the powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of `c adj(δ -
-/// E) column`, where `c` picks the last state. By Cramer's rule the second is the determinant with its last column
-/// replaced.
+/// Returns the coefficients of the powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of
+/// `c adj(δ - E) column`, where `c` picks the last state. By Cramer's rule the second is the determinant with its last
+/// column replaced.
 fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet> {
     let last = states - 1;
     let entry = |row: usize, of: usize| match column {

@@ -12,13 +12,13 @@ pub type Overrides = Vec<(String, String)>;
 /// A published hand: a spring and a damper to ground.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PublishedHand {
-    /// What the hand does, as its name.
+    /// Name of the hand: its grip and direction.
     pub name: String,
     /// Stiffness of the hand, in N/m.
     pub stiffness_n_per_m: f64,
     /// Damping of the hand, in N·s/m.
     pub damping_n_s_per_m: f64,
-    /// Who measured the hand, and in which publication.
+    /// Authors of the measurement, and the publication.
     pub source: String,
 }
 
@@ -46,8 +46,8 @@ pub fn published_hands() -> Vec<PublishedHand> {
 /// Returns the published hands for a scene: the box from no hand to the firmest, and each hand as overrides of the
 /// scene.
 ///
-/// A hand holds a motor's wheel at `lever_m` from its axis. The hand's stiffness and damping are therefore multiplied
-/// by the square of that lever over the wheel's ratio at the shaft.
+/// A hand holds a motor's wheel at `lever_m` from its axis. At the shaft, the hand's stiffness and damping are
+/// therefore multiplied by `(lever_m / ratio)²`, with the wheel's ratio.
 ///
 /// # Errors
 ///

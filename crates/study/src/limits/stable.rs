@@ -36,7 +36,8 @@ pub struct Stretch {
 pub struct End {
     /// The outermost stiffness that settles.
     pub at: f64,
-    /// A pole is on the unit circle between [`at`](Self::at) and here; `None` at an end of the range.
+    /// A stiffness just beyond the stretch: a pole is on the unit circle between [`at`](Self::at) and this stiffness.
+    /// `None` at an end of the range.
     pub beyond: Option<f64>,
 }
 

@@ -69,11 +69,11 @@ pub struct Seen {
 /// The behaviour that neighbouring stiffnesses share.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Group {
-    /// They settle at every phase.
+    /// The stiffnesses settle at every phase.
     All,
-    /// They settle at some phases.
+    /// The stiffnesses settle at some phases.
     Some,
-    /// They settle at no phase.
+    /// The stiffnesses settle at no phase.
     None,
 }
 

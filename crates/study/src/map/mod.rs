@@ -105,7 +105,7 @@ pub struct Point {
     pub iy: usize,
 }
 
-/// What is known of a cell.
+/// State of a cell: run, inferred or late.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Found {
     /// The cell was run; or the reason why it could not be run.

@@ -76,8 +76,8 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// Returns the lags that fit. The figures are the least and the greatest lag, in ms, at which PMOS-1 is passive at 750
-/// N/m and not at 1000 N/m.
+/// Returns the lags that fit. The figures are the least and the greatest lag, in ms, at which PMOS-1 is passive at
+/// 750 N/m and not at 1000 N/m.
 ///
 /// # Errors
 ///

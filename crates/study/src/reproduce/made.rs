@@ -69,7 +69,8 @@ impl Made {
         }
     }
 
-    /// Returns the positions beyond the wall's surface, in m, with the surface as its fixed-point word places it.
+    /// Returns the positions relative to the wall's surface, in m, positive beyond it. The surface is where its
+    /// fixed-point word places it.
     pub fn beyond_m(&self) -> impl Iterator<Item = f64> + '_ {
         let count_m = self.scene.encoder.count_rad();
         let surface_m = (self.scene.wall.position_rad / count_m).round() * count_m;

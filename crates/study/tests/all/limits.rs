@@ -309,8 +309,8 @@ fn in_words_neighbours_that_differ_are_words_apart_and_each_verdict_is_that_of_i
     }
 }
 
-/// The stiffness of one word: a PWM count for an encoder count, 24 V * 25.9 mN.m/A / 2.34566 Ohm / 4096 over 2 pi /
-/// 4096.
+/// The stiffness of one word, in N.m/rad: a PWM count for an encoder count,
+/// 24 V * 25.9 mN.m/A / 2.34566 Ohm / 4096 over 2 pi / 4096.
 const WORD: f64 = 0.042176;
 
 #[test]
