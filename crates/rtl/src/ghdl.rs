@@ -24,7 +24,7 @@ pub enum GhdlError {
     Scene(String),
     /// GHDL refused the VHDL, or the VHDL ended its own run with a failure.
     Failed {
-        /// What GHDL was asked to do.
+        /// The step that failed.
         step: String,
         /// GHDL's message.
         said: String,
