@@ -64,7 +64,7 @@ pub struct Theirs {
 }
 
 impl Theirs {
-    /// Whether the command line names a block of the user's own.
+    /// Returns whether the command line names a block of the user's own.
     pub fn is_asked(&self) -> bool {
         self.entity.is_some()
     }

@@ -61,7 +61,7 @@ pub fn heed() -> &'static Control {
     &CONTROL
 }
 
-/// Whether a signal has asked the command to stop.
+/// Returns whether a signal has asked the command to stop.
 pub fn pressed() -> bool {
     CONTROL.stop.load(Ordering::Relaxed)
 }

@@ -267,7 +267,7 @@ pub fn hold<T>(
 }
 
 impl Held {
-    /// Whether no word differed.
+    /// Returns whether no word differed.
     pub fn ok(&self) -> bool {
         self.mismatches == 0
     }

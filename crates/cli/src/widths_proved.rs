@@ -106,7 +106,7 @@ fn depth(run: &Measured) -> Option<[i64; 2]> {
 }
 
 impl Overflow {
-    /// Whether the run went deep enough for the overflow.
+    /// Returns whether the run went deep enough for the overflow.
     fn was_reached(&self) -> Option<bool> {
         let [_, deepest] = self.run?;
         Some(self.at.at_scene.is_some_and(|at| deepest >= at))

@@ -329,7 +329,7 @@ pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setu
     Library::analyse(&packages, setup, sources.iter().map(String::as_str), &testbenches)
 }
 
-/// Whether this is the multiplier that is checked with all products, or with products in strata.
+/// Returns whether this is the multiplier that is checked with all products, or with products in strata.
 fn is_the_multiplier(block: &dyn AnyBlock, label: &str) -> bool {
     block.name() == "truncating_multiplier" && label == "default"
 }

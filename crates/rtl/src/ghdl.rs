@@ -49,7 +49,8 @@ impl fmt::Display for GhdlError {
 impl std::error::Error for GhdlError {}
 
 impl From<ToolError> for GhdlError {
-    /// A message of GHDL about the VHDL becomes [`Failed`](GhdlError::Failed); everything else is a fault of the tool.
+    /// Converts a fault of a tool: a message of GHDL about the VHDL becomes [`Failed`](GhdlError::Failed), everything
+    /// else stays a fault of the tool.
     fn from(error: ToolError) -> Self {
         if error.tool == Tool::Ghdl && error.refused() {
             return Self::Failed { step: error.step, said: error.said };

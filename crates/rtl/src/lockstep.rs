@@ -287,7 +287,7 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Whether the world has ended a run that is shown. A comparison without an observer goes on.
+    /// Returns whether the world has ended a run that is shown. A comparison without an observer goes on.
     fn is_over(&self) -> bool {
         self.shown.is_some() && self.pair.over().is_some()
     }

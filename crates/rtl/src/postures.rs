@@ -7,7 +7,7 @@ use hpu_signal::Signal;
 /// Length of both links of the postures, in metres: that of a Premium 1.0.
 const LINK_M: f64 = 0.14;
 
-/// Whether a block with these inputs computes with postures.
+/// Returns whether a block with these inputs computes with postures.
 pub(crate) fn is_posed(inputs: &[Signal]) -> bool {
     inputs.iter().any(|signal| matches!(signal.name, "sine1" | "x_low"))
 }

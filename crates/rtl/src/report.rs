@@ -30,7 +30,7 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Whether the comparison had to contain contact but did not.
+    /// Returns whether the comparison had to contain contact but did not.
     fn is_missing(&self) -> bool {
         self.late.reached.is_some() && self.late.is_long && self.edges == 0
     }
@@ -94,7 +94,7 @@ impl CheckRow {
         }
     }
 
-    /// Whether every word was equal.
+    /// Returns whether every word was equal.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.mismatches == 0 && self.failure.is_none() && self.vectors > 0
@@ -112,7 +112,7 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// Whether anything was checked and every word was equal.
+    /// Returns whether anything was checked and every word was equal.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.all().next().is_some() && self.all().all(CheckRow::ok)

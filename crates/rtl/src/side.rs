@@ -39,7 +39,7 @@ pub(crate) trait Pair {
     /// Drives the VHDL's world by the words of the VHDL's nets; the outputs begin at index `outputs`. Called once for
     /// each step of the emulator. `agrees`: the emulator's promise about its outputs holds for the VHDL's outputs too.
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool);
-    /// Whether the encoders are still being turned to the arm's position while the worlds wait.
+    /// Returns whether the encoders are still being turned to the arm's position while the worlds wait.
     fn is_homing(&self) -> bool;
     /// Makes the VHDL's world keep the means and extremes for rows every `stride` edges. Called before the world moves.
     fn measure(&mut self, stride: u64);

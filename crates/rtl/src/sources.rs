@@ -59,7 +59,7 @@ impl Found<'_> {
     }
 }
 
-/// Whether this is the package of constants that is generated from a block's ports.
+/// Returns whether this is the package of constants that is generated from a block's ports.
 fn is_generated(name: &str) -> bool {
     name.strip_suffix("_pkg").is_some_and(|block| hpu_datapath::block_by_name(block).is_some())
 }

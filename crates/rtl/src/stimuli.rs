@@ -115,8 +115,8 @@ fn lines(inputs: &[Signal]) -> usize {
     inputs.iter().take_while(|signal| signal.format == Format::BIT && signal.name.starts_with(['a', 'b'])).count() / 2
 }
 
-/// Several encoders: from reset, each joint alone moves there and back, then all together, with every corner of the
-/// other words.
+/// Returns rows for several encoders: from reset, each joint alone moves there and back, then all move together, with
+/// every corner of the other words.
 fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     let encoders = lines(inputs);
     let mut rows = Vec::new();
@@ -143,7 +143,8 @@ fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
 /// other inputs.
 const MOST_COMBINATIONS: usize = 20_000;
 
-/// Combinational blocks: corners against corners, then each bit alone against all zeros and all ones elsewhere.
+/// Returns rows for combinational blocks: corners against corners, then each bit alone against all zeros and all ones
+/// elsewhere.
 fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
     let lists: Vec<_> = inputs.iter().map(|signal| corners(signal.format)).collect();
     let all = lists.iter().try_fold(1usize, |all, list| all.checked_mul(list.len()));
@@ -196,7 +197,8 @@ fn transitions(settle: i64) -> Vec<Stimulus> {
     rows
 }
 
-/// Every corner of the command from reset, a few edges each; then whole periods in which the command changes.
+/// Returns rows for a PWM: every corner of the command from reset, a few edges each; then whole periods in which the
+/// command changes.
 fn modulation(command: Format) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for &word in &corners(command) {
@@ -211,7 +213,8 @@ fn modulation(command: Format) -> Vec<Stimulus> {
     rows
 }
 
-/// Sampling and counting blocks: every corner of the first input, at short periods and at the longest one.
+/// Returns rows for sampling and counting blocks: every corner of the first input, at short periods and at the longest
+/// one.
 fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     let rest = &inputs[1..];
     let mut rows = Vec::new();
@@ -229,8 +232,8 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Sequential computations: periods as long as the longest one in which no result appears, and longer; every corner of
-/// the inputs stays for more than one period.
+/// Returns rows for sequential computations. The periods are as long as the longest one in which no result appears, and
+/// longer. Every corner of the inputs stays for more than one period.
 fn results(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for period in [33, 40, 32] {
@@ -246,7 +249,7 @@ fn results(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Whole loops: from reset, into the wall and back out, for the corners of the constant words.
+/// Returns rows for whole loops: from reset, into the wall and back out, for the corners of the constant words.
 fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for steps in [6, 400] {
@@ -265,7 +268,8 @@ fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Moves deep into a soft wall and out again, for more than two periods of the PWM. The damping reverses the torque.
+/// Returns rows that move deep into a soft wall and out again, for more than two periods of the PWM. The damping
+/// reverses the torque.
 fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
     let constant = |signal: &Signal| match signal.name {
         "damping" => signal.format.wrap(-1),

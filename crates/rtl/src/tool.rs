@@ -181,19 +181,19 @@ impl ToolError {
         Self { tool, step: step.to_string(), fault, said: shortened(said) }
     }
 
-    /// Whether the tool is missing or cannot be used.
+    /// Returns whether the tool is missing or cannot be used.
     #[must_use]
     pub fn is_unusable(&self) -> bool {
         matches!(self.fault, Fault::Missing | Fault::TooOld(..) | Fault::NotStarted(_))
     }
 
-    /// Whether the tool was stopped because the program is ending.
+    /// Returns whether the tool was stopped because the program is ending.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self.fault, Fault::Stopped)
     }
 
-    /// Whether the tool read its input and refused it with a message. Then the fault may be in the input.
+    /// Returns whether the tool read its input and refused it with a message. Then the fault may be in the input.
     pub(crate) fn refused(&self) -> bool {
         matches!(self.fault, Fault::Failed(_))
             && !self.said.trim().is_empty()
@@ -292,7 +292,7 @@ struct Running {
 
 static RUNNING: Mutex<Running> = Mutex::new(Running { stopped: false, groups: Vec::new() });
 
-/// Whether the running tools are being stopped because the program is ending.
+/// Returns whether the running tools are being stopped because the program is ending.
 pub(crate) fn is_stopping() -> bool {
     running().stopped
 }
@@ -466,7 +466,7 @@ mod tests {
         (error.fault, text)
     }
 
-    /// Whether a process is running, according to `/proc`.
+    /// Returns whether a process is running, according to `/proc`.
     fn runs(id: &str) -> bool {
         let state = std::fs::read_to_string(format!("/proc/{}/stat", id.trim())).unwrap_or_default();
         !state.is_empty() && !state.contains(") Z ")

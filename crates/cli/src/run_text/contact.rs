@@ -47,7 +47,7 @@ pub fn line(ran: &Ran) -> Option<String> {
     ))
 }
 
-/// Whether an axis saw penetration at any time.
+/// Returns whether an axis saw penetration at any time.
 fn was_touched(ran: &Ran) -> bool {
     let told = ["penetration", "wall_contact"];
     let penetration = ran.summary.nets.iter().find(|net| told.contains(&net.signal.name));

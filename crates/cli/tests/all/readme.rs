@@ -143,7 +143,7 @@ fn assert_shown(shown: &[String], output: &str, command: &str) {
     }
 }
 
-/// Whether a line has these words in their order, whatever the spaces; `…` stands for any text.
+/// Returns whether a line has these words in their order, whatever the spaces; `…` stands for any text.
 fn holds(line: &str, words: &str) -> bool {
     let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut rest = line.as_str();

@@ -86,7 +86,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Whether the block fits into the HX8K.
+    /// Returns whether the block fits into the HX8K.
     #[must_use]
     pub fn fits(&self) -> bool {
         self.ecp5.is_none()

@@ -30,7 +30,7 @@ pub fn fmax(said: &str) -> Option<f64> {
     line.rsplit_once("': ")?.1.split_whitespace().next()?.parse().ok()
 }
 
-/// Whether nextpnr found no place for some cells.
+/// Returns whether nextpnr found no place for some cells.
 pub fn is_full(said: &str) -> bool {
     said.contains("no BELs remaining") || said.contains("Unable to find legal placement")
 }

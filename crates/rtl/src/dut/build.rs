@@ -127,8 +127,8 @@ pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Dut
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
 }
 
-/// Whether a signal inside the design, at this path, has the name of a clock. Such a signal would seem constant,
-/// because signals are read only at clock edges.
+/// Returns whether a signal inside the design, at this path, has the name of a clock. Such a signal would seem
+/// constant, because signals are read only at clock edges.
 pub(super) fn carries_clock(dut: &Dut, path: &str) -> bool {
     let leaf = path.rsplit('.').next().unwrap_or(path);
     dut.clocks.iter().any(|clock| clock.port.eq_ignore_ascii_case(leaf))

@@ -168,7 +168,7 @@ fn first_line(said: &str) -> String {
     format!("{} {}", head.trim_end_matches(':'), next.trim()).trim().to_string()
 }
 
-/// Whether a design is VHDL.
+/// Returns whether a design is VHDL.
 pub(crate) fn is_vhdl(files: &[SourceFile]) -> bool {
     files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
 }

@@ -257,7 +257,7 @@ fn fields(header: &str) -> Vec<Field> {
     header.lines().filter_map(field).collect()
 }
 
-/// Whether GHDL's synthesis has made up a signal's name, as in `n12_o`.
+/// Returns whether GHDL's synthesis has made up a signal's name, as in `n12_o`.
 fn is_made_up(name: &str) -> bool {
     let leaf = name.rsplit('.').next().unwrap_or_default();
     let number = leaf.strip_prefix('n').and_then(|rest| rest.strip_suffix("_o").or(rest.strip_suffix("_q")));
@@ -303,7 +303,7 @@ fn state(root: &str) -> State {
     State { makes_up: all.iter().any(made_up), variables: all.into_iter().filter(|name| !made_up(name)).collect() }
 }
 
-/// Whether Verilator has put the whole design into one structure.
+/// Returns whether Verilator has put the whole design into one structure.
 fn is_flat(folder: &Path) -> bool {
     let known = ["Vdut___024root.h", "Vdut___024unit.h", "Vdut__Syms.h", "Vdut__Dpi.h", "Vdut__pch.h"];
     let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());

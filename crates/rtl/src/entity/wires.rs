@@ -157,7 +157,7 @@ fn names(signals: &[Signal]) -> String {
     signals.iter().map(|signal| signal.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether two port names are the same; case does not matter.
+/// Returns whether two port names are the same; case does not matter.
 pub(super) fn same(one: &str, two: &str) -> bool {
     one.eq_ignore_ascii_case(two)
 }

@@ -8,7 +8,7 @@ use hpu_signal::{Format, Signal};
 use super::{corners, edge, generic, reset};
 use crate::Stimulus;
 
-/// Whether these are the inputs of a law: they begin with the wall's coordinates.
+/// Returns whether these are the inputs of a law: they begin with the wall's coordinates.
 pub(super) fn is_law(inputs: &[Signal]) -> bool {
     matches!(inputs, [position, delta, ..] if position.name == "position" && delta.name == "delta")
 }
@@ -91,7 +91,7 @@ fn gains(format: Format, turn: usize) -> i64 {
     format.wrap([one, 3 * one + 1, format.max() / 3, 0, format.max()][turn])
 }
 
-/// Steps of the torque, each long enough for a high-pass to decay, then samples further apart.
+/// Returns steps of the torque, each long enough for a high-pass to decay, then samples further apart.
 pub(super) fn steps(inputs: &[Signal]) -> Vec<Stimulus> {
     let torque = inputs[0].format;
     let mut rows = vec![reset(vec![0; inputs.len()])];
@@ -103,7 +103,8 @@ pub(super) fn steps(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// From reset, the same motion at several periods and gains; then corners of all words, which need not be consistent.
+/// Returns, from reset, the same motion at several periods and gains; then corners of all words, which need not be
+/// consistent.
 pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for (turn, period) in [1, 43, 77, 4, 61].into_iter().enumerate() {
@@ -139,8 +140,8 @@ pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Deep inside the hardest wall, the counter turns forward: every capture adds the work of the greatest torque over
-/// almost half a turn, until the energy's word is at its greatest.
+/// Returns a motion deep inside the hardest wall, on which the counter turns forward: every capture adds the work of
+/// the greatest torque over almost half a turn, until the energy's word is at its greatest.
 pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     let [root, energy, torque] =
         ["ROOT_WIDTH", "ENERGY_WIDTH", "TORQUE_WIDTH"].map(|name| generic(block, name).expect("a generic of the law"));
@@ -162,7 +163,7 @@ pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     [reset(vec![0; inputs.len()])].into_iter().chain(rows).collect()
 }
 
-/// Deep inside the hardest wall, the position moves half a turn back and then as far forward, with a capture for each
+/// Returns a motion deep inside the hardest wall: half a turn back and then as far forward, with a capture for each
 /// move. The torque is back at its greatest before each move out, which takes as much energy as possible, until the
 /// energy's word is at its least.
 pub(super) fn drain(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {

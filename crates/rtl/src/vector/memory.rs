@@ -44,7 +44,7 @@ impl Memory {
         self.width
     }
 
-    /// Whether there are no words. No tool accepts a memory without words.
+    /// Returns whether there are no words. No tool accepts a memory without words.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.words.is_empty()

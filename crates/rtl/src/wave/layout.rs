@@ -242,7 +242,7 @@ impl Layout {
         names
     }
 
-    /// Whether any variable shows this source.
+    /// Returns whether any variable shows this source.
     #[must_use]
     pub fn shows(&self, source: Source) -> bool {
         fn has(scope: &Scope, source: Source) -> bool {

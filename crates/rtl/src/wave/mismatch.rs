@@ -47,7 +47,7 @@ fn vars(around: &Around) -> Vec<Var<'_>> {
     top.chain(sides).collect()
 }
 
-/// Whether a variable changes half a cycle before an edge.
+/// Returns whether a variable changes half a cycle before an edge.
 fn changes_before(around: &Around, index: usize) -> bool {
     is_clocked(around) && (3..3 + around.inputs).contains(&index)
 }

@@ -62,7 +62,7 @@ const INSIDE: [(&str, &[&str]); 3] = [
     ("room_walls", &["depth_x", "depth_y", "depth_z"]),
 ];
 
-/// Whether a variable, as [`variables`] describes it, is one of these inner signals.
+/// Returns whether a variable, as [`variables`] describes it, is one of these inner signals.
 fn is_inside(variable: &str) -> bool {
     let mut path = variable.rsplit(' ').next().unwrap_or_default().rsplit('.');
     let (name, instance) = (path.next().unwrap_or_default(), path.next().unwrap_or_default());

@@ -251,7 +251,7 @@ impl Stream {
 /// The character of an unknown bit.
 const UNKNOWN_BIT: u8 = b'x';
 
-/// Whether these bits stand for unknown ones.
+/// Returns whether these bits stand for unknown ones.
 #[inline]
 fn is_unknown(width: u32, bits: u64) -> bool {
     bits == UNKNOWN.cast_unsigned() && width < 64
