@@ -1,4 +1,4 @@
-//! `hpu fit`: finds the simplest model that still answers a scene's question.
+//! `hpu fit`: finds the least model, the cheapest one that still answers a scene's question.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
@@ -129,7 +129,7 @@ fn command(name: &str, args: &Args, found: &Fit) -> String {
     format!("hpu run {}{}", scene::quoted(name), set_options(&set))
 }
 
-/// Returns the simplest model of a scene; `None` when interrupted.
+/// Returns the least model of a scene; `None` when interrupted.
 pub fn least(
     source: &Source,
     set: &[(String, String)],

@@ -26,7 +26,7 @@ pub fn beside(ran: &Ran) -> String {
     }
 }
 
-/// Returns the line about how long the wall was touched, and about the stiffness that it displayed.
+/// Returns the line about how long the wall was touched, and which torque or force it gives at the final depth.
 pub fn line(ran: &Ran) -> Option<String> {
     let share = ran.summary.contact_share?;
     let [from, to] = ran.window_s.map(|time_s| si(time_s, "s"));
