@@ -51,7 +51,8 @@ impl Mapped {
         matches!(self.found[index], Found::Run(_))
     }
 
-    /// Returns the number of cells of a class in a layer, and the first of them that was run, at a boundary if one is there.
+    /// Returns the number of cells of a class in a layer, and the first of them that was run; if there are some at a
+    /// boundary, the first of those.
     fn count(&self, method: usize, of: Option<Class>) -> (usize, Option<usize>) {
         let known = |index: &usize| !is_late(&self.found, *index);
         let of_class = || self.layer(method).filter(known).filter(|index| class(&self.found, *index) == of);
