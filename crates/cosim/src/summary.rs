@@ -105,8 +105,8 @@ pub struct Summary {
     pub mode_changes: u64,
     /// Steps of a device that moves in steps; 0 for one that flows.
     pub steps: u64,
-    /// Decisions for which `f64` was not exact enough, made again in higher precision: on which side of a count an angle
-    /// lies, whether a mode has ended.
+    /// Decisions for which `f64` was not exact enough, made again in higher precision: on which side of a count an
+    /// angle lies, whether a mode has ended.
     pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,

@@ -53,7 +53,7 @@ pub trait World: Clone {
             show(edge, &self.reals(edge));
         }
     }
-    /// Returns Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
+    /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
     /// `stride` edges. A run whose observer does not ask for them must not pay for them.
     fn measure(&mut self, _stride: u64) {}
     /// Appends to a row, at such an edge, the columns beyond [`reals`](World::reals): means and extremes since the row
