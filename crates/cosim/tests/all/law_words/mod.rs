@@ -19,8 +19,8 @@ fn wall(run: &Recorded, ratio: u32) -> Wall {
     Wall::new(run.stiffness, run.damping * f64::from(ratio), ratio, 1.0, run.start)
 }
 
-/// Returns the greatest difference of roots whose radicands differ by at most `off`, one of them being `radicand`: `|√a
-/// - √b| = |a - b| / (√a + √b)`.
+/// Returns the greatest difference of roots whose radicands differ by at most `off`, one of them being `radicand`:
+/// `|√a - √b| = |a - b| / (√a + √b)`.
 fn root_off(radicand: f64, off: f64) -> f64 {
     if off == 0.0 { 0.0 } else { off / (radicand.sqrt() + (radicand - off).max(0.0).sqrt()).max(off.sqrt()) }
 }
