@@ -117,13 +117,14 @@ impl Latch {
         if owed == 0.0 { rest } else { Self { owed, given: owed / rest.end() as f64, next: rest.end(), ..rest } }
     }
 
-    /// Returns the first moment of a period at a duty, minus that of its mean, in squares of the period.
+    /// Returns by how much the first moment of a period at a duty is less than that of its mean, in squares of the
+    /// period.
     #[inline]
     fn moment(&self, duty: f64) -> f64 {
         if self.antiphase { 0.25 * (1.0 - duty * duty) } else { 0.5 * duty * (1.0 - duty.abs()) }
     }
 
-    /// Accounts for the time up to an edge; the next command comes at `from` or later.
+    /// Accounts for the time up to an edge, given that no other command comes before `from`.
     #[inline]
     fn settle(&mut self, edge: u64, from: u64) {
         self.owed += (self.held - self.given) * (edge - self.since) as f64;

@@ -141,7 +141,7 @@ impl<'p> AxisWorld<'p> {
         self.faults.as_ref().is_none_or(|faults| faults.has_index())
     }
 
-    /// Updates the encoder with the angle at the present edge.
+    /// Tells the encoder its angle at the present edge.
     #[inline(always)]
     fn look_at(&mut self, angle_rad: f64) {
         let Band { low, high, .. } = self.encoder.band();
@@ -274,7 +274,7 @@ impl World for AxisWorld<'_> {
 
     #[inline]
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
-        // Changes between two edges take effect at the next edge.
+        // Whatever is due at no edge of its own takes effect at the next edge.
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
         let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));

@@ -20,7 +20,7 @@ pub(crate) fn stride(clock: Clock, rate_hz: f64) -> u64 {
     clock.edges(1.0 / rate_hz).max(1)
 }
 
-/// Returns the first clock edge of the judged window of a run of so many edges, with a row every `stride` edges.
+/// Returns the first clock edge of the judged window of a run of `edges` edges, with a row every `stride` edges.
 pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
     window(edges / stride + 1).start * stride
 }

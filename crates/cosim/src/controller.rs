@@ -39,7 +39,7 @@ pub(crate) trait Controller {
     fn is_live(&self) -> bool;
     /// Reads a position at a sample's edge.
     fn sample(&mut self, edge: u64, at: Reading);
-    /// A live spring reads a position at an edge in a step.
+    /// Lets a live spring read a position at an edge within a step.
     fn follow(&mut self, edge: u64, at: Reading);
     /// Returns the force asked for in the step from `edge` to `next`.
     fn asked(&mut self, edge: u64, next: u64) -> Asked;

@@ -47,7 +47,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// Creates a control that nobody has stopped, with any number of events allowed.
+    /// Creates a control that does not stop the run, with any number of events allowed.
     #[must_use]
     pub const fn new() -> Self {
         Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
@@ -292,7 +292,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Rows from edge 0 on.
+    /// Creates rows from edge 0 on.
     pub(crate) fn new(stride: u64) -> Self {
         Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None }
     }

@@ -71,9 +71,9 @@ enum AtEdge {
 /// A change at a clock edge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Action {
-    /// Displaces the lines by so many counts in addition, for good.
+    /// Displaces the lines by this number of counts in addition, for good.
     Displace(i64),
-    /// Displaces the lines by so many counts for a while.
+    /// Displaces the lines by this number of counts for a while.
     Shake(i64),
     /// Ends `Shake` and a late clock's hold: the lines show the count again.
     Release,
@@ -87,7 +87,7 @@ enum Action {
 }
 
 impl FaultPlan {
-    /// Creates the faults of a scene that runs for so many edges.
+    /// Creates the faults of a scene that runs for `edges` clock edges.
     pub(crate) fn new(faults: &Faults, clock: Clock, run: Run, edges: u64) -> Self {
         let at = |seconds: f64| clock.edges(seconds).max(1);
         // Each kind has its own random times: a greater number of one kind keeps the times there were and adds others.

@@ -101,7 +101,7 @@ struct Units<'a> {
 }
 
 impl Units<'_> {
-    /// Stiffness of one PWM count per count.
+    /// Returns the stiffness of one PWM count per count.
     fn stiffness(&self) -> f64 {
         self.realised.torque_quantum_nm / self.realised.count_rad
     }

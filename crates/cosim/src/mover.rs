@@ -19,8 +19,8 @@ pub(crate) enum Mover<'p> {
 }
 
 impl<'p> Mover<'p> {
-    /// Creates a mover by a method, or by exact flows without one, over steps of so many edges, from the device's state
-    /// at edge 0.
+    /// Creates a mover with steps of `step` clock edges, by a method or, without one, by exact flows. It starts in the
+    /// device's state at edge 0.
     pub(crate) fn new(axis: &Axis, device: Device<'p>, method: Option<Method>, step: u64, edge_s: f64) -> Self {
         let Some(method) = method else { return Self::Exact(Held::new(device, step)) };
         Self::Fixed {

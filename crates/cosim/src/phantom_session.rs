@@ -307,7 +307,7 @@ impl Wired for PhantomSession<'_> {
         }
         let (_, step) = self.plant.stepping?;
         let (period, edge_s) = (self.scene.period_clocks(), self.scene.clock.period_s());
-        // A command is held for a period once it is there. Computing it takes no time in the ideal law.
+        // A command is held for a period once it is there. In the ideal law it is there at once.
         let late = if self.scene.model.law == PhantomLaw::Ideal { 0 } else { COUNTING + latency(self.scene) };
         let age_s = (late as f64 + 0.5 * period as f64) * edge_s;
         let follows = (!self.scene.platform.is_host() && step > period).then_some(age_s);

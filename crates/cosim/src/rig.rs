@@ -204,7 +204,7 @@ pub trait Rig {
 }
 
 /// A `Wired` rig is a scene made ready whose loop blocks of this project close. Implemented by the sessions of an axis
-/// and of a PHANToM, which run in this crate.
+/// and of a PHANToM, and by [`Ready`](crate::Ready), which is either.
 pub trait Wired: Rig {
     /// Returns the wiring before reset.
     fn wiring(&self) -> &TheLoop;
@@ -355,7 +355,7 @@ impl Observe for Watch<'_> {
     }
 }
 
-/// Implements [`Wired::compare`] for any rig, over so many edges.
+/// Implements [`Wired::compare`] for any rig, over this number of edges.
 pub(crate) struct Compare(pub(crate) u64);
 
 impl<'s> Visit<'s> for Compare {

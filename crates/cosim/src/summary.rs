@@ -87,7 +87,7 @@ pub struct Summary {
     pub contact_share: Option<f64>,
     /// The early end and its reason, if the world ended the run.
     pub aborted: Option<Abort>,
-    /// Whether the run came to its end: nobody stopped it.
+    /// Whether the run reached its end, or the end that its world set; false if it was stopped or used up its events.
     pub complete: bool,
     /// Clock edges simulated.
     pub edges: u64,

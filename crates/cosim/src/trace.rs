@@ -35,7 +35,7 @@ pub struct Trace {
     beyond: Option<Box<Beyond>>,
 }
 
-/// Figures gathered from rows that are not held.
+/// Figures gathered from all rows of a run that holds only some of them.
 #[derive(Clone, PartialEq, Debug)]
 struct Beyond {
     /// Number of rows so far.

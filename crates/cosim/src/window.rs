@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-/// Returns the rows that a verdict judges: the last 30 % of so many.
+/// Returns the rows that a verdict judges: the last 30 % of `rows` rows.
 pub(crate) fn window(rows: u64) -> Range<u64> {
     let three_tenths = (u128::from(rows) * 3 / 10) as u64;
     rows - three_tenths.max(2).min(rows)..rows
 }
 
-/// Returns the row at which a quarter of so many rows begins; for the fifth, the end of the rows.
+/// Returns the row at which quarter `of` of `rows` rows begins, counted from 0; for 4, the end of the rows.
 pub(crate) fn quarter(rows: usize, of: usize) -> usize {
     (rows as u128 * of as u128 / 4) as usize
 }
@@ -67,7 +67,7 @@ pub(crate) struct Streamed {
 }
 
 impl Streamed {
-    /// Creates the window of an output for a run that will have so many rows.
+    /// Creates the window of an output for a run that will have `rows` rows.
     pub(crate) fn new(index: usize, rows: u64) -> Self {
         let window = window(rows);
         let long = (window.end - window.start) as usize;
@@ -212,7 +212,7 @@ mod tests {
 
     use super::{Streamed, Turns, passage, window};
 
-    /// Counts passages as a verdict counts them in held rows.
+    /// Counts passages as a verdict does in held rows.
     fn counted(rows: &[f64], mean: f64, amplitude: f64) -> (u64, f64) {
         let (mut armed, mut found) = (false, Vec::new());
         for (row, x) in rows.iter().enumerate() {

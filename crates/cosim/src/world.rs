@@ -56,7 +56,7 @@ pub trait World: Clone {
     /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
     /// `stride` edges. A run whose observer does not ask for them must not pay for them.
     fn measure(&mut self, _stride: u64) {}
-    /// Appends to a row, at such an edge, the columns beyond [`reals`](World::reals): means and extremes since the row
+    /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
     /// before, and what the hand feels.
     fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
     /// Returns the integrals, since the start, of the actuator's torque or force and of the position, at an edge that

@@ -59,7 +59,8 @@ pub(crate) struct Cruise<'a> {
     /// The slope of the ripple at its beginning, and the fall of the current's slope at the end of the pulse.
     rise: State,
     fall: f64,
-    /// The phase of the last question edge by edge: its first edge, the first edge of the next phase, and its motion.
+    /// The phase of the edge last asked for by `at_next`: its first edge, the first edge of the next
+    /// phase, and its motion.
     phase: (u64, u64, Trajectory<'a>),
 }
 

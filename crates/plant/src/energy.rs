@@ -57,8 +57,7 @@ impl Energy {
         self.turned(powers, length_s, after.since(before)[ANGLE], &before.hi, &after.hi, done);
     }
 
-    /// Accounts for such a stretch between states in `f64`, where the angle turned is known better than their
-    /// difference.
+    /// Accounts for a stretch between states in `f64`, where the angle turned is known better than their difference.
     #[inline(always)]
     pub(crate) fn turned(
         &mut self,
@@ -73,7 +72,7 @@ impl Energy {
         self.spent(powers, source_j, length_s, turned, before, after, done);
     }
 
-    /// Accounts for such a stretch where the source's work is known.
+    /// Accounts for a stretch in which the work of the source is known.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
     pub(crate) fn spent(

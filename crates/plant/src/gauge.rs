@@ -381,8 +381,8 @@ impl Stretch<2> for Waves<'_, '_> {
 }
 
 impl Waves<'_, '_> {
-    /// Includes the values from one edge to another. If the smooth motion is monotone, the greatest value lies in the
-    /// last period or in the first.
+    /// Includes the values from one edge to another. If the smooth motion is monotone, the extremes lie in the first
+    /// and in the last period.
     fn look(&self, from: u64, to: u64, extents: &mut [Extent; 2]) {
         let period = self.cruise.period_edges();
         if to - from <= 2 * period {

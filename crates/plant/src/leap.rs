@@ -160,7 +160,7 @@ impl Quadrature {
     }
 }
 
-/// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
 fn joined(a: &Matrix, first: &Matrix, second: &Matrix) -> Matrix {
     let after = map2(second, &product(second, &product(a, first)), |x, y| x + y);
     map2(first, &after, |x, y| x + y)

@@ -16,7 +16,7 @@ pub(crate) struct Period {
 impl Period {
     versions! {
         /// Creates a period. Returns `None` if `P(T)` has no usable inverse: the period is then a whole number of the
-        /// system's own.
+        /// periods of the system itself.
         pub(crate) fn new[new_fused, new_native, new_with](system: &Linear, edges: u64) -> Option<Self>
     }
 

@@ -1,8 +1,8 @@
 //! Virtual coupling: a spring and a damper between the device and a massless tool that the wall stops.
 //!
 //! With `e = x - x_t`, `x_t` being the tool's position: `K_c e + (B_c/T)(e - e⁻) = K_e x_t` inside the wall, `= 0`
-//! outside; the force is the left side. The compliance felt at rest is `1/K_c + 1/K_e`, so the felt stiffness never
-//! exceeds `K_c`.
+//! outside; the force is the left side. The stiffness felt at rest is `1 / (1/K_c + 1/K_e)`, never more than that of
+//! the coupling.
 //!
 //! **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
 //! **Known failures**: felt stiffness is bounded by `K_c < 2 (b - B_c) / T` (passivity with any environment), however

@@ -30,7 +30,8 @@ pub use shaper::{InputShaper, high_pass};
 pub use spring::{MidpointSpring, PassiveSpring};
 pub use wall::Wall;
 
-/// A `SampledLaw` is a law that is sampled and held. Every reference law implements it, so that one loop runs them all.
+/// A `SampledLaw` is a law that is sampled and held. The reference laws implement it, all but [`MidpointSpring`], so
+/// that one loop runs them all.
 pub trait SampledLaw {
     /// Returns the force from this sample to the next, for the position `x_m` beyond the surface at this sample.
     fn sample(&mut self, x_m: f64) -> f64;

@@ -52,7 +52,7 @@ impl Platform {
         Self::Fpga(400),
     ];
 
-    /// Its name in the paper.
+    /// Returns its name in the paper.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -113,7 +113,7 @@ impl Direction {
         self as usize
     }
 
-    /// Its name.
+    /// Returns its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         ["x", "y", "z"][self as usize]
@@ -263,9 +263,9 @@ pub struct PhantomScene {
 /// The constant words of a PHANToM's datapath, computed from its scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomWords {
-    /// Position of the lower wall of each pair.
+    /// Position of the lower wall of each pair, a word in metres.
     pub low: i64,
-    /// Position of the upper wall of each pair.
+    /// Position of the upper wall of each pair, a word in metres.
     pub high: i64,
     /// One bit for each pair of walls: 1 if the pair is present.
     pub room: i64,
