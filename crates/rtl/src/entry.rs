@@ -1,7 +1,8 @@
-//! What tools said, remembered: a folder of small files by the SHA-256 of all that the answer depends on.
+//! A cache of tool results: a folder of small files. The key of an entry is the SHA-256 of everything that the result
+//! depends on.
 //!
-//! An entry says what it is of, and ends with a checksum over all of it. A file that is not whole by its checksum, or is
-//! of another key, counts as none and is replaced. Several programs may share a folder: files appear whole.
+//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, or that has
+//! another key, is ignored and replaced. Several programs may share a folder, because files appear whole.
 
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -14,21 +15,22 @@ use crate::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
 
-/// The answer that an entry holds: a line of it.
+/// A result that an entry can hold, as one line. Costs and the results of proofs implement it, and [`Entries`] stores
+/// them through it.
 pub trait Content: Sized {
-    /// The ending of its file's name.
+    /// The extension of the entry's file name.
     const EXTENSION: &'static str;
     fn line(&self) -> String;
     fn from_line(line: &str) -> Option<Self>;
 }
 
-/// An entry's text; `about` is for people.
+/// Returns an entry's text. `about` is for human readers.
 pub fn write<C: Content>(key: &str, about: &str, content: &C) -> String {
     let said = format!("{FIRST}\nkey {key}\nabout {about}\n{}\n", content.line());
     format!("{said}sha256 {}\n", hexadecimal(Sha256::digest(&said)))
 }
 
-/// The answer in an entry of that key; nothing if it is not whole, or of something else.
+/// Reads the result from an entry. Returns `None` when the entry is damaged or has another key.
 pub fn read<C: Content>(key: &str, text: &str) -> Option<C> {
     let (said, sum) = text.strip_suffix('\n')?.rsplit_once('\n')?;
     let said = &text[..=said.len()];
@@ -39,7 +41,8 @@ pub fn read<C: Content>(key: &str, text: &str) -> Option<C> {
     (whole && ours).then(|| C::from_line(content)).flatten()
 }
 
-/// SHA-256 of all parts, in hexadecimal digits; every part with its length, so that none runs into the next.
+/// Returns the SHA-256 of all parts, in hexadecimal digits. Each part is hashed with its length, so that two parts
+/// cannot be confused with one.
 pub fn key(parts: &[&str]) -> String {
     let mut hash = Sha256::new();
     for part in parts {
@@ -49,7 +52,7 @@ pub fn key(parts: &[&str]) -> String {
     hexadecimal(hash.finalize())
 }
 
-/// A hash in hexadecimal digits.
+/// Returns a hash in hexadecimal digits.
 pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
     hash.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -59,14 +62,14 @@ pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
 pub struct Entries(PathBuf);
 
 impl Entries {
-    /// Opens a folder, which is made when it is missing.
+    /// Opens a folder, and makes it when it is missing.
     pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
         fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
         sweep_files(&dir);
         Ok(Self(dir))
     }
 
-    /// The answer that is remembered under a key.
+    /// Returns the result under a key, if there is one.
     pub fn find<C: Content>(&self, key: &str) -> Result<Option<C>, GhdlError> {
         let place = self.place::<C>(key);
         match fs::read(&place) {
@@ -76,7 +79,7 @@ impl Entries {
         }
     }
 
-    /// Remembers an answer under a key.
+    /// Writes a result under a key.
     pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) -> Result<(), GhdlError> {
         let place = self.place::<C>(key);
         let written = Temporary::file(&self.0, key).and_then(|file| {

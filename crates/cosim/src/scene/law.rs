@@ -1,4 +1,4 @@
-//! The laws that a scene may ask for by `method.kind`, and their keys.
+//! The laws that a scene can choose by `method.kind`, and their keys.
 
 use hpu_datapath::Estimator;
 use hpu_signal::Format;
@@ -9,7 +9,7 @@ use super::section::Section;
 use super::source::SceneError;
 use crate::law::{BoundingForm, Observer};
 
-/// A law and what it needs beyond the wall, in SI units.
+/// A law, with its parameters beyond the wall's, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum LawMethod {
     /// Spring, and damping by an estimator at its own rate.
@@ -20,14 +20,14 @@ pub enum LawMethod {
         coupling_nm_per_rad: f64,
         /// `B_c`.
         coupling_nm_s_per_rad: f64,
-        /// The wall is rigid, whatever its stiffness says.
+        /// Whether the wall is rigid, whatever its stiffness.
         rigid: bool,
     },
     /// Passivity observer and controller.
     PassivityController {
-        /// What the observer multiplies a motion by.
+        /// The force that the observer multiplies a motion by.
         observer: Observer,
-        /// The most that may be stored.
+        /// The most energy that may be stored.
         credit_j: Option<f64>,
         /// Width of the observed energy.
         energy_bits: u32,
@@ -43,11 +43,11 @@ pub enum LawMethod {
     },
     /// The energy-level spring behind a passive sample-and-hold.
     PassiveSpring {
-        /// Virtual motion for one of the device.
+        /// Motion of the virtual spring per motion of the device.
         alpha: f64,
-        /// Force shown for one of the virtual spring.
+        /// Force shown per force of the virtual spring.
         beta: f64,
-        /// Whether it engages again inside the wall after it has died.
+        /// Whether the spring engages again inside the wall after its extension has become 0.
         revive: bool,
         /// Fraction bits of the extension.
         extension_frac: u32,
@@ -57,11 +57,11 @@ pub enum LawMethod {
 /// See [`LawMethod::SampledWall`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SampledWallMethod {
-    /// The spring reads the position at once, as in the hybrid loop.
+    /// Whether the spring reads the position at once, as in the hybrid loop.
     pub live: bool,
-    /// What tells the velocity.
+    /// The estimator of the velocity.
     pub estimator: Estimator,
-    /// Periods of the spring for one of the velocity.
+    /// Periods of the spring per period of the velocity.
     pub ratio: u32,
     /// `log2` of the filter's weight.
     pub shift: u32,
@@ -76,7 +76,7 @@ pub struct SampledWallMethod {
 }
 
 impl LawMethod {
-    /// `method.kind`.
+    /// Returns its name in `method.kind`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -89,7 +89,7 @@ impl LawMethod {
     }
 }
 
-/// Reads the keys of a law; `None` for a kind that is none.
+/// Reads the keys of a law; returns `None` if `kind` is not a law.
 pub(super) fn law(s: &Section, kind: &str) -> Result<Option<LawMethod>, SceneError> {
     Ok(Some(match kind {
         "sampled_wall" => LawMethod::SampledWall(sampled_wall(s)?),

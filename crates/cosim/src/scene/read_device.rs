@@ -58,8 +58,8 @@ pub(super) struct NamedMotor {
 
 /// The motors that a scene can name.
 pub(super) static MOTORS: &[NamedMotor] = &[
-    // Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
-    // sheet of that winding was at hand.
+    // Assumed values of the 22 W motor of Vasudevan et al. 2007. Its published stall torque at 24 V is 265 mN·m; no data
+    // sheet of that winding was available.
     NamedMotor {
         name: "vasudevan_2007",
         resistance_ohm: 25.9e-3 * 24.0 / 0.265,
@@ -107,7 +107,7 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
     })
 }
 
-/// The encoder of a device; without words a mass does without.
+/// Reads the encoder of a device; a mass needs none if no words are computed.
 pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
     s.accept(&[kind(device)])?;
     if let Device::Motor(_) = device {
@@ -118,7 +118,7 @@ pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encod
     Ok(Encoder::Linear { resolution_m })
 }
 
-/// The amplifier of a mass; without words it does without.
+/// Reads the amplifier of a mass; the mass needs none if no words are computed.
 pub(super) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<Option<Amplifier>, SceneError> {
     let s = root.section("amplifier")?;
     if let Device::Motor(_) = device {

@@ -13,10 +13,10 @@ use super::section::{Section, shown};
 use super::source::{Places, SceneError};
 use crate::message::number;
 
-/// Random faults of a kind, and times in a list.
+/// The most random faults of one kind, and the most times in a list.
 const MOST: u64 = 100_000;
 
-/// The faults of a scene, if it has any.
+/// Reads the faults of a scene, if it has any.
 pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, SceneError> {
     if !root.has("faults") {
         return Ok(None);
@@ -66,14 +66,14 @@ pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, Sce
     }))
 }
 
-/// What of a loop can have faults.
+/// The parts of a loop that can have faults, each present or not.
 pub(super) struct Pins {
     pub(super) lines: bool,
     pub(super) index: bool,
     pub(super) switches: bool,
 }
 
-/// Faults of what is not there are refused.
+/// Refuses faults of parts that the loop does not have.
 pub(super) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> Result<(), SceneError> {
     let asked = |times: &Times| !matches!(times, Times::Random(0));
     let of_lines = [

@@ -1,4 +1,4 @@
-//! Reading `[hand]`: what moves the device, and the recordings it may name.
+//! Reading `[hand]`: the hand that moves the device, and the recordings it may name.
 
 use std::io;
 

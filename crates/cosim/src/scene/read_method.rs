@@ -53,7 +53,7 @@ pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
     })
 }
 
-/// Why no scene has a key for the frequency of its PWM.
+/// The message for a PWM frequency, for which scenes have no key.
 pub(super) const PWM_FREQUENCY: &str =
     "a PWM's frequency is clock.frequency / 2^method.pwm.bits, as in 50 MHz / 2^12 = 12.207 kHz; set these two keys";
 

@@ -1,4 +1,4 @@
-//! Reading one section of a scene: every reader knows its key's default, range and unit, and says them when it refuses.
+//! Reads one section of a scene. Each reader knows its key's default, range and unit, and names them when it refuses.
 
 use toml_edit::{Item, TableLike, Value};
 
@@ -8,7 +8,7 @@ use super::quantity::{Axis, Dimension, SHAFT, Sense};
 use super::source::{Places, SceneError, join};
 use crate::message::{did_you_mean, excerpt};
 
-/// One table of the scene. A table that is not there reads as an empty one.
+/// One table of the scene. A missing table reads as an empty one.
 pub(super) struct Section<'a> {
     places: &'a Places,
     parameters: &'a Parameters,
@@ -22,7 +22,7 @@ impl<'a> Section<'a> {
         Self { places, parameters, axis: &SHAFT, path: String::new(), table: Some(table) }
     }
 
-    /// The section, its quantities of the device's motion in the dimensions of this axis.
+    /// Returns the section with its quantities of the device's motion in the dimensions of an axis.
     pub fn along(self, axis: &'static Axis) -> Self {
         Self { axis, ..self }
     }
@@ -60,7 +60,7 @@ impl<'a> Section<'a> {
         self.table.and_then(|table| table.get(key))
     }
 
-    /// The keys that are there.
+    /// Returns the keys that are present.
     pub fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.table.into_iter().flat_map(|table| table.iter()).map(|(key, _)| key)
     }
@@ -69,17 +69,17 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
-    /// A key that there is not, and what to write instead.
+    /// Returns the error for an unknown key, with the text to write instead.
     pub fn unknown(&self, key: &str, instead: &str) -> SceneError {
         self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
     }
 
-    /// Refuses every key but those of these kinds of the section.
+    /// Refuses every key that these kinds of the section do not take.
     pub fn accept(&self, kinds: &[&str]) -> Result<(), SceneError> {
         self.accept_as(&self.path, kinds)
     }
 
-    /// The same by the rows of another section, for sections whose own name is free.
+    /// Does the same by the rows of another section, for sections whose own name is free.
     pub fn accept_as(&self, section: &str, kinds: &[&str]) -> Result<(), SceneError> {
         let keys: Vec<_> = keys::accepted(section, kinds).collect();
         let names: Vec<_> = keys.iter().map(|key| key.name()).collect();
@@ -101,29 +101,29 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The value of a key, or what holds without it.
+    /// Returns the value of a key, or its default.
     pub fn read<V: Read>(&self, key: &Key<V>) -> Result<V::Value, SceneError> {
         key.value.read(self, key.name)
     }
 
-    /// The value of a key that is there.
+    /// Returns the value of a key if it is present.
     pub fn given<V: Read>(&self, key: &Key<V>) -> Result<Option<V::Value>, SceneError> {
         if self.has(key.name) { self.read(key).map(Some) } else { Ok(None) }
     }
 
-    /// A quantity whose default another part of the scene decides.
+    /// Returns a quantity whose default another part of the scene decides.
     pub fn read_or(&self, key: &Key<Quantity>, otherwise: f64, by: Origin) -> Result<f64, SceneError> {
         key.value.read_or(self, key.name, Otherwise::Is(otherwise), by)
     }
 
-    /// Notes what a parameter is, as it is used: by this origin, or by that of its key where it is given.
+    /// Notes a parameter's value: with the origin of its key if the key is present, else with `otherwise`.
     pub fn note(&self, key: &str, value: ParameterValue, unit: &'static str, otherwise: Origin) {
         let path = self.key(key);
         let origin = if self.has(key) { self.places.origin(&path) } else { otherwise };
         self.parameters.note(Parameter { key: path, value, unit, origin });
     }
 
-    /// A quantity that stands in this item; `beyond` has words of its own for values that are refused.
+    /// Reads a quantity from an item; `beyond` returns words of its own for values that are refused.
     pub fn quantity_of(
         &self,
         key: &str,
@@ -148,7 +148,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// A value as it was written, between backticks.
+/// Returns a value as it was written, between backticks.
 pub(super) fn shown(item: &Item) -> String {
     match item {
         Item::Value(Value::String(text)) => format!("`{}`", excerpt(text.value())),

@@ -1,4 +1,4 @@
-//! What blocks cost, remembered.
+//! A cache of the costs of blocks.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,11 +11,11 @@ use crate::hdl::Setup;
 use crate::sources::vhdl;
 use crate::vector::literal;
 
-/// Goes up when the flow gives other numbers from the same VHDL, tools, scripts and bench.
+/// Version of the flow. Raise it when the flow gives other numbers from the same VHDL, tools, scripts and bench.
 const FLOW: &str = "1";
 
-/// A folder of costs, by the SHA-256 of all that they depend on: the VHDL of the entity and of what it instantiates, its
-/// generics, the versions of the tools, and the flow.
+/// A folder of costs. An entry's key is the SHA-256 of everything that the cost depends on: the VHDL of the entity and
+/// of the entities that it instantiates, its generics, the versions of the tools, and the flow.
 #[derive(Debug)]
 pub struct Cache {
     entries: Entries,
@@ -24,41 +24,41 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// The cache in a folder, which is made when it is missing.
+    /// Opens the cache in a folder, and makes the folder when it is missing.
     ///
     /// # Errors
     ///
-    /// [`CostError`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such
-    /// folder.
+    /// [`CostError`] when a tool is not installed, because a cost is valid only for the installed versions, and when
+    /// the folder cannot be made.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, CostError> {
         let tools = tool_versions()?;
         Ok(Self { entries: Entries::open(dir.into())?, tools, measured: AtomicU64::new(0) })
     }
 
-    /// What a block costs; see [`cost`](super::cost).
+    /// Returns the cost of a block, from the cache or by [`cost`](super::cost).
     ///
     /// # Errors
     ///
-    /// As [`cost`](super::cost), and when the folder cannot be read or written.
+    /// The errors of [`cost`](super::cost), and an error when the folder cannot be read or written.
     pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
 
-    /// The primitives of a block by Yosys alone; see [`counts`](super::counts).
+    /// Returns the primitives of a block, counted by Yosys alone, from the cache or by [`counts`](super::counts).
     ///
     /// # Errors
     ///
-    /// As [`cost`](Self::cost).
+    /// The errors of [`cost`](Self::cost).
     pub fn counts(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::counts(block, setup))
     }
 
-    /// How many answers the tools had to give, since the cache was opened.
+    /// Returns how many results the tools had to compute since the cache was opened.
     pub fn measured(&self) -> u64 {
         self.measured.load(Ordering::Relaxed)
     }
 
-    /// The tools with their versions.
+    /// Returns the tools with their versions.
     pub fn tools(&self) -> &[String; 3] {
         &self.tools
     }
@@ -82,7 +82,7 @@ impl Cache {
         Ok(found)
     }
 
-    /// SHA-256 of all that a cost depends on.
+    /// Returns the SHA-256 of everything that a cost depends on.
     fn key(&self, block: &dyn AnyBlock, about: &str, vhdl: &str) -> String {
         let (name, seeds) = (block.name(), SEEDS.map(|seed| seed.to_string()).join(" "));
         let (device, scripts) = (DEVICE.join(" "), [ice40_script(name), ecp5_script(name)]);

@@ -1,4 +1,4 @@
-//! A cost as a line of text.
+//! A cost as one line of text.
 
 use super::{Cost, Counts, Placed, SEEDS};
 use crate::entry::Content;
@@ -56,13 +56,13 @@ impl Content for Cost {
 }
 
 impl Cost {
-    /// A cost as one line without a comma.
+    /// Returns the cost as one line without a comma.
     #[must_use]
     pub fn line(&self) -> String {
         Content::line(self)
     }
 
-    /// From its line; nothing if it is none.
+    /// Reads a cost from its line. Returns `None` when the line is not a cost.
     #[must_use]
     pub fn from_line(line: &str) -> Option<Self> {
         Content::from_line(line)

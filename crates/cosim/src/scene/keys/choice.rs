@@ -9,8 +9,8 @@ use crate::scene::parameter::{Origin, ParameterValue};
 use crate::scene::section::{Section, shown};
 use crate::scene::source::SceneError;
 
-/// The format of a gain: unsigned, no bit worth less than the fraction bits say. Given by integer and fraction bits of its
-/// default.
+/// The format of a gain: unsigned, with no bit worth less than the fraction bits allow. The fields are integer and
+/// fraction bits of its default.
 pub(in crate::scene) struct GainFormat(pub i32, pub i32);
 
 impl GainFormat {
@@ -54,7 +54,7 @@ fn gain_format(s: &Section, name: &str, item: &Item) -> Result<Format, SceneErro
     Ok(format)
 }
 
-/// A format, and what it was read from where that is another notation.
+/// Returns a format as text, with the notation it was read from if that is another one.
 fn format_read(text: &str, format: Format) -> String {
     match text.trim() {
         text if text.starts_with('(') => format.to_string(),
@@ -68,7 +68,7 @@ fn format_read(text: &str, format: Format) -> String {
 /// Names with the values that they stand for.
 pub(in crate::scene) type Named<T> = Vec<(&'static str, T)>;
 
-/// These values by their names.
+/// Returns values with their names.
 pub(in crate::scene) fn named<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str) -> Named<T> {
     all.iter().map(|value| (name(*value), *value)).collect()
 }
@@ -115,7 +115,7 @@ impl<T: Copy + PartialEq + Sync + 'static> Read for Choice<T> {
         let chosen = match s.get(name) {
             None => default(self.otherwise, || s.error(name, format!("missing; write one of {}", accepted())))?,
             Some(item) => {
-                // A name of digits, as a standard's year, may stand without quotes.
+                // A name that consists of digits, such as a standard's year, may stand without quotes.
                 let is = |name: &str| {
                     item.as_str() == Some(name) || item.as_integer().is_some_and(|year| year.to_string() == name)
                 };
@@ -130,12 +130,12 @@ impl<T: Copy + PartialEq + Sync + 'static> Read for Choice<T> {
     }
 }
 
-/// Names between quotes, in a row.
+/// Returns names between quotes, as messages list them.
 pub(in crate::scene) fn quoted(names: &[&str]) -> String {
     names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }
 
-/// That a value is none of the names, and which of them is near.
+/// Returns the message that a value is none of the names, with the nearest of them.
 pub(in crate::scene) fn none_of(item: &Item, names: &[&str]) -> String {
     let near = item.as_str().map(|text| did_you_mean(text, names));
     format!("{} is none of {}{}", shown(item), quoted(names), near.unwrap_or_default())
@@ -198,7 +198,7 @@ impl Read for Text {
     }
 }
 
-/// A key that a reader of its own reads: a section, a list, a path.
+/// A key whose value only its own reader understands: a section, a list, a path.
 pub(in crate::scene) struct Own {
     takes: fn() -> Takes,
     otherwise: Otherwise<&'static str>,

@@ -7,14 +7,14 @@ use crate::scene::quantity::{Axis, Dimension, RAIL, SHAFT, Sense};
 use crate::scene::section::{Section, shown};
 use crate::scene::source::SceneError;
 
-/// What holds where a scene does not have the key.
+/// The value of a scene without the key.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Otherwise<T> {
     /// Nothing: the key is required.
     Required,
     /// This value.
     Is(T),
-    /// What these words say: another part of the scene decides.
+    /// A value that another part of the scene decides, as these words say.
     Said(&'static str),
 }
 
@@ -99,7 +99,7 @@ pub(super) fn said<T: Copy>(otherwise: Otherwise<T>, value: impl Fn(T) -> Parame
     }
 }
 
-/// The value that holds without the key, or `missing`.
+/// Returns the value of a scene without the key, or the error `missing`.
 pub(super) fn default<T>(otherwise: Otherwise<T>, missing: impl FnOnce() -> SceneError) -> Result<T, SceneError> {
     match otherwise {
         Otherwise::Is(value) => Ok(value),
