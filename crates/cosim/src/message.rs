@@ -62,6 +62,9 @@ pub fn excerpt(text: &str) -> String {
 pub fn did_you_mean(name: &str, names: &[&str]) -> String {
     let near = names.iter().map(|other| (letters_apart(name, other), *other));
     let near = near.filter(|(apart, other)| *apart <= 2 && 2 * apart <= name.len().max(other.len()));
+    // Another number is no slip of the finger.
+    let letters = |name: &str| name.replace(|letter: char| letter.is_ascii_digit(), "");
+    let near = near.filter(|(_, other)| letters(name) != letters(other));
     near.min_by_key(|(apart, _)| *apart).map_or(String::new(), |(_, other)| format!("; did you mean {other}?"))
 }
 
@@ -123,6 +126,7 @@ mod tests {
         for far in ["stiff", "zzz", "", "x", "dampner_"] {
             assert_eq!(did_you_mean(far, &names), "", "{far}");
         }
+        assert_eq!(did_you_mean("FPGA-800", &["FPGA-100", "FPGA-400"]), "");
     }
 
     #[test]

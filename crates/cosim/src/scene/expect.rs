@@ -65,19 +65,6 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// The metrics of an axis.
-    pub const OF_AN_AXIS: [Self; 9] = [
-        Self::FinalAngle,
-        Self::PeakAngle,
-        Self::PeakPenetration,
-        Self::Amplitude,
-        Self::Frequency,
-        Self::PeakTorque,
-        Self::SpringOverflowShare,
-        Self::EncoderEdges,
-        Self::ContactShare,
-    ];
-
     /// Returns its key in a scene.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -62,19 +62,27 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
         "3:1: device.mass: unknown key for kind \"phantom\"; accepted here: kind, model, upper_arm, forearm, \
          coulomb_force, viscous_damping",
     );
-    says_with("drop", "wieght = 1", "5:1: drop.wieght: unknown key; accepted here: axis, weight, speed, trial");
+    says_with(
+        "drop",
+        "wieght = 1",
+        "5:1: drop.wieght: unknown key; accepted here: axis, weight, speed, trial; did you mean weight?",
+    );
     says_with(
         "platform",
         "rate = 1",
         "7:1: platform.rate: unknown key for kind \"FPGA-400\"; accepted here: kind, jitter, missed",
     );
     says_with("method", "bits = 1", "15:1: method.bits: unknown key; accepted here: architecture, words, depth_bits");
-    says_with("room", "wall = \"y\"", "11:1: room.wall: unknown key; accepted here: distance, stiffness, walls");
+    says_with(
+        "room",
+        "wall = \"y\"",
+        "11:1: room.wall: unknown key; accepted here: distance, stiffness, walls; did you mean walls?",
+    );
     says_with(
         "model",
         "lag = 1",
         "15:1: model.lag: unknown key; accepted here: solver, step, law, joints, friction, delay, latency, amplifier_lag, \
-         transmission_stiffness, transmission_damping, motor_share",
+         transmission_stiffness, transmission_damping, motor_share; did you mean law?",
     );
     says_with("expect", "final_angle = 1", "15:1: expect.final_angle: unknown key; accepted here: outcome, rms");
 }

@@ -136,7 +136,7 @@ keys! { expect_phantom: "expect" of ["phantom"];
         ("non_passive", OutcomeKind::NonPassive),
         ("highly_unstable", OutcomeKind::HighlyUnstable),
     ], Said("not judged"));
-    /// rms of the motion about its steady value at the end of the drop.
+    /// Root mean square of the motion about its steady value at the end of the drop.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);
 }
 

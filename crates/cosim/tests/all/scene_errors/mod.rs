@@ -88,15 +88,15 @@ fn malformed_toml_is_refused_where_it_breaks() {
 fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says(
         refused("stiffness =", "stifness ="),
-        "11:1: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp",
+        "11:1: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you mean stiffness?",
     );
     says(
         refused("[wall]", "[wal]"),
-        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, faults, model, run, record, expect, accuracy",
+        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, faults, model, run, record, expect, accuracy; did you mean wall?",
     );
     says(
         refused("[wall]", "pwm = { bits = 12, duti = 3 }\n[wall]"),
-        "9:20: method.pwm.duti: unknown key; accepted here: bits, mode, duty, off, dead_time",
+        "9:20: method.pwm.duti: unknown key; accepted here: bits, mode, duty, off, dead_time; did you mean duty?",
     );
 }
 
@@ -113,7 +113,7 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
     says(
         parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
-         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share",
+         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share; did you mean peak_angle?",
     );
 }
 
@@ -287,7 +287,10 @@ fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
 fn a_choice_that_is_none_is_refused_with_the_choices() {
     let choices = "\"hybrid\", \"conventional\", \"sampled_wall\", \"virtual_coupling\", \"passivity_controller\", \
                    \"energy_bounding\", \"passive_spring\"";
-    says(refused("\"hybrid\"", "\"hybird\""), &format!("7:8: method.kind: `hybird` is none of {choices}"));
+    says(
+        refused("\"hybrid\"", "\"hybird\""),
+        &format!("7:8: method.kind: `hybird` is none of {choices}; did you mean hybrid?"),
+    );
     says(refused("\"hybrid\"", "3"), &format!("7:8: method.kind: `3` is none of {choices}"));
 }
 
@@ -394,7 +397,8 @@ fn a_bad_override_is_told_as_the_override_it_is() {
     let set = |key, value| parse(GOOD, &[(key, value)]).unwrap_err();
     assert_eq!(
         set("wall.stifness", "2"),
-        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp"
+        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you mean \
+         stiffness?"
     );
     assert!(set("wal.stiffness", "2").starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,"));
     assert_eq!(
