@@ -2,7 +2,7 @@
 //!
 //! A quantity is checked where it is a number; the text of one with a unit is left to hpu.
 
-use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, rows};
+use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, kinds_of, rows};
 use serde_json::{Map, Value, json};
 
 use crate::parameters::as_json;
@@ -56,20 +56,9 @@ fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Row
 
 /// A section. Where its own `kind` decides which keys it takes, there is a case for each.
 fn section(of: Of, name: &str) -> Value {
-    let kinds = [of.scene, of.device];
-    // What a design of the user's own leaves to be modelled is the same for every device.
-    let kinds = if of.scene == "dut" && name == "model" { &kinds[..1] } else { &kinds };
-    let decides = |row: &Row| match &row.takes {
-        Takes::Choice(names) if row.key == "kind" => {
-            rows().any(|other| other.section == name && other.kinds.iter().any(|kind| names.contains(kind)))
-        }
-        _ => false,
-    };
-    // The kind of the device is known here, and a PHANToM's sections have no kinds.
-    let is_open = of.scene != "phantom" && name != "device";
-    let Some(kind) = rows().find(|row| is_open && row.section == name && decides(row)) else {
-        return object(of, name, kinds);
-    };
+    let kinds = &kinds_of(name, of.scene, of.device, None);
+    let kind = rows().find(|row| (row.section, row.key) == (name, "kind"));
+    let Some(kind) = kind.filter(|_| has_own_kind(name, of.scene)) else { return object(of, name, kinds) };
     let Takes::Choice(names) = &kind.takes else { return object(of, name, kinds) };
     let cases: Vec<_> = names
         .iter()

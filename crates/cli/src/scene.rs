@@ -165,7 +165,9 @@ impl Source {
     /// Parses the scene with these overrides.
     pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
         let mut load = |file: &str| self.load(file);
-        Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
+        // All errors of the scene, not the first alone.
+        let all = |error: SceneError| Failure::file(format!("{error:#}"));
+        Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(all)
     }
 
     /// Reads a data file that the scene names.

@@ -13,6 +13,7 @@ mod exports;
 mod fit;
 mod formal;
 mod fuzz;
+mod keys;
 mod manual;
 mod map;
 mod on_disk;

@@ -105,6 +105,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     ("hpu block truncating_multiplier", Form::AsIs),
+    ("hpu keys method", Form::AsIs),
     ("hpu vectors pwm --set-kind random --seed 7 --count 1000 > pwm.txt", Form::AsIs),
     ("hpu vectors trig_table --set-kind table --table sines --format coe", Form::AsIs),
     (

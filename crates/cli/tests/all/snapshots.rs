@@ -66,12 +66,13 @@ fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
 
 /// Commands for the forms of JSON, as short as they can be. Left out is what takes a minute: `cost --scene`, and the
 /// studies of papers but two.
-const COMMANDS: [(&str, &str); 21] = [
+const COMMANDS: [(&str, &str); 22] = [
     ("run", "run hybrid-wall --edges 100000 --json"),
     ("run-compare", "run hybrid-wall --edges 100000 --compare --json"),
     ("run-phantom", "run phantom-drop --set run.duration=20ms --json"),
     ("run-dut", "run testbench/dut/knee.toml --edges 20000 --json"),
     ("scenes", "scenes --json"),
+    ("keys", "keys --json"),
     ("blocks", "block --json"),
     ("block", "block truncating_multiplier --json"),
     ("check", "check displacement --rows 20 --scene hybrid-wall --edges 2000 --json"),

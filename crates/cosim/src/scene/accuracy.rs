@@ -2,7 +2,7 @@
 
 use toml_edit::Item;
 
-use super::keys::{self, Described, Key, Otherwise, Read, Takes};
+use super::keys::{self, Key, Otherwise, Read, Takes};
 use super::parameter::ParameterValue;
 use super::section::Section;
 use super::source::SceneError;
@@ -82,7 +82,9 @@ impl OfOutputs {
     }
 }
 
-impl Described for OfOutputs {
+impl Read for OfOutputs {
+    type Value = Vec<Output>;
+
     fn takes(&self) -> Takes {
         Takes::Names(self.names())
     }
@@ -90,10 +92,6 @@ impl Described for OfOutputs {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         Otherwise::Said("by the verdict")
     }
-}
-
-impl Read for OfOutputs {
-    type Value = Vec<Output>;
 
     fn read(&self, s: &Section, key: &str) -> Result<Vec<Output>, SceneError> {
         let list = s.get(key).and_then(Item::as_array).filter(|list| !list.is_empty());

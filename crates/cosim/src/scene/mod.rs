@@ -60,6 +60,7 @@
 //! hand imposes. A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
 
 mod accuracy;
+mod audit;
 mod dut;
 mod expect;
 mod faults;
@@ -138,6 +139,14 @@ impl Experiment {
         load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
+        Self::read(name, &source, load).map_err(|first| audit::with_others(&source, first))
+    }
+
+    fn read(
+        name: &str,
+        source: &Source,
+        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    ) -> Result<Self, SceneError> {
         if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
@@ -305,7 +314,8 @@ impl Scene {
         overrides: &[(String, String)],
         load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
     ) -> Result<Self, SceneError> {
-        read::scene(name, Source::parse(name, text, overrides)?, load)
+        let source = Source::parse(name, text, overrides)?;
+        read::scene(name, &source, load).map_err(|first| audit::with_others(&source, first))
     }
 
     /// Returns the duration in clock edges.

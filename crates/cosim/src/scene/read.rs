@@ -19,7 +19,7 @@ use super::{MOST_EDGES, Scene};
 use crate::message::{number, number_above, number_below};
 use crate::session::SessionError;
 
-pub(super) fn scene(file: &str, source: Source, load: Load) -> Result<Scene, SceneError> {
+pub(super) fn scene(file: &str, source: &Source, load: Load) -> Result<Scene, SceneError> {
     let root = source.root();
     if root.has("pwm") {
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
@@ -305,7 +305,7 @@ pub(super) fn expect(
 ) -> Result<Expect, SceneError> {
     let mut numbers = Vec::new();
     for (metric, key) in metrics.iter().filter(|(_, key)| s.has(key.name)) {
-        let (value, tolerance) = key.value.read(s, key.name)?;
+        let (value, tolerance) = s.read(key)?;
         numbers.push(Expectation { metric: *metric, value, tolerance });
     }
     Ok(Expect { outcome: s.given(outcome)?, numbers })

@@ -17,7 +17,7 @@ use super::read_model::friction;
 use super::section::{Section, shown};
 use super::source::{SceneError, Source};
 
-pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutScene, SceneError> {
+pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutScene, SceneError> {
     let root = source.root();
     if root.has("method") {
         let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";

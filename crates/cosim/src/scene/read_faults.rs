@@ -5,7 +5,7 @@ use toml_edit::Item;
 
 use super::faults::{EncoderLine, Faults, Stuck, Times};
 use super::keys::Otherwise::Is;
-use super::keys::{self, Described, Key, Otherwise, Read, Shape, Takes, Whole};
+use super::keys::{self, Key, Otherwise, Read, Shape, Takes, Whole};
 use super::parameter::{Origin, ParameterValue};
 use super::quantity as q;
 use super::quantity::Sense::{NotNegative, UpTo};
@@ -106,7 +106,9 @@ const ACCEPTED: &str = "a number of times at random, as 3, or a list of times, a
 /// The number, where the key is no list.
 const NUMBER: Whole<u64> = Whole::new(0, MOST, Is(0));
 
-impl Described for OfTimes {
+impl Read for OfTimes {
+    type Value = Times;
+
     fn takes(&self) -> Takes {
         Takes::Own(Shape::NumberOrList, ACCEPTED)
     }
@@ -114,10 +116,6 @@ impl Described for OfTimes {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         NUMBER.otherwise()
     }
-}
-
-impl Read for OfTimes {
-    type Value = Times;
 
     fn read(&self, s: &Section, key: &str) -> Result<Times, SceneError> {
         let Some(list) = s.get(key).and_then(Item::as_array) else {

@@ -18,7 +18,7 @@ use super::read_model::step;
 use super::section::Section;
 use super::source::{SceneError, Source};
 
-pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, SceneError> {
+pub(super) fn phantom_scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
     let root = source.root();
     root.accept(&["phantom"])?;
     let about = root.read(&keys::top::about)?.trim().to_string();

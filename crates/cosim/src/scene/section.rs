@@ -2,7 +2,7 @@
 
 use toml_edit::{Item, TableLike, Value};
 
-use super::keys::{self, AnyKey, Key, Otherwise, Quantity, Read};
+use super::keys::{self, Key, Otherwise, Quantity, Read};
 use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
 use super::quantity::{Axis, Dimension, SHAFT, Sense};
 use super::source::{Places, SceneError, join};
@@ -81,24 +81,31 @@ impl<'a> Section<'a> {
 
     /// Does the same by the rows of another section, for sections whose own name is free.
     pub fn accept_as(&self, section: &str, kinds: &[&str]) -> Result<(), SceneError> {
-        let keys: Vec<_> = keys::accepted(section, kinds).collect();
-        let names: Vec<_> = keys.iter().map(|key| key.name()).collect();
-        if let Some(unknown) = self.keys().find(|key| !names.contains(key)) {
-            let kind = self.get("kind").and_then(|item| item.as_str());
-            let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
-            let reason =
-                format!("unknown key{kind}; accepted here: {}{}", names.join(", "), did_you_mean(unknown, &names));
-            return Err(self.places.key_error(&self.key(unknown), reason));
-        }
-        let alone = |key: &&&dyn AnyKey| self.has(key.name()) && key.beside().is_some_and(|of| !self.has(of));
-        match keys.iter().find(alone) {
-            Some(key) => {
-                let of = key.beside().unwrap_or_default();
-                let reason = format!("without {of} it says nothing; write {of} too, or leave this out");
-                Err(self.error(key.name(), reason))
-            }
-            None => Ok(()),
-        }
+        let refused = self.unknown_keys(section, kinds).into_iter().chain(self.alone(section, kinds)).next();
+        refused.map_or(Ok(()), Err)
+    }
+
+    /// Returns the refusals of keys that these kinds of a section do not take.
+    pub fn unknown_keys(&self, section: &str, kinds: &[&str]) -> Vec<SceneError> {
+        let names: Vec<_> = keys::accepted(section, kinds).map(|key| key.name()).collect();
+        let kind = self.get("kind").and_then(|item| item.as_str());
+        let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
+        let refused = |unknown: &str| {
+            let near = did_you_mean(unknown, &names);
+            let reason = format!("unknown key{kind}; accepted here: {}{near}", names.join(", "));
+            self.places.key_error(&self.key(unknown), reason)
+        };
+        self.keys().filter(|key| !names.contains(key)).map(refused).collect()
+    }
+
+    /// Returns the refusals of keys that say nothing without another, which is missing.
+    pub fn alone(&self, section: &str, kinds: &[&str]) -> Vec<SceneError> {
+        let present = keys::accepted(section, kinds).filter(|key| self.has(key.name()));
+        let alone = present.filter_map(|key| {
+            let of = key.beside().filter(|of| !self.has(of))?;
+            Some(self.error(key.name(), format!("without {of} it says nothing; write {of} too, or leave this out")))
+        });
+        alone.collect()
     }
 
     /// Returns the value of a key, or its default.

@@ -15,9 +15,25 @@ pub struct SceneError {
     place: String,
     key: String,
     reason: String,
+    /// What else of the scene is refused.
+    others: Vec<SceneError>,
 }
 
 impl SceneError {
+    /// Returns this error with others of the same scene: those at other keys, in the order of the file.
+    pub(super) fn with(self, mut others: Vec<Self>) -> Self {
+        others.retain(|other| other.key != self.key);
+        others.sort_by_cached_key(Self::line_and_column);
+        Self { others, ..self }
+    }
+
+    /// Returns line and column; an override has none and comes first.
+    fn line_and_column(&self) -> (u32, u32) {
+        let mut numbers = self.place.rsplitn(3, ':').map(|number| number.parse().unwrap_or(0));
+        let column = numbers.next().unwrap_or(0);
+        (numbers.next().unwrap_or(0), column)
+    }
+
     /// Returns whether the refused value came from an override, not from the file.
     #[must_use]
     pub fn is_override(&self) -> bool {
@@ -28,13 +44,21 @@ impl SceneError {
 /// The beginning of the place of an override.
 const OVERRIDE: &str = "--set ";
 
+/// The first error, which is one line; as `{:#}` all errors of the scene, a line each, and their number.
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         if self.key.is_empty() {
-            write!(f, "{}: {}", self.place, self.reason)
+            write!(f, "{}: {}", self.place, self.reason)?;
         } else {
-            write!(f, "{}: {}: {}", self.place, excerpt(&self.key), self.reason)
+            write!(f, "{}: {}: {}", self.place, excerpt(&self.key), self.reason)?;
         }
+        if f.alternate() && !self.others.is_empty() {
+            for other in &self.others {
+                write!(f, "\n{other}")?;
+            }
+            write!(f, "\n{} errors", self.others.len() + 1)?;
+        }
+        Ok(())
     }
 }
 
@@ -67,7 +91,7 @@ impl Places {
 
     /// Returns an error about a key. A key that is missing is reported at the innermost section that is present.
     fn error_in(&self, places: &BTreeMap<String, String>, key: &str, reason: String) -> SceneError {
-        SceneError { place: self.place_in(places, key), key: key.to_string(), reason }
+        SceneError { place: self.place_in(places, key), key: key.to_string(), reason, others: Vec::new() }
     }
 
     fn place_in(&self, places: &BTreeMap<String, String>, key: &str) -> String {
@@ -125,6 +149,7 @@ impl Source {
             place: place(file, text, error.span().map_or(0, |span| span.start)),
             key: String::new(),
             reason: format!("not TOML: {}", error.message().replace('\n', "; ")),
+            others: Vec::new(),
         })?;
         let mut places = Places { file: file.to_string(), keys: BTreeMap::new(), values: BTreeMap::new() };
         places.note(text, "", None, document.as_item());
@@ -141,8 +166,12 @@ impl Source {
 
     fn set(&mut self, key: &str, text: &str) -> Result<(), SceneError> {
         let place = format!("{OVERRIDE}{}={}", excerpt(key), excerpt(text));
-        let refuse =
-            |reason: &str| SceneError { place: place.clone(), key: key.to_string(), reason: reason.to_string() };
+        let refuse = |reason: &str| SceneError {
+            place: place.clone(),
+            key: key.to_string(),
+            reason: reason.to_string(),
+            others: Vec::new(),
+        };
         let keys = Key::parse(key).map_err(|_| refuse("not a key; write section.key, as in wall.stiffness"))?;
         let (last, sections) = keys.split_last().ok_or_else(|| refuse("no key before the `=`"))?;
         let mut table: &mut dyn TableLike = self.document.as_table_mut();

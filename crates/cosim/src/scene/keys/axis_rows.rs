@@ -66,8 +66,8 @@ keys! { encoder_motor: "encoder" of ["motor"];
 }
 
 keys! { encoder_mass: "encoder" of ["mass"];
-    /// Length of one count; the linear law needs none.
-    resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Required);
+    /// Length of one count; required unless the law is linear.
+    resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
 }
 
 keys! { bridge: "bridge" of [];

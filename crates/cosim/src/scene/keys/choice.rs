@@ -3,7 +3,7 @@
 use hpu_signal::{Format, FormatError};
 use toml_edit::Item;
 
-use super::value::{Described, Otherwise, Read, Takes, default, said};
+use super::value::{Otherwise, Read, Takes, default, said};
 use crate::message::did_you_mean;
 use crate::scene::parameter::{Origin, ParameterValue};
 use crate::scene::section::{Section, shown};
@@ -19,7 +19,9 @@ impl GainFormat {
     }
 }
 
-impl Described for GainFormat {
+impl Read for GainFormat {
+    type Value = Format;
+
     fn takes(&self) -> Takes {
         Takes::Format
     }
@@ -27,10 +29,6 @@ impl Described for GainFormat {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         Otherwise::Is(ParameterValue::Text(self.default().map_or_else(|error| error.to_string(), |f| f.to_string())))
     }
-}
-
-impl Read for GainFormat {
-    type Value = Format;
 
     fn read(&self, s: &Section, name: &str) -> Result<Format, SceneError> {
         let format = match s.get(name) {
@@ -95,7 +93,9 @@ impl<T: Copy + PartialEq + Sync> Choice<T> {
     }
 }
 
-impl<T: Copy + PartialEq + Sync + 'static> Described for Choice<T> {
+impl<T: Copy + PartialEq + Sync + 'static> Read for Choice<T> {
+    type Value = T;
+
     fn takes(&self) -> Takes {
         Takes::Choice((self.options)().into_iter().map(|(name, _)| name).collect())
     }
@@ -103,10 +103,6 @@ impl<T: Copy + PartialEq + Sync + 'static> Described for Choice<T> {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         said(self.otherwise, |value| ParameterValue::Text(self.name_of(value).unwrap_or_default().to_string()))
     }
-}
-
-impl<T: Copy + PartialEq + Sync + 'static> Read for Choice<T> {
-    type Value = T;
 
     fn read(&self, s: &Section, name: &str) -> Result<T, SceneError> {
         let options = (self.options)();
@@ -144,7 +140,9 @@ pub(in crate::scene) fn none_of(item: &Item, names: &[&str]) -> String {
 /// `true` or `false`; the default.
 pub(in crate::scene) struct Flag(pub bool);
 
-impl Described for Flag {
+impl Read for Flag {
+    type Value = bool;
+
     fn takes(&self) -> Takes {
         Takes::Flag
     }
@@ -152,10 +150,6 @@ impl Described for Flag {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         Otherwise::Is(ParameterValue::Flag(self.0))
     }
-}
-
-impl Read for Flag {
-    type Value = bool;
 
     fn read(&self, s: &Section, name: &str) -> Result<bool, SceneError> {
         let flag = match s.get(name) {
@@ -172,7 +166,9 @@ impl Read for Flag {
 /// A text that is not empty: what it says, and what holds without it.
 pub(in crate::scene) struct Text(pub &'static str, pub Otherwise<&'static str>);
 
-impl Described for Text {
+impl Read for Text {
+    type Value = String;
+
     fn takes(&self) -> Takes {
         Takes::Text(self.0)
     }
@@ -180,10 +176,6 @@ impl Described for Text {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         said(self.1, |text| ParameterValue::Text(text.to_string()))
     }
-}
-
-impl Read for Text {
-    type Value = String;
 
     fn read(&self, s: &Section, name: &str) -> Result<String, SceneError> {
         let text = match s.get(name) {
@@ -215,12 +207,19 @@ impl Own {
     }
 }
 
-impl Described for Own {
+impl Read for Own {
+    /// Its own reader knows.
+    type Value = ();
+
     fn takes(&self) -> Takes {
         (self.takes)()
     }
 
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         said(self.otherwise, |text| ParameterValue::Text(text.to_string()))
+    }
+
+    fn read(&self, _: &Section, _: &str) -> Result<(), SceneError> {
+        Ok(())
     }
 }

@@ -16,12 +16,14 @@ mod told;
 mod value;
 
 use super::parameter::ParameterValue;
+use super::section::Section;
+use super::source::SceneError;
 
 pub use markdown::markdown;
 pub use value::{Otherwise, Shape, Sizes, Takes};
 
 pub(in crate::scene) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
-pub(in crate::scene) use value::{Described, Expected, Quantity, Read, Whole};
+pub(in crate::scene) use value::{Expected, Quantity, Read, Whole};
 pub(in crate::scene) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
@@ -61,16 +63,33 @@ pub(in crate::scene) struct Key<V> {
 pub(in crate::scene) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn beside(&self) -> Option<&'static str>;
+    fn is_section(&self) -> bool;
+    /// Whether a scene must have the key.
+    fn is_required(&self) -> bool;
+    /// Reads the key for its refusal alone.
+    fn check(&self, s: &Section) -> Result<(), SceneError>;
     fn row(&self, group: &Group) -> Row;
 }
 
-impl<V: Described> AnyKey for Key<V> {
+impl<V: Read> AnyKey for Key<V> {
     fn name(&self) -> &'static str {
         self.name
     }
 
     fn beside(&self) -> Option<&'static str> {
         self.beside
+    }
+
+    fn is_section(&self) -> bool {
+        self.value.takes() == Takes::Section
+    }
+
+    fn is_required(&self) -> bool {
+        self.value.otherwise() == Otherwise::Required
+    }
+
+    fn check(&self, s: &Section) -> Result<(), SceneError> {
+        s.read(self).map(drop)
     }
 
     fn row(&self, group: &Group) -> Row {
@@ -201,6 +220,28 @@ static GROUPS: &[&Group] = &[
 /// Every key of every section.
 pub fn rows() -> impl Iterator<Item = Row> {
     GROUPS.iter().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
+}
+
+/// Returns the kinds of a section in a scene of this kind with this device, by which rows are chosen; `own` is the
+/// section's `kind`.
+pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<&'a str>) -> Vec<&'a str> {
+    match section {
+        "device" | "encoder" => vec![device],
+        _ if has_own_kind(section, scene) => own.into_iter().collect(),
+        "model" if scene == "axis" => vec![scene, device],
+        _ => vec![scene],
+    }
+}
+
+/// Returns whether the `kind` of a section decides which keys it takes.
+pub fn has_own_kind(section: &str, scene: &str) -> bool {
+    scene != "phantom" && matches!(section, "method" | "hand")
+}
+
+/// Returns the key `kind` of a section.
+pub(in crate::scene) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
+    let mut keys = GROUPS.iter().filter(|group| group.section == section).flat_map(|group| group.keys.iter().copied());
+    keys.find(|key| key.name() == "kind")
 }
 
 /// The keys that a section of one of these kinds takes.

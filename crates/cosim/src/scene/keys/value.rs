@@ -78,16 +78,15 @@ pub enum Takes {
     Own(Shape, &'static str),
 }
 
-/// A type of keys.
-pub(in crate::scene) trait Described: Sync + 'static {
-    fn takes(&self) -> Takes;
-    fn otherwise(&self) -> Otherwise<ParameterValue>;
-}
-
-/// A type of keys that [`Section::read`] reads.
-pub(in crate::scene) trait Read: Described {
+/// A type of keys: what such a key takes, its default, and how it is read.
+pub(in crate::scene) trait Read: Sync + 'static {
     type Value;
-    /// The value of the section's key of this name, or what holds where there is none.
+
+    fn takes(&self) -> Takes;
+
+    fn otherwise(&self) -> Otherwise<ParameterValue>;
+
+    /// Returns the value of the section's key of this name, or its default.
     fn read(&self, s: &Section, name: &str) -> Result<Self::Value, SceneError>;
 }
 
@@ -171,7 +170,9 @@ impl Quantity {
     }
 }
 
-impl Described for Quantity {
+impl Read for Quantity {
+    type Value = f64;
+
     fn takes(&self) -> Takes {
         Takes::Quantity(self.of.sizes(self.sense))
     }
@@ -179,10 +180,6 @@ impl Described for Quantity {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         said(self.otherwise, ParameterValue::Number)
     }
-}
-
-impl Read for Quantity {
-    type Value = f64;
 
     fn read(&self, s: &Section, name: &str) -> Result<f64, SceneError> {
         self.read_or(s, name, self.otherwise, Origin::Default)
@@ -209,7 +206,9 @@ impl<N> Whole<N> {
     }
 }
 
-impl<N: 'static> Described for Whole<N> {
+impl<N: TryFrom<u64, Error: std::fmt::Debug> + 'static> Read for Whole<N> {
+    type Value = N;
+
     fn takes(&self) -> Takes {
         Takes::Whole { least: self.least, most: self.most, unit: self.unit }
     }
@@ -217,10 +216,6 @@ impl<N: 'static> Described for Whole<N> {
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         said(self.otherwise, ParameterValue::Integer)
     }
-}
-
-impl<N: TryFrom<u64, Error: std::fmt::Debug> + 'static> Read for Whole<N> {
-    type Value = N;
 
     fn read(&self, s: &Section, name: &str) -> Result<N, SceneError> {
         let accepted = format!("a whole number from {} to {}", self.least, self.most);
@@ -258,16 +253,12 @@ impl Expected {
             tolerance: Quantity::along(of, Sense::NotNegative, Otherwise::Required),
         }
     }
-
-    /// The number and its tolerance, in the section of this name.
-    pub fn read(&self, s: &Section, name: &str) -> Result<(f64, f64), SceneError> {
-        let number = s.section(name)?;
-        number.accept_as("expect.METRIC", &[])?;
-        Ok((self.value.read(&number, "value")?, self.tolerance.read(&number, "tolerance")?))
-    }
 }
 
-impl Described for Expected {
+impl Read for Expected {
+    /// The number and its tolerance.
+    type Value = (f64, f64);
+
     fn takes(&self) -> Takes {
         match self.value.takes() {
             Takes::Quantity(sizes) => Takes::Expected(sizes),
@@ -277,5 +268,11 @@ impl Described for Expected {
 
     fn otherwise(&self) -> Otherwise<ParameterValue> {
         Otherwise::Said("not judged")
+    }
+
+    fn read(&self, s: &Section, name: &str) -> Result<(f64, f64), SceneError> {
+        let number = s.section(name)?;
+        number.accept_as("expect.METRIC", &[])?;
+        Ok((self.value.read(&number, "value")?, self.tolerance.read(&number, "tolerance")?))
     }
 }

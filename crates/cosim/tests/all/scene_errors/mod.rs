@@ -1,5 +1,6 @@
 //! A bad scene is refused with file, line, column, key, and what is accepted instead.
 
+mod all;
 mod model;
 mod rail;
 mod sense;

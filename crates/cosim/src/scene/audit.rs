@@ -1,0 +1,65 @@
+//! All errors of a scene at once: a reader ends at its first refusal; here the rows of the keys tell what else is refused.
+//!
+//! Conditions between sections are checked by readers alone, once every section was read.
+
+use super::keys;
+use super::quantity::{RAIL, SHAFT};
+use super::section::Section;
+use super::source::{SceneError, Source};
+
+/// Returns the first error of a scene with all others that its keys have, each by itself.
+pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
+    let root = source.root();
+    let device = root.section("device").ok().and_then(|device| kind(&device));
+    let (scene, device, axis) = match device {
+        Some("phantom") => ("phantom", "phantom", &SHAFT),
+        Some(device @ ("motor" | "mass")) => {
+            let scene = if root.has("dut") { "dut" } else { "axis" };
+            (scene, device, if device == "mass" { &RAIL } else { &SHAFT })
+        }
+        _ => return first,
+    };
+    let mut audit = Audit { scene, device, errors: Vec::new() };
+    audit.section(&root.along(axis), "", true);
+    first.with(audit.errors)
+}
+
+fn kind<'a>(s: &Section<'a>) -> Option<&'a str> {
+    s.get("kind").and_then(|kind| kind.as_str())
+}
+
+struct Audit<'a> {
+    scene: &'a str,
+    device: &'a str,
+    errors: Vec<SceneError>,
+}
+
+impl Audit<'_> {
+    /// Checks every key of a section and of those below. A key is missing only if no key around it is unknown: that may be
+    /// the missing one, misspelt.
+    fn section(&mut self, s: &Section, name: &str, misses: bool) {
+        let kinds = keys::kinds_of(name, self.scene, self.device, kind(s));
+        if keys::has_own_kind(name, self.scene)
+            && let Some(Err(error)) = keys::kind_of(name).map(|key| key.check(s))
+        {
+            self.errors.extend((s.has("kind") || misses).then_some(error));
+            return;
+        }
+        let taken: Vec<_> = keys::accepted(name, &kinds).collect();
+        let is_free = taken.iter().any(|key| key.name().chars().all(char::is_uppercase));
+        // A section of free names has a reader of its own.
+        if is_free {
+            return;
+        }
+        let unknown = s.unknown_keys(name, &kinds);
+        let misses = misses && unknown.is_empty();
+        self.errors.extend(unknown.into_iter().chain(s.alone(name, &kinds)));
+        for key in taken.into_iter().filter(|key| s.has(key.name()) || misses && key.is_required()) {
+            match s.section(key.name()) {
+                Ok(below) if key.is_section() => self.section(&below, &s.key(key.name()), misses),
+                Err(error) if key.is_section() => self.errors.push(error),
+                _ => self.errors.extend(key.check(s).err()),
+            }
+        }
+    }
+}
