@@ -120,7 +120,9 @@ fn accepted(of: Of, row: &Row) -> Value {
             let below =
                 if row.section.is_empty() { row.key.to_string() } else { format!("{}.{}", row.section, row.key) };
             match below.as_str() {
-                "model" => json!({ "anyOf": [section(of, &below), { "enum": ["auto"] }] }),
+                "model" => {
+                    json!({ "if": { "type": "object" }, "then": section(of, &below), "else": { "enum": ["auto"] } })
+                }
                 _ => section(of, &below),
             }
         }
@@ -143,11 +145,7 @@ fn options(row: &Row) -> Value {
 /// A number within the sizes, or a text with a unit.
 fn quantity(sizes: Option<&Sizes>) -> Value {
     let Some(sizes) = sizes else { return json!({ "type": ["number", "string"] }) };
-    let number = json!({ "type": "number", "minimum": sizes.least, "maximum": sizes.most });
-    let text = json!({ "type": "string" });
-    if sizes.zero && sizes.least > 0.0 {
-        json!({ "anyOf": [{ "enum": [0] }, number, text] })
-    } else {
-        json!({ "anyOf": [number, text] })
-    }
+    // Bounds are those of numbers; a text with a unit passes them.
+    let number = json!({ "type": ["number", "string"], "minimum": sizes.least, "maximum": sizes.most });
+    if sizes.zero && sizes.least > 0.0 { json!({ "anyOf": [{ "enum": [0] }, number] }) } else { number }
 }

@@ -1,4 +1,5 @@
-//! `hpu keys`: the keys as text, JSON and a schema that every shipped scene satisfies; nearest names; all errors at once.
+//! `hpu keys`: the keys as text, JSON and a schema that every shipped scene satisfies; nearest names; all errors at
+//! once.
 
 use std::fs;
 
@@ -58,7 +59,8 @@ fn all_errors_of_a_scene_are_told_at_once() {
     assert_eq!(stderr(&output).lines().count(), 3, "{}", stderr(&output));
 }
 
-/// What of a value a schema refuses, by the words of JSON Schema that ours uses; any other word fails the test.
+/// Returns the refusals of a value by a schema. It knows the words of JSON Schema that ours uses; any other word fails
+/// the test.
 fn refused(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let fails = |schema: &Value| !refused(schema, value, at).is_empty();
     let words = schema.as_object().expect("a schema is an object");
@@ -85,12 +87,11 @@ fn refused(schema: &Value, value: &Value, at: &str) -> Vec<String> {
                 true
             }
             "if" => {
-                if !fails(rule) {
-                    all.extend(refused(&schema["then"], value, at));
-                }
+                let then = schema.get(if fails(rule) { "else" } else { "then" });
+                all.extend(then.into_iter().flat_map(|schema| refused(schema, value, at)));
                 true
             }
-            "then" => schema.get("if").is_some(),
+            "then" | "else" => schema.get("if").is_some(),
             "items" => {
                 let items = value.as_array().into_iter().flatten();
                 all.extend(items.flat_map(|item| refused(rule, item, at)));

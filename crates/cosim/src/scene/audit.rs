@@ -1,4 +1,5 @@
-//! All errors of a scene at once: a reader ends at its first refusal; here the rows of the keys tell what else is refused.
+//! All errors of a scene at once: a reader ends at its first refusal; here the rows of the keys tell what else is
+//! refused.
 //!
 //! Conditions between sections are checked by readers alone, once every section was read.
 
@@ -35,8 +36,8 @@ struct Audit<'a> {
 }
 
 impl Audit<'_> {
-    /// Checks every key of a section and of those below. A key is missing only if no key around it is unknown: that may be
-    /// the missing one, misspelt.
+    /// Checks every key of a section and of those below. A key is missing only if no key around it is unknown: that may
+    /// be the missing one, misspelt.
     fn section(&mut self, s: &Section, name: &str, misses: bool) {
         let kinds = keys::kinds_of(name, self.scene, self.device, kind(s));
         if keys::has_own_kind(name, self.scene)

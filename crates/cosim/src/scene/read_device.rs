@@ -7,7 +7,7 @@ use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::SceneError;
 
-/// What a scene may have as its device.
+/// The kind of a scene's device, by `device.kind`.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum DeviceKind {
     Motor,

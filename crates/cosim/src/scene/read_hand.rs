@@ -63,7 +63,7 @@ fn motion(s: &Section, load: Load) -> Result<Vec<PathPoint>, SceneError> {
 }
 
 fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {
-    let accepted = "write [[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
+    let accepted = format!("write {}", keys::PATH);
     let points = s.get("path").and_then(|item| item.as_array()).filter(|points| !points.is_empty());
     let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;
     let mut path: Vec<PathPoint> = Vec::new();

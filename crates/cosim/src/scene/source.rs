@@ -15,7 +15,7 @@ pub struct SceneError {
     place: String,
     key: String,
     reason: String,
-    /// What else of the scene is refused.
+    /// The other errors of the scene, in the order of the file.
     others: Vec<SceneError>,
 }
 

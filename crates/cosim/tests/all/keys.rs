@@ -194,7 +194,7 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
             let name = path(row.section, row.key);
             let found = scene.parameters().iter().find(|parameter| parameter.key == name);
             let found = found.filter(|parameter| parameter.origin == Origin::Default).map(|found| found.value.clone());
-            // What a run is compared by is no parameter of the run.
+            // The error allowed between models is no parameter of a run.
             let within = (name == "accuracy.within").then(|| ParameterValue::Number(scene.accuracy().within));
             if let Some(found) = found.or(within) {
                 assert_eq!(found, *default, "{name} in {} {:?}", base.scene, base.set);
@@ -225,7 +225,7 @@ const BESIDE: [(&str, &str, &str); 12] = [
     ("wall.ramp", "wall.ramp", "{ stiffness = 1, from = 0, to = 1 }"),
 ];
 
-/// What a scene says of a key with this value: nothing, or the reason after the key's name.
+/// Returns the reason for which a scene refuses a value of a key; `None` if it accepts the value.
 fn said(base: &Base, row: &Row, value: &str) -> Option<String> {
     let name = path(row.section, row.key);
     let mut set: Set = Vec::new();
@@ -258,8 +258,8 @@ fn said(base: &Base, row: &Row, value: &str) -> Option<String> {
     Some(reason.to_string())
 }
 
-/// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier, and
-/// a velocity that is not rescaled has no scale.
+/// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
+/// and a velocity that is not rescaled has no scale.
 fn reads(base: &Base, row: &Row) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"

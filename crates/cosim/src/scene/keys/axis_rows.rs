@@ -7,11 +7,15 @@ use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
 use crate::scene::read_device::{DeviceKind, MOTORS, NamedMotor};
 
+/// The form of `hand.path`.
+pub(in crate::scene) const PATH: &str =
+    "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
+
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";
 
 keys! { device: "device" of [];
-    /// What the hand holds: a motor with a wheel, a mass on a rail, or the arm of a PHANToM.
+    /// Kind of the device: a motor with a wheel, a mass on a rail, or the arm of a PHANToM.
     kind: Choice<DeviceKind> = Choice::new(|| vec![
         ("motor", DeviceKind::Motor),
         ("mass", DeviceKind::Mass),
@@ -125,7 +129,7 @@ keys! { wall_ramp: "wall.ramp" of [];
 }
 
 keys! { hand: "hand" of [];
-    /// What moves the device: nothing, a constant torque, a hand that holds it by spring and damper, an imposed motion, or
+    /// Kind of the hand: none, a constant torque, a hand that holds it by spring and damper, an imposed motion, or
     /// a recording of encoder lines.
     kind: Choice<&'static str> = Choice::new(
         || named(&["none", "constant_torque", "spring_damper", "prescribed", "capture"], |it| it),
@@ -145,10 +149,9 @@ keys! { hand_grip: "hand" of ["spring_damper"];
 }
 
 keys! { hand_motion: "hand" of ["spring_damper", "prescribed"];
-    /// Motion as points in the order of time, straight between two and constant after the last; required without `file`.
-    path: Own = Own::new(
-        || Takes::Own(Shape::List, "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]"),
-        Said("the file's"));
+    /// Motion as points in the order of time, straight between two and constant after the last; required without
+    /// `file`.
+    path: Own = Own::new(|| Takes::Own(Shape::List, PATH), Said("the file's"));
     /// CSV file with the motion, beside the scene; required without `path`.
     file: Text = Text("the name of a CSV file beside the scene", Said("the path"));
 }
@@ -166,8 +169,8 @@ keys! { hand_capture: "hand" of ["capture"];
 pub(in crate::scene) const SMOOTHED: Friction = Friction::Smoothed { speed_rad_per_s: 0.0 };
 
 keys! { model: "model" of ["axis"];
-    /// What advances the device: exactly from event to event, exactly at every clock cycle, exactly once a sample period,
-    /// or by a textbook method in fixed steps.
+    /// How the device is advanced: exactly from event to event, exactly at every clock cycle, exactly once a sample
+    /// period, or by a textbook method in fixed steps.
     solver: Choice<Solver> = Choice::new(|| named(&Solver::ALL, Solver::name), Is(Solver::Events));
     /// Step of a fixed-step solver, rounded to whole clock cycles; required by it.
     step: Quantity = Quantity::new(&q::TIME, Positive, Said("none"));
@@ -190,7 +193,8 @@ keys! { model_motor: "model" of ["motor"];
 }
 
 keys! { model_friction: "model" of ["axis", "dut"];
-    /// Models Coulomb friction with sticking and slipping, proportional to the speed below `friction_speed`, or not at all.
+    /// Models Coulomb friction with sticking and slipping, proportional to the speed below `friction_speed`, or not at
+    /// all.
     friction: Choice<Friction> = Choice::new(|| vec![
         ("stick_slip", Friction::StickSlip), ("smoothed", SMOOTHED), ("none", Friction::None),
     ], Is(Friction::StickSlip));
@@ -199,8 +203,8 @@ keys! { model_friction: "model" of ["axis", "dut"];
 }
 
 keys! { model_law: "model" of ["axis"];
-    /// What the law reads: counts from the encoder's lines; counts that a fixed-step run loads into the counter once a
-    /// step; or, for the law in floats, the position itself.
+    /// Position that the law reads: counts from the encoder's lines; counts that a fixed-step run loads into the
+    /// counter once a step; or, for the law in floats, the position itself.
     encoder: Choice<EncoderModel> = Choice::new(|| vec![
         ("quantised", EncoderModel::Quantised), ("loaded", EncoderModel::Loaded), ("ideal", EncoderModel::Ideal),
     ], Is(EncoderModel::Quantised));

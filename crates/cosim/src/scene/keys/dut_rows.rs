@@ -25,7 +25,8 @@ keys! { dut: "dut" of [];
         || named(&[Engine::Auto, Engine::Ghdl, Engine::Verilator], Engine::name), Is(Engine::Auto));
     /// Port of the clock; required without `[dut.clocks]`.
     clock: Text = Text(
-        "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1", Said("none"));
+        "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1",
+        Said("none"));
     /// Ports of several clocks, in the place of `clock`.
     clocks: Own = Own::section(Said("none"));
     /// Reset of the design.
@@ -36,7 +37,7 @@ keys! { dut: "dut" of [];
     parameters: Own = Own::section(Said("the design's"));
     /// Ports, and what each is connected to.
     ports: Own = Own::section(Required);
-    /// What a bridge does while `bridge.pwm` is 0: short the motor, or open all switches.
+    /// State of the bridge while `bridge.pwm` is 0: it shorts the motor, or opens all switches.
     off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
 }
 
@@ -65,7 +66,8 @@ keys! { dut_parameters: "dut.parameters" of [];
 }
 
 keys! { dut_ports: "dut.ports" of [];
-    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; or a word with a format.
+    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; or a word with a
+    /// format.
     PORT: Own = Own::new(
         || Takes::Own(Shape::Connection, "a line, encoder.count, wall.count, open, a constant or { is, format }"),
         Said("an output is open"));

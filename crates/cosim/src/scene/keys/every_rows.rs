@@ -27,7 +27,7 @@ keys! { top_axis: "" of ["axis", "dut"];
 keys! { top_phantom: "" of ["phantom"];
     /// How the tip is released.
     drop: Own = Own::section(Required);
-    /// What computes the force, and how often.
+    /// The platform that computes the force, and its rate.
     platform: Own = Own::section(Required);
 }
 
@@ -49,7 +49,7 @@ keys! { top_dut: "" of ["dut"];
 keys! { top_wall: "" of ["axis", "dut"];
     /// The virtual wall.
     wall: Own = Own::section(Required);
-    /// What moves the device.
+    /// The hand that moves the device.
     hand: Own = Own::section(Required);
     /// Faults of encoder lines, switches and clock.
     faults: Own = Own::section(Said("none"));
@@ -67,7 +67,7 @@ keys! { top_run: "" of [];
     model: Own = Own::section(Said("its keys' defaults"));
     /// How long the scene runs.
     run: Own = Own::section(Required);
-    /// What a waveform holds beside the signals.
+    /// Settings of the recording.
     record: Own = Own::section(Said("its keys' defaults"));
     /// The verdict and numbers that a run is judged by.
     expect: Own = Own::section(Said("nothing is judged"));

@@ -13,7 +13,8 @@ const MOST_CLOCKS: u64 = 1 << 32;
 const LINES: [(&str, EncoderLine); 2] = [("encoder.a", EncoderLine::A), ("encoder.b", EncoderLine::B)];
 
 keys! { faults: "faults" of [];
-    /// Encoder edges that the lines do not show: a number of them at random, by `run.seed`, or the first after each time.
+    /// Encoder edges that the lines do not show: a number of them at random, by `run.seed`, or the first after each
+    /// time.
     missed_edge: OfTimes = OfTimes;
     /// Encoder edges after which the lines go one count farther.
     doubled_edge: OfTimes = OfTimes;

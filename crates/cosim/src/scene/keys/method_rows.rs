@@ -26,7 +26,8 @@ const LAWS: &[&str] = METHODS.split_at(2).1;
 const ENERGY: Whole<u32> = Whole::bits(8, 48, 32);
 
 keys! { method: "method" of METHODS;
-    /// The control law: position read at once and damping sampled (hybrid), both sampled (conventional), or a published law.
+    /// The control law: position read at once and damping sampled (hybrid), both sampled (conventional), or a published
+    /// law.
     kind: Choice<&'static str> = Choice::new(|| named(&METHODS, |it| it), Required);
     /// Rate at which the law samples, rounded to whole clock cycles.
     sample_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
@@ -101,7 +102,7 @@ keys! { virtual_coupling: "method" of ["virtual_coupling"];
 }
 
 keys! { passivity_controller: "method" of ["passivity_controller"];
-    /// What the passivity observer multiplies a motion by: the velocity's force, or the force that was held.
+    /// Force that the passivity observer multiplies a motion by: the velocity's, or the force that was held.
     observer: Choice<Observer> = Choice::new(
         || vec![("velocity", Observer::Velocity), ("held_force", Observer::HeldForce)], Is(Observer::Velocity));
     /// Greatest energy that the observer may store.
@@ -146,7 +147,7 @@ keys! { pwm: "method.pwm" of [];
     mode: Choice<bool> = Choice::new(|| vec![("sign_magnitude", false), ("locked_antiphase", true)], Is(false));
     /// When a new duty takes effect: at the next period, or at once.
     duty: Choice<bool> = Choice::new(|| vec![("latched", true), ("immediate", false)], Is(true));
-    /// What the switches do in the off phase: short the motor, or open.
+    /// State of the bridge in the off phase: it shorts the motor, or opens all switches.
     off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
     /// Time for which both switches of a leg stay open around a change; at most half a PWM period.
     dead_time: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));

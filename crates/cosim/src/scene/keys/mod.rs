@@ -31,8 +31,9 @@ pub(in crate::scene) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows:
 pub struct Row {
     /// The section; empty for the scene itself. A word in capitals stands for any name, as in `dut.ports.PORT`.
     pub section: &'static str,
-    /// Which kinds of that section take the key: values of its `kind`, or of the scene ([`SCENES`], [`DEVICES`]). Empty
-    /// where all do.
+    /// The kinds that take the key: of `[method]` and `[hand]` values of their own `kind`, else a kind of device
+    /// (`motor`, `mass`, `phantom`) or of scene: `axis` with one of hpu's methods, `dut` with a design of the user's
+    /// own, `phantom`. Empty if all kinds take it.
     pub kinds: &'static [&'static str],
     /// The key. A word in capitals stands for any name.
     pub key: &'static str,
@@ -40,15 +41,9 @@ pub struct Row {
     pub takes: Takes,
     /// The value of a scene without the key.
     pub otherwise: Otherwise<ParameterValue>,
-    /// What the value does.
+    /// The effect of the value.
     pub meaning: &'static str,
 }
-
-/// Kinds of scenes: an axis with one of hpu's methods, an axis with a design of the user's own, a PHANToM.
-pub const SCENES: [&str; 3] = ["axis", "dut", "phantom"];
-
-/// Kinds of devices, which `device.kind` chooses.
-pub const DEVICES: [&str; 3] = ["motor", "mass", "phantom"];
 
 /// A key: its name and what it takes.
 pub(in crate::scene) struct Key<V> {
@@ -121,8 +116,8 @@ pub(in crate::scene) struct Group {
 /// }
 /// ```
 ///
-/// makes `bridge::supply`, whose meaning is its comment, and `bridge::GROUP`. `beside` names a key without which this one
-/// says nothing.
+/// makes `bridge::supply`, whose meaning is its comment, and `bridge::GROUP`. `beside` names a key without which this
+/// one says nothing.
 macro_rules! keys {
     ($group:ident: $section:literal of $kinds:expr;
      $($(#[doc = $meaning:literal])+ $key:ident $(beside $of:ident)?: $value:ty = $given:expr;)*) => {

@@ -46,7 +46,8 @@ keys! { drop: "drop" of [];
 }
 
 keys! { platform: "platform" of [];
-    /// What computes the force: a multitasking or a real-time operating system, or the FPGA; the number is its rate in kHz.
+    /// Platform that computes the force: a multitasking or a real-time operating system, or the FPGA; the number is its
+    /// rate in kHz.
     kind: Choice<Platform> = Choice::new(|| named(&Platform::ALL, Platform::name), Required);
     /// Greatest lateness of a sample of `PMOS-1`.
     jitter: Quantity = Quantity::new(&q::TIME, UpTo(0.9e-3), Is(100e-6))
@@ -78,7 +79,8 @@ keys! { room: "room" of [];
 }
 
 keys! { model_phantom: "model" of ["phantom"];
-    /// What advances the arm: exactly from event to event, exactly at every clock cycle, or by a textbook method in steps.
+    /// How the arm is advanced: exactly from event to event, exactly at every clock cycle, or by a textbook method in
+    /// steps.
     solver: Choice<Solver> = Choice::new(|| {
         let all = [Solver::Events, Solver::Clock, Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
         named(&all, Solver::name)

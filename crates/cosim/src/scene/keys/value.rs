@@ -21,7 +21,7 @@ pub enum Otherwise<T> {
 /// The sizes of a quantity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sizes {
-    /// What the quantity is called, with its article.
+    /// The quantity's name in messages, with its article.
     pub name: &'static str,
     /// Its SI unit; empty for a plain number.
     pub unit: &'static str,
