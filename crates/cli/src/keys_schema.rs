@@ -2,7 +2,7 @@
 //!
 //! A quantity is checked where it is a number; the text of one with a unit is left to hpu.
 
-use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, kinds_of, rows};
+use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
 use serde_json::{Map, Value, json};
 
 use crate::parameters::as_json;
@@ -75,7 +75,7 @@ fn object(of: Of, name: &str, kinds: &[&str]) -> Value {
     let (mut properties, mut others, mut required) = (Map::new(), json!(false), Vec::new());
     for row in taken(name, kinds) {
         let value = described(of, &row);
-        if row.key.chars().all(char::is_uppercase) {
+        if is_any_name(row.key) {
             others = value;
             continue;
         }

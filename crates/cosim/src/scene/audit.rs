@@ -47,7 +47,7 @@ impl Audit<'_> {
             return;
         }
         let taken: Vec<_> = keys::accepted(name, &kinds).collect();
-        let is_free = taken.iter().any(|key| key.name().chars().all(char::is_uppercase));
+        let is_free = taken.iter().any(|key| keys::is_any_name(key.name()));
         // A section of free names has a reader of its own.
         if is_free {
             return;

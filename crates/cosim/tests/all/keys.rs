@@ -142,11 +142,11 @@ fn path(section: &str, key: &str) -> String {
 
 /// Whether a name of the table stands for any name.
 fn is_any(name: &str) -> bool {
-    name.split('.').any(|part| part.chars().all(char::is_uppercase))
+    name.split('.').any(|part| !part.is_empty() && part.chars().all(char::is_uppercase))
 }
 
 fn is_named(row: &Row) -> bool {
-    !is_any(row.key) && !(is_any(row.section) && !row.section.is_empty())
+    !is_any(row.key) && !is_any(row.section)
 }
 
 /// Refusals of a key by a kind that does not take it, in words of their own.

@@ -212,6 +212,12 @@ static GROUPS: &[&Group] = &[
     &accuracy_all::GROUP,
 ];
 
+/// Returns whether a key of a row stands for any name.
+#[must_use]
+pub fn is_any_name(key: &str) -> bool {
+    key.chars().all(char::is_uppercase)
+}
+
 /// Every key of every section.
 pub fn rows() -> impl Iterator<Item = Row> {
     GROUPS.iter().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
