@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::common::{code, hpu, json, scratch, stderr, stdout, text};
+use crate::common::{code, hpu, json, stderr, stdout};
 
 fn settings() -> insta::Settings {
     let mut settings = insta::Settings::clone_current();
