@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::did_you_mean;
-use hpu_cosim::scene::keys::{Otherwise, Row, Takes, markdown, rows};
+use hpu_cosim::scene::keys::{Otherwise, Row, Takes, grouped, markdown, rows};
 use serde_json::{Value, json};
 
 use crate::columns::{Column, aligned};
@@ -54,8 +54,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.json {
         print_json(&json!({ "keys": found.iter().map(object).collect::<Vec<_>>() }))?;
     } else {
-        let groups = found.chunk_by(|one, other| (one.section, one.kinds) == (other.section, other.kinds));
-        print(&groups.map(text).collect::<Vec<_>>().join("\n"))?;
+        let groups = grouped(found.into_iter());
+        print(&groups.iter().map(|group| text(group)).collect::<Vec<_>>().join("\n"))?;
     }
     Ok(Exit::Fine)
 }

@@ -22,7 +22,7 @@ fn every_key_is_listed_with_its_unit_default_range_and_meaning() {
         assert_eq!((&object["section"], &object["key"]), (&json!(row.section), &json!(row.key)));
         assert_eq!(object["required"], json!(row.default() == "required"), "{}.{}", row.section, row.key);
     }
-    assert!(all.starts_with("the scene itself\n  about "), "the sections stand before their keys: {all}");
+    assert!(all.starts_with("Every scene\n  about "), "the sections stand before their keys: {all}");
     let pwm = stdout(&run(&["keys", "method.pwm"]));
     let keys: Vec<_> =
         pwm.lines().filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' '))).collect();

@@ -4,34 +4,46 @@ use std::fmt::Write as _;
 
 use super::{Row, rows};
 
-/// Every key, a table for the keys of a section that the same kinds take, in Markdown.
+/// Returns every key in Markdown, with a table for the keys of a section that the same kinds take.
 #[must_use]
 pub fn markdown() -> String {
-    let mut text = String::new();
-    let mut last = None;
-    for row in rows() {
-        let group = (row.section, row.kinds);
-        if last != Some(group) {
-            let _ = writeln!(
-                text,
-                "\n{}\n\n| Key | Unit | Default | Accepted | Meaning |\n|---|---|---|---|---|",
-                row.heading()
-            );
-            last = Some(group);
+    grouped(rows()).iter().map(|group| table(group)).collect::<Vec<_>>().join("\n")
+}
+
+/// Returns the rows that the same kinds of the same section take, together, in the order of their first.
+pub fn grouped(rows: impl Iterator<Item = Row>) -> Vec<Vec<Row>> {
+    let mut groups: Vec<Vec<Row>> = Vec::new();
+    for row in rows {
+        let of_group = |group: &&mut Vec<Row>| (group[0].section, group[0].kinds) == (row.section, row.kinds);
+        match groups.iter_mut().find(of_group) {
+            Some(group) => group.push(row),
+            None => groups.push(vec![row]),
         }
+    }
+    groups
+}
+
+fn table(group: &[Row]) -> String {
+    let mut text = group.first().map_or(String::new(), |row| format!("{}\n\n", row.heading()));
+    text += "| Key | Unit | Default | Accepted | Meaning |\n|---|---|---|---|---|\n";
+    for row in group {
         let cells = [format!("`{}`", row.key), row.unit(), row.default(), row.accepted(), row.meaning.to_string()];
         let _ = writeln!(text, "| {} |", cells.map(|cell| escaped(&cell)).join(" | "));
     }
-    text.trim_start().to_string()
+    text
 }
 
 impl Row {
-    /// The section and the kinds that take the key, as in `[hand] of "prescribed"`.
+    /// Returns the section and the kinds that take the key, as in "`[hand]` of `prescribed`".
     #[must_use]
     pub fn heading(&self) -> String {
-        let section = if self.section.is_empty() { "the scene itself".into() } else { format!("`[{}]`", self.section) };
         let kinds: Vec<_> = self.kinds.iter().map(|kind| format!("`{kind}`")).collect();
-        if kinds.is_empty() { section } else { format!("{section} of {}", kinds.join(", ")) }
+        let kinds = if kinds.is_empty() { String::new() } else { format!(" of {}", kinds.join(", ")) };
+        match (self.section, kinds.as_str()) {
+            ("", "") => "Every scene".into(),
+            ("", kinds) => format!("Scenes{kinds}"),
+            (section, kinds) => format!("`[{section}]`{kinds}"),
+        }
     }
 }
 

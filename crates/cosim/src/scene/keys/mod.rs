@@ -19,7 +19,7 @@ use super::parameter::ParameterValue;
 use super::section::Section;
 use super::source::SceneError;
 
-pub use markdown::markdown;
+pub use markdown::{grouped, markdown};
 pub use value::{Otherwise, Shape, Sizes, Takes};
 
 pub(in crate::scene) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
