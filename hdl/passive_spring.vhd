@@ -115,7 +115,6 @@ architecture rtl of passive_spring is
   signal gained   : signed(EXTENSION_WIDTH + WIDTH + ALPHA_WIDTH downto 0);          -- x * alpha * d
   signal area     : signed(ROOT_WIDTH - 1 downto 0);                                 -- x^2
   signal depth    : length_word;
-  signal deep     : signed(ROOT_WIDTH - 1 downto 0);                                 -- depth^2
   signal reached  : length_word;
   signal pull     : signed(STIFFNESS_WIDTH + EXTENSION_WIDTH + 1 downto 0);          -- k * x
   signal push     : signed(STIFFNESS_WIDTH + EXTENSION_WIDTH + SCALE_WIDTH + 2 downto 0);
@@ -145,7 +144,6 @@ begin
   gained  <= x * pace;
   area    <= x * x;
   depth   <= shift_left(resize(signed('0' & penetration), depth'length), EXTENSION_FRAC);
-  deep    <= depth * depth;
   reached <= signed('0' & clamp(signed('0' & root), EXTENSION_WIDTH));
   pull    <= k * reached;
   push    <= pull * beta;
@@ -178,7 +176,7 @@ begin
         if busy = '0' then
           if std_logic_vector(x) = (x'range => '0') and contact = '1'
              and (touched = '0' or REVIVE) then
-            square <= std_logic_vector(deep);
+            square <= std_logic_vector(depth * depth);
           else
             -- x^2 + 2 * x * alpha * d, in which alpha has 8 fraction bits.
             square <= clamp(resize(area, SQUARE_WIDTH)

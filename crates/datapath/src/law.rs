@@ -204,6 +204,6 @@ impl Wanted {
             [shown(self.spring(input.penetration, input.stiffness) + drag, self.top)]
         };
         let [torque] = W::branch(input.contact.is_set(), inside, || [W::int(0)]);
-        torque
+        torque.cut("wanted", self.drag.to.width())
     }
 }

@@ -143,7 +143,7 @@ impl PassiveSpring {
         let engages = if revive { touches } else { touches & last.contact.equals(zero) };
         let anew = || {
             let depth = input.penetration.shl(extension_frac);
-            [(depth * depth).cut("deep", 2 * length)]
+            [depth * depth]
         };
         let worked = || {
             let motion = (input.position - last.position).wrap(self.motion);
@@ -187,13 +187,15 @@ impl PassiveSpring {
 impl Step for PassiveSpring {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, stiffness, scale, .. } = self.config.widths;
+        // The signed words of the VHDL, whose signs need not be known.
+        let signed = |format: Format| Format::signed(format.width() + 1);
         let mut all = vec![
             Register::new("countdown", Format::unsigned(period_width)),
             Register::new("previous", Format::unsigned(width)),
             Register::new("touched", Format::BIT),
-            Register::new("x", self.extension.to),
-            Register::kept("k", stiffness),
-            Register::kept("beta", scale),
+            Register::new("x", signed(self.extension.to)),
+            Register::kept("k", signed(stiffness)),
+            Register::kept("beta", signed(scale)),
             Register::new("start", Format::BIT),
             Register::new("square", self.radicand.to),
             Register::new("torque", self.config.widths.torque().format),
