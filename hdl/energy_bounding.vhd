@@ -124,11 +124,11 @@ architecture rtl of energy_bounding is
   signal demand   : wide_word;                   -- wanted of the last sample edge
   signal energy   : energy_word;
   signal shown    : signed(TORQUE_WIDTH + 1 downto 0);
-  signal pull     : signed(BOUND_WIDTH + WIDTH downto 0);           -- c2 * d
-  signal pulled   : signed(2 * (BOUND_WIDTH + WIDTH) + 1 downto 0); -- its square
+  signal pull     : signed(BOUND_WIDTH + WIDTH - 1 downto 0);       -- c2 * d
+  signal pulled   : signed(2 * (BOUND_WIDTH + WIDTH) - 1 downto 0); -- its square
   signal moved2   : signed(2 * WIDTH - 1 downto 0);                 -- d^2
   signal worked   : signed(TORQUE_WIDTH + WIDTH + 1 downto 0);      -- shown * d
-  signal bounded  : wide_word;                                      -- the torque to come
+  signal bounded  : signed(TORQUE_WIDTH + 1 downto 0);              -- the torque to come
   signal used     : signed(TORQUE_WIDTH + WIDTH downto 0);          -- what it takes
   signal previous : std_logic_vector(WIDTH - 1 downto 0);
   signal d        : std_logic_vector(WIDTH - 1 downto 0);
@@ -232,13 +232,14 @@ architecture rtl of energy_bounding is
 
   -- The torque wanted within the bounds: by the root alone, or by c1 and c2.
   function within(wanted : wide_word; last : signed; moved : signed; bound : unsigned)
-    return wide_word is
+    return signed is
     variable total           : wide_word;
     variable highest, lowest : wide_word;
   begin
     if LEAST_CONSERVATIVE then
       highest := topped(below(wide(bound)));
-      return larger(smaller(wanted, highest), -highest);
+      total   := larger(smaller(wanted, highest), -highest);
+      return total(TORQUE_WIDTH + 1 downto 0);
     end if;
     highest := below(product(C2, moved) + wide(bound));
     lowest  := above(product(C2, moved) - wide(bound));
@@ -250,12 +251,13 @@ architecture rtl of energy_bounding is
       total := total + below(product(C1, moved));
       total := larger(smaller(smaller(wanted, total), highest), lowest);
     end if;
-    return limited(total);
+    total := limited(total);
+    return total(TORQUE_WIDTH + 1 downto 0);
   end function;
 
 begin
 
-  pull    <= to_signed(C2, BOUND_WIDTH + 1) * signed(d);
+  pull    <= resize(to_signed(C2, BOUND_WIDTH + 1) * signed(d), pull'length);
   pulled  <= pull * pull;
   moved2  <= signed(d) * signed(d);
   worked  <= shown * signed(d);
@@ -377,9 +379,9 @@ begin
           filled := clamp(wide(energy) + wide(used));
         end if;
 
-        shown  <= bounded(shown'range);
+        shown  <= bounded;
         energy <= filled;
-        torque <= std_logic_vector(bounded(torque'range));
+        torque <= std_logic_vector(bounded);
         memory <= std_logic_vector(filled);
       end if;
 

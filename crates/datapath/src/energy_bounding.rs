@@ -176,7 +176,7 @@ impl EnergyBounding {
             Begun { motion, wanted, energy, radicand: (c1 * energy.shed()).shl(2) }
         } else {
             let c2 = W::int(c2.into());
-            let room = bound_width + 1 + widths.width;
+            let room = bound_width + widths.width;
             let middle = (c2 * motion).cut("pull", room);
             let pulled = (middle * middle).cut("pulled", 2 * room);
             Begun { motion, wanted, energy: stored, radicand: pulled + (c2 * stored).shl(bound_frac + 1) }

@@ -1,11 +1,11 @@
 //! The velocity estimators as one part of a law: any of them, with the same output format.
 
-use hpu_signal::Narrowed;
+use hpu_signal::{Narrowed, Word};
 
 use crate::timed_velocity::TimedVelocity;
 use crate::{
-    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, VelocityConfig, VelocityRegister,
-    WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
+    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, Register, Step, VelocityConfig,
+    VelocityRegister, WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
 };
 
 /// How a law estimates a velocity. The order is that of the generic `ESTIMATOR`.
@@ -71,6 +71,11 @@ impl Whole {
         self.latest = counts * self.count;
     }
 
+    /// Whole counts, in words.
+    fn of<W: Word>(&self, counts: W) -> W {
+        counts.shl(self.count.trailing_zeros())
+    }
+
     #[inline]
     fn latest(&self) -> Narrowed {
         Narrowed { word: self.latest, rounded: false, overflowed: false }
@@ -104,6 +109,41 @@ impl Velocity {
             Self::Filtered(block) => block.latest(),
             Self::Foaw(block) => block.latest(),
             Self::EdgeTimer(block) => block.latest(),
+        }
+    }
+
+    /// Its registers inside a law.
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        match self {
+            Self::Difference(block, _) => Register::inside("g_difference_estimate", block).collect(),
+            Self::Filtered(block) => Register::inside("g_filtered_estimate", block).collect(),
+            Self::Window(block, _) => Register::inside("g_window_estimate", block).collect(),
+            Self::Foaw(block) => Register::inside("g_adaptive_estimate", block).collect(),
+            Self::EdgeTimer(block) => block.registers(),
+        }
+    }
+
+    /// These after an edge, and the velocity before it, in words.
+    pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
+        match self {
+            Self::Difference(block, whole) => {
+                let input = velocity_register::In { position, period, scale: W::int(0) };
+                let (next, shown) = block.step(registers, input);
+                (next, whole.of(shown.velocity))
+            }
+            Self::Filtered(block) => {
+                let (next, shown) = block.step(registers, filtered_difference::In { position, period });
+                (next, shown.velocity)
+            }
+            Self::Window(block, whole) => {
+                let (next, shown) = block.step(registers, window_difference::In { position, period });
+                (next, whole.of(shown.velocity))
+            }
+            Self::Foaw(block) => {
+                let (next, shown) = block.step(registers, foaw::In { position, period });
+                (next, shown.velocity)
+            }
+            Self::EdgeTimer(block) => block.step(registers, position, period),
         }
     }
 

@@ -177,11 +177,11 @@ impl Step for PassivityController {
             Register::new("demand", Format::signed(torque_width + 1)),
             Register::new("correction", torque),
             Register::new("energy", self.energy.to),
-            Register::new("shown", torque),
+            Register::new("shown", Format::signed(torque_width + 1)),
             Register::new("start", Format::BIT),
             Register::new("deficit", Format::unsigned(self.config.energy_width)),
             Register::new("distance", Format::unsigned(width)),
-            Register::new("torque", torque),
+            Register::new("torque", Format::signed(torque_width + 1)),
             Register::new("memory", self.energy.to),
         ];
         all.extend(Register::inside("divider", &self.divider));

@@ -1,9 +1,12 @@
 //! The velocity of the fixed-position method: the time of a count, turned round by a division.
 
-use hpu_signal::Narrowed;
+use hpu_signal::{Format, Narrowed, Word};
 
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, DividerConfig, EdgeTimer, SequentialDivider, edge_timer};
+use crate::sequence::captures;
+use crate::{
+    Block, ConfigError, DividerConfig, EdgeTimer, Register, SequentialDivider, Step, edge_timer, sequential_divider,
+};
 
 /// An `edge_timer` whose interval a `sequential_divider` divides the period by, once a period: counts per period.
 ///
@@ -14,6 +17,8 @@ use crate::{Block, ConfigError, DividerConfig, EdgeTimer, SequentialDivider, edg
 pub(crate) struct TimedVelocity {
     timer: EdgeTimer,
     divider: SequentialDivider,
+    /// The widths of its division.
+    division: DividerConfig,
     /// Edges from a capture to its velocity.
     latency: u64,
     countdown: Countdown,
@@ -32,12 +37,48 @@ impl TimedVelocity {
         Ok(Self {
             timer: EdgeTimer::new(width, period_width)?,
             divider: SequentialDivider::new(config)?,
+            division: config,
             latency: u64::from(config.steps()) + 2,
             countdown: Countdown::default(),
             left: 0,
             next: ZERO,
             latest: ZERO,
         })
+    }
+
+    /// Its registers inside a law: its own, those of the timer and those of the divider.
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        let DividerConfig { num_width, den_width, out_width, .. } = self.division;
+        let mut all = vec![
+            Register::new("g_timer_sample_countdown", Format::unsigned(den_width)),
+            Register::new("g_timer_start", Format::BIT),
+            Register::new("g_timer_num", Format::unsigned(num_width)),
+            Register::new("g_timer_den", Format::unsigned(den_width)),
+            Register::new("g_timer_sample_upwards", Format::BIT),
+            Register::new("g_timer_sample_standing", Format::BIT),
+            Register::new("velocity", Format::signed(out_width + 1)),
+        ];
+        all.extend(Register::inside("g_timer_timer", &self.timer));
+        all.extend(Register::inside("g_timer_divider", &self.divider));
+        all
+    }
+
+    /// These after an edge, and the velocity before it, in words.
+    pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
+        let [left, start, num, den, upwards, standing, velocity, ref inside @ ..] = *registers else {
+            unreachable!("registers")
+        };
+        let (timer, divider) = inside.split_at(Step::registers(&self.timer).len());
+        let (timing, timed) = self.timer.step(timer, edge_timer::In { position });
+        let (dividing, made) = self.divider.step(divider, sequential_divider::In { start, num, den });
+        let moved = || [W::select(upwards.is_set(), made.quotient, -made.quotient)];
+        let loaded = || W::branch(standing.is_set(), || [W::int(0)], moved);
+        let [next] = W::branch(made.ready.is_set(), loaded, || [velocity]);
+        let (left, captures) = captures(left, period, [start, made.busy, made.ready]);
+        let captured = || [period, timed.interval, timed.forward, timed.stopped];
+        let [num, den, upwards, standing] = W::branch(captures, captured, || [num, den, upwards, standing]);
+        let own = [left, W::of_bit(captures), num, den, upwards, standing, next];
+        ([&own[..], &timing, &dividing].concat(), velocity)
     }
 
     pub(crate) fn reset(&mut self) {

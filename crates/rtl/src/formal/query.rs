@@ -127,8 +127,14 @@ impl<'e> Edge<'e> {
             itself.insert(name.clone(), own);
         }
         let Defined { built: (next, shown), lines, cuts } =
-            Term::defined(itself, || block.terms(&terms(&before), &terms(&inputs)));
+            Term::defined(itself.clone(), || block.terms(&terms(&before), &terms(&inputs)));
         lines.iter().for_each(|line| query.given += &format!("{line}\n"));
+        // A net that is the equations' number lies where that can lie.
+        for (name, own, term) in &cuts {
+            if let Some(bits) = itself.get(name) {
+                let _ = writeln!(query.given, "(assert {})", term.bounds(bits, *own));
+            }
+        }
         Ok(Posed { query, next, shown, cuts })
     }
 
