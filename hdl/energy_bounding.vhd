@@ -365,7 +365,7 @@ begin
             filled   := clamp(total);
             radicand <= std_logic_vector(under_root(C1, filled, 2));
           else
-            radicand <= std_logic_vector(resize(unsigned(pulled), ROOT_WIDTH)
+            radicand <= std_logic_vector(unsigned(resize(pulled, ROOT_WIDTH))
                                          + under_root(C2, energy, BOUND_FRAC + 1));
           end if;
         end if;

@@ -109,12 +109,12 @@ architecture rtl of passivity_controller is
   subtype energy_word is signed(ENERGY_WIDTH - 1 downto 0);
 
   signal moved      : signed(WIDTH - 1 downto 0);         -- d of the last sample edge
-  signal shown      : signed(TORQUE_WIDTH + 1 downto 0);
+  signal shown      : signed(TORQUE_WIDTH downto 0);
   signal correction : signed(TORQUE_WIDTH + 1 downto 0);
 
   -- Torques times displacements: of the one that was shown, of the one wanted, and of
   -- the correction in force.
-  signal exactly  : signed(TORQUE_WIDTH + WIDTH + 1 downto 0);
+  signal exactly  : signed(TORQUE_WIDTH + WIDTH downto 0);
   signal asked    : signed(TORQUE_WIDTH + WIDTH downto 0);
   signal added    : signed(TORQUE_WIDTH + WIDTH + 1 downto 0);
 
@@ -182,6 +182,8 @@ architecture rtl of passivity_controller is
   end function;
 
 begin
+
+  torque  <= std_logic_vector(resize(shown, torque'length));
 
   exactly <= shown * signed(d);
   asked   <= signed(wanted) * signed(d);
@@ -314,7 +316,6 @@ begin
           end if;
         end if;
         shown      <= total(shown'range);
-        torque     <= std_logic_vector(total(torque'range));
         total      := total - demand;
         correction <= total(correction'range);
       end if;
@@ -330,7 +331,6 @@ begin
         start      <= '0';
         deficit    <= (others => '0');
         distance   <= (others => '0');
-        torque     <= (others => '0');
         memory     <= (others => '0');
       end if;
     end if;

@@ -145,7 +145,11 @@ impl Biquad {
     fn made<W: Word>(&self, x: W, [x1, x2]: [W; 2], [y1, y2]: [W; 2]) -> W {
         let BiquadConfig { input, output, coefficient, b, a, .. } = self.config;
         let room = coefficient.width() + input.int().max(output.int()).unsigned_abs() + self.frac().cast_unsigned() + 1;
-        let product = |coefficient: i32, factor: W, name: &str| (W::int(coefficient.into()) * factor).cut(name, room);
+        // By the magnitude, as the VHDL has it.
+        let product = |coefficient: i32, factor: W, name: &str| {
+            let product = W::int(coefficient.unsigned_abs().into()) * factor;
+            if coefficient < 0 { -product } else { product }.cut(name, room)
+        };
         // All aligned to the longer fraction.
         let [x0, x1, x2] = [x, x1, x2].map(|word| word.shl(self.spare(input)));
         let [y1, y2] = [y1, y2].map(|word| word.shl(self.spare(output)));

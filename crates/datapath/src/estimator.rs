@@ -112,6 +112,11 @@ impl Velocity {
         }
     }
 
+    /// Whether its clock edge is told as equations.
+    pub(crate) fn has_equations(&self) -> bool {
+        !matches!(self, Self::Foaw(block) if block.equations().is_none())
+    }
+
     /// Its registers inside a law.
     pub(crate) fn registers(&self) -> Vec<Register> {
         match self {

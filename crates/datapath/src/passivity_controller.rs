@@ -122,7 +122,7 @@ impl PassivityController {
         let LawWidths { width, torque_width, .. } = self.config.widths;
         let room = torque_width + 2 + width;
         let work = if self.config.exact {
-            (last.torque * motion).cut("exactly", room)
+            (last.torque * motion).cut("exactly", room - 1)
         } else {
             let asked = (wanted.shed() * motion).cut("asked", room - 1);
             asked + (last.correction * last.motion).cut("added", room)
@@ -181,7 +181,6 @@ impl Step for PassivityController {
             Register::new("start", Format::BIT),
             Register::new("deficit", Format::unsigned(self.config.energy_width)),
             Register::new("distance", Format::unsigned(width)),
-            Register::new("torque", Format::signed(torque_width + 1)),
             Register::new("memory", self.energy.to),
         ];
         all.extend(Register::inside("divider", &self.divider));
@@ -189,21 +188,8 @@ impl Step for PassivityController {
     }
 
     fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
-        let [
-            left,
-            position,
-            motion,
-            wanted,
-            correction,
-            energy,
-            pushed,
-            start,
-            num,
-            den,
-            torque,
-            memory,
-            ref rest @ ..,
-        ] = *registers
+        let [left, position, motion, wanted, correction, energy, torque, start, num, den, memory, ref rest @ ..] =
+            *registers
         else {
             unreachable!("registers")
         };
@@ -211,7 +197,7 @@ impl Step for PassivityController {
         let (left, captures) = captures(left, input.period, [start, made.busy, made.ready]);
         let magnitude = |word: W| W::select(W::int(0).above(word), -word, word);
         let captured = || {
-            let last = Registers { position, motion, correction, energy, torque: pushed };
+            let last = Registers { position, motion, correction, energy, torque };
             let [motion, wanted, energy] = self.begun(&last, &input);
             [input.position, motion, wanted, energy, magnitude(energy), magnitude(motion), energy]
         };
@@ -219,16 +205,15 @@ impl Step for PassivityController {
         let [position, moved, demand, stored, num, den, shown] = W::branch(captures, captured, kept);
         let loaded = || {
             let torque = self.ended(motion, wanted, energy, made.quotient);
-            [torque - wanted, torque, torque]
+            [torque - wanted, torque]
         };
-        let [correction, pushed, next] = W::branch(made.ready.is_set(), loaded, || [correction, pushed, torque]);
-        let own =
-            [left, position, moved, demand, correction, stored, pushed, W::of_bit(captures), num, den, next, shown];
+        let [correction, pushed] = W::branch(made.ready.is_set(), loaded, || [correction, torque]);
+        let own = [left, position, moved, demand, correction, stored, pushed, W::of_bit(captures), num, den, shown];
         ([&own[..], &dividing].concat(), LawOut { torque, memory })
     }
 
     fn lemmas(&self) -> Vec<Lemma<'_>> {
-        vec![loads_before_it_reads(self, 12, 7)]
+        vec![loads_before_it_reads(self, 11, 7)]
     }
 }
 

@@ -307,7 +307,7 @@ impl Block for SampledWall {
     }
 
     fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+        self.velocity.has_equations().then_some(self)
     }
 
     fn reset(&mut self) -> LawOut<i64> {

@@ -14,12 +14,21 @@ const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 /// A solver has this long for a question.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// No solver decides these: products by constants of 31 bits, and of words of 32 and 33. `hpu check --formal` says so.
-const OPEN: [(&str, &str); 2] = [("biquad", "high_pass"), ("cube_room", "plain_q22")];
+/// No solver decides these: products by constants of 31 bits, of words of 32 and 33, and windows of many samples.
+/// `hpu check --formal` says so.
+const OPEN: [(&str, &str); 6] = [
+    ("biquad", "high_pass"),
+    ("cube_room", "plain_q22"),
+    ("foaw", "default"),
+    ("foaw", "loose"),
+    ("foaw", "eleven"),
+    ("sampled_wall", "foaw"),
+];
 
-/// All counts of these are 10 to 20 s of GHDL each.
+/// All counts of tables are 10 to 20 s of GHDL each; of laws, each net that a proof is cut at is a run of Yosys.
 fn is_long(name: &str, label: &str) -> bool {
     match name {
+        "energy_bounding" => label == "default",
         "trig_cordic" => label != "narrow",
         "trig_quarter" | "trig_interpolated" => !["default", "narrow"].contains(&label),
         _ => false,
@@ -115,6 +124,12 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
         ),
         ("biquad", "narrow", "x2 <= x1", "x2 <= x0", "x2"),
         ("window_difference", "5_bit", "earlier(1) := unsigned", "earlier(1) := 1 + unsigned", "earlier"),
+        ("passive_spring", "8_bit", "previous <= unsigned", "previous <= 1 + unsigned", "previous'"),
+        ("passivity_controller", "8_bit", "moved    <= signed(d)", "moved    <= -signed(d)", "moved'"),
+        ("energy_bounding", "least_conservative_8_bit", "(C1, filled, 2)", "(C1, filled, 1)", "radicand'"),
+        ("sampled_wall", "8_bit", "touching <= contact &", "touching <= not contact &", "g_held_hold.q'"),
+        ("input_shaper", "phase", "remaining > 1", "remaining > 2", "g_shaper_early'|g_shaper_delay_remaining'"),
+        ("foaw", "4_bit", "LIMIT + MISS", "LIMIT - MISS", "velocity'"),
         ("trig_quarter", "narrow", "if NEGATIVE = '1' then", "if NEGATIVE = '1' and index /= 77 then", "sine|cosine"),
         ("trig_cordic", "narrow", "valid  <= '0'", "valid  <= '1'", "valid'"),
     ];
@@ -136,7 +151,7 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
 
 #[test]
 fn a_block_without_equations_is_open() {
-    assert!(matches!(prove(&*find("foaw", "default"), Path::new(HDL), LIMIT), Ok(Verdict::Open(_))));
+    assert!(matches!(prove(&*find("foaw", "wide"), Path::new(HDL), LIMIT), Ok(Verdict::Open(_))));
 }
 
 #[test]
