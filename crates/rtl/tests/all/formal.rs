@@ -68,7 +68,7 @@ fn prove_all(long: bool, at_least: usize) {
 
 #[test]
 fn the_vhdl_of_a_block_equals_it_for_all_inputs_and_states() {
-    prove_all(false, 126);
+    prove_all(false, 150);
 }
 
 #[test]
