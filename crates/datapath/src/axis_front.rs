@@ -16,7 +16,8 @@
 use hpu_signal::Signal;
 
 use crate::axis::Axis;
-use crate::{Block, ConfigError, Displacement, Generic, Unilateral, displacement, synchronizer, unilateral};
+use crate::loop_nets::instance;
+use crate::{Block, ConfigError, Displacement, Generic, Instance, Unilateral, displacement, synchronizer, unilateral};
 
 hpu_signal::ports! {
     /// Inputs of the front.
@@ -27,6 +28,13 @@ hpu_signal::ports! {
     /// Outputs of the front.
     pub struct Out { position, error, delta, contact, penetration }
 }
+
+/// Ports by their place, inputs first.
+const REFERENCE: usize = 2;
+const POSITION: usize = 3;
+const DELTA: usize = 5;
+const CONTACT: usize = 6;
+const PENETRATION: usize = 7;
 
 /// See the [module](self).
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -92,6 +100,17 @@ impl Block for AxisFront {
         let unilateral::Out { contact, penetration } = self.wall.outputs();
         let position = self.axis.counter.outputs().position;
         Out { position, error: self.axis.decoder.outputs().error, delta, contact, penetration }
+    }
+
+    fn counts(&self) -> Option<&'static str> {
+        Block::counts(&self.axis.counter)
+    }
+
+    fn inside(&self) -> Vec<Instance> {
+        vec![
+            instance("offset", &self.offset, &[POSITION, REFERENCE, DELTA]),
+            instance("wall", &self.wall, &[DELTA, CONTACT, PENETRATION]),
+        ]
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {

@@ -8,12 +8,14 @@ pub mod settling;
 pub mod tables;
 
 mod book;
-mod equations;
+mod exact;
 mod field;
 mod measured;
+mod method;
 mod noise;
 mod parts;
 mod random;
+mod real;
 mod recommend;
 
 use hpu_signal::{Cycle, Format};
