@@ -96,6 +96,16 @@ impl Velocity {
         })
     }
 
+    /// The block, where it has equations.
+    pub(crate) fn block(&self) -> Option<&dyn crate::AnyBlock> {
+        match self {
+            Self::Difference(block, _) => Some(block),
+            Self::Filtered(block) => Some(block),
+            Self::Window(block, _) => Some(block),
+            Self::Foaw(_) | Self::EdgeTimer(_) => None,
+        }
+    }
+
     /// The velocity, and what was lost to make it.
     #[inline]
     pub(crate) fn latest(&self) -> Narrowed {

@@ -139,6 +139,12 @@ impl LawWidths {
         Signal::new("torque", Format::signed(self.torque_width + 2), "PWM count", "Torque against the penetration")
     }
 
+    /// The torque that the plain wall wants with these inputs, after that much motion since the sample before.
+    #[must_use]
+    pub fn wanted<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
+        Wanted::new(self).torque(input, motion)
+    }
+
     /// The greatest magnitude that the bridge can show.
     #[inline]
     #[must_use]

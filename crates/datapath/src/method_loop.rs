@@ -96,6 +96,12 @@ impl<L: Law> MethodLoop<L> {
         &self.law
     }
 
+    /// Whether an input shaper changes the law's torque.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        self.config.shaping.is_some()
+    }
+
     /// What the front sees.
     #[inline]
     fn at_front(input: &LoopIn<i64>) -> axis_front::In<i64> {

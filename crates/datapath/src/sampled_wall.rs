@@ -146,10 +146,23 @@ impl SampledWall {
         1 << self.config.widths.width
     }
 
-    /// The velocity's period.
+    /// The velocity's period, from the spring's.
     #[inline]
-    fn period(&self, input: &LawIn<i64>) -> i64 {
-        self.period.wrap(i128::from(input.period) * i128::from(self.config.ratio))
+    #[must_use]
+    pub fn velocity_period(&self, period: i64) -> i64 {
+        self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
+    }
+
+    /// Widths and modes.
+    #[must_use]
+    pub fn config(&self) -> &SampledWallConfig {
+        &self.config
+    }
+
+    /// The block that estimates the velocity, where there is one with equations.
+    #[must_use]
+    pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
+        self.velocity.block()
     }
 
     /// What the torque is made of with these inputs and the registers as they stand.
@@ -166,7 +179,7 @@ impl SampledWall {
 
     /// The torque: drag and relief have the same sign, its format holds the sum.
     #[inline]
-    fn torque<W: Word>(&self, made: Made<W>) -> W {
+    pub fn torque<W: Word>(&self, made: Made<W>) -> W {
         let Made { contact, penetration, stiffness, damping, velocity } = made;
         let drag = (contact * damping * velocity).narrow(&self.drag);
         let relief = (W::int(self.config.relief.into()) * velocity).narrow(&self.drag);
@@ -276,7 +289,7 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.held = self.hold.tick(self.sampled(&input)).q;
         }
-        self.velocity.tick(input.position, self.period(&input));
+        self.velocity.tick(input.position, self.velocity_period(input.period));
         self.shown(&input)
     }
 
@@ -286,7 +299,7 @@ impl Block for SampledWall {
             return 0;
         }
         let hold = if self.config.spring_held { self.hold.quiet(&self.sampled(input)) } else { u64::MAX };
-        hold.min(self.velocity.quiet(input.position, self.period(input)))
+        hold.min(self.velocity.quiet(input.position, self.velocity_period(input.period)))
     }
 
     #[inline]
@@ -295,6 +308,6 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.hold.skip(edges, &self.sampled(input));
         }
-        self.velocity.skip(edges, input.position, self.period(input));
+        self.velocity.skip(edges, input.position, self.velocity_period(input.period));
     }
 }

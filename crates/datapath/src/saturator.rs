@@ -58,7 +58,8 @@ impl Combinational for Saturator {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let limit = i128::from(self.limit);
-        Out { limited: input.value.limit(-limit, limit) }
+        let limited = input.value.limit(-limit, limit);
+        Out { limited: limited.overflowing(!limited.equals(input.value)) }
     }
 }
 

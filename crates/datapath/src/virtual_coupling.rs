@@ -113,9 +113,15 @@ impl VirtualCoupling {
         }
     }
 
+    /// Widths and gains.
+    #[must_use]
+    pub fn config(&self) -> &CouplingConfig {
+        &self.config
+    }
+
     /// Torque and extension of a sample, from the extension before it.
     #[inline]
-    fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
+    pub fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
         let [share, free, held] =
             [self.config.share, self.config.free, self.config.held].map(|gain| W::int(gain.into()));
         let (top, width) = (self.config.widths.top().into(), self.extension.to.width());

@@ -5,6 +5,7 @@ use hpu_datapath::{AnyBlock, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Signal, Word};
 
 use super::exact::Exact;
+use super::is_on_the_way;
 use super::method::Method;
 use super::real::Real;
 
@@ -319,10 +320,7 @@ impl Parts {
         } else {
             self.parts.extend(inside.into_iter().map(Part::of));
         }
-        // Lines alone on one side, or counts: that is the encoder's or the bridge's.
-        let is_line = |port: &Signal| port.format == Format::BIT;
-        let lines = model.inputs().iter().all(is_line) || model.outputs().iter().all(is_line);
-        if !lines && model.counts().is_none() {
+        if is_on_the_way(&**model) {
             self.parts.extend(Stage::of(&**model, connections, tied).map(Part::of));
         }
     }
