@@ -21,7 +21,6 @@ mod methods_shaper;
 mod methods_wall;
 mod oracle;
 mod phantom_blocks;
-mod phantom_bounds;
 mod phantom_connections;
 mod phantom_engine;
 mod phantom_loops;

@@ -14,14 +14,40 @@ pub(super) struct Exact {
     whole: i128,
     /// The word, had nothing been rounded either.
     exact: f64,
-    /// The farthest that anything was beyond its limits.
-    beyond: f64,
+    losses: Losses,
 }
+
+/// What words have lost, in units of the least significant bit.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Losses {
+    /// The most that rounding has taken from what was within its limits.
+    pub rounded: f64,
+    /// The farthest that anything was beyond its limits.
+    pub beyond: f64,
+    /// Whether anything could be lost to limits at all, and whether upper bits were dropped.
+    pub narrows: bool,
+    pub wraps: bool,
+}
+
+impl Losses {
+    /// The worse of each.
+    pub fn worse(self, other: Self) -> Self {
+        Self {
+            rounded: self.rounded.max(other.rounded),
+            beyond: self.beyond.max(other.beyond),
+            narrows: self.narrows || other.narrows,
+            wraps: self.wraps || other.wraps,
+        }
+    }
+}
+
+/// Of a word that has lost nothing.
+const NONE: Losses = Losses { rounded: 0.0, beyond: 0.0, narrows: false, wraps: false };
 
 impl Exact {
     /// A word by itself: none of what it has lost before counts.
     pub fn of(word: i128) -> Self {
-        Self { word, whole: word, exact: word as f64, beyond: 0.0 }
+        Self { word, whole: word, exact: word as f64, losses: NONE }
     }
 
     /// The word itself.
@@ -31,7 +57,13 @@ impl Exact {
 
     /// What rounding has taken, and how far it was beyond its limits, in units of the least significant bit.
     pub fn lost(self) -> [f64; 2] {
-        [(self.exact - self.whole as f64).abs(), self.beyond]
+        [(self.exact - self.whole as f64).abs(), self.losses.beyond]
+    }
+
+    /// All that it has lost. What is beyond its limits is limited, not rounded.
+    pub fn losses(self) -> Losses {
+        let [rounded, beyond] = self.lost();
+        Losses { rounded: if beyond == 0.0 { rounded } else { 0.0 }, ..self.losses }
     }
 
     fn both(self, other: Self, whole: impl Fn(i128, i128) -> i128, exact: impl Fn(f64, f64) -> f64) -> Self {
@@ -39,7 +71,7 @@ impl Exact {
             word: whole(self.word, other.word),
             whole: whole(self.whole, other.whole),
             exact: exact(self.exact, other.exact),
-            beyond: self.beyond.max(other.beyond),
+            losses: self.losses.worse(other.losses),
         }
     }
 
@@ -49,8 +81,11 @@ impl Exact {
 
     /// Into these bounds, told where it was beyond them; `fit` is what becomes of it there.
     fn within(self, least: i128, most: i128, fit: impl Fn(i128) -> i128) -> Self {
-        let beyond = (self.word - most).max(least - self.word).max(0);
-        Self { word: fit(self.word), beyond: self.beyond.max(beyond as f64), ..self }
+        let beyond = (self.word - most).max(least - self.word).max(0) as f64;
+        let word = fit(self.word);
+        let wraps = beyond > 0.0 && word != self.word.clamp(least, most);
+        let losses = self.losses.worse(Losses { beyond, narrows: true, wraps, ..NONE });
+        Self { word, losses, ..self }
     }
 }
 

@@ -16,7 +16,7 @@ struct Sheet {
     symbols: Symbols,
     words: Vec<Known>,
     /// Words inside blocks, by the names that their equations give them.
-    named: Vec<(String, Affine)>,
+    named: Vec<(String, Affine, u32)>,
 }
 
 thread_local! {
@@ -88,9 +88,12 @@ impl Affine {
         SHEET.with_borrow(|sheet| sheet.symbols.error(&sheet.words[self.0]))
     }
 
-    /// The word of this name inside the blocks read last.
-    pub fn named(name: &str) -> Option<Self> {
-        SHEET.with_borrow(|sheet| sheet.named.iter().rev().find(|(found, _)| found == name).map(|(_, word)| *word))
+    /// The word of this name inside the blocks read last, and its bits.
+    pub fn named(name: &str) -> Option<(Self, u32)> {
+        SHEET.with_borrow(|sheet| {
+            let found = sheet.named.iter().rev().find(|(found, ..)| found == name);
+            found.map(|&(_, word, width)| (word, width))
+        })
     }
 
     /// The same, as a new word made of this one.
@@ -216,7 +219,10 @@ impl Word for Affine {
         let rounded = self.round(rule.rounding, rule.from_frac - rule.to.frac());
         rounded.with(|known, symbols| match rule.overflow {
             _ if known.span.is_within(Span::of(rule.to)) => known,
-            Overflow::Wrap => Known { wanted: known.span, ..symbols.wrapped(rule.to) },
+            Overflow::Wrap => {
+                let before = Some((known.span, symbols.error(&known)));
+                Known { before, ..symbols.wrapped(rule.to) }
+            }
             Overflow::Saturate => Known { fits: false, ..symbols.limited(&known, Span::of(rule.to)) },
         })
     }
@@ -261,8 +267,8 @@ impl Word for Affine {
             _ => Maybe { no: true, yes: true },
         }
     }
-    fn cut(self, name: &str, _: u32) -> Self {
-        SHEET.with_borrow_mut(|sheet| sheet.named.push((name.to_string(), self)));
+    fn cut(self, name: &str, width: u32) -> Self {
+        SHEET.with_borrow_mut(|sheet| sheet.named.push((name.to_string(), self, width)));
         self
     }
     /// What it lost is told elsewhere; how far it is off goes on.
@@ -304,4 +310,88 @@ fn among<T: Copy + Into<i64>>(table: &[T], addresses: Span) -> Span {
         [addresses.min, addresses.max].map(|at| usize::try_from(at.max(0)).map_or(last, |at| at.min(last)));
     let words = table[from..=to].iter().map(|&word| i128::from(word.into()));
     words.map(Span::exact).reduce(Span::hull).expect("a word")
+}
+
+#[cfg(test)]
+mod tests {
+    use hpu_signal::Machine;
+
+    use super::*;
+
+    fn twice<W: Word>(a: W, b: W, first: &Narrowing, second: &Narrowing) -> W {
+        ((a * b - a).narrow(first) * b + a.shl(1)).narrow(second)
+    }
+
+    /// All pairs of the words below.
+    fn pairs() -> impl Iterator<Item = (i64, i64)> {
+        (-8..8).flat_map(|a| (0..8).map(move |b| (a, b)))
+    }
+
+    fn given(least: i128, most: i128) -> Affine {
+        Affine::given(Span::new(least, most))
+    }
+
+    #[test]
+    fn range_and_error_hold_every_word_and_every_difference() {
+        let rule = |rounding, drop| {
+            let (to, overflow) = (Format::signed(16), Overflow::Wrap);
+            Narrowing { from_frac: drop, to, rounding, overflow }
+        };
+        for (rounding, drop) in Rounding::ALL.into_iter().flat_map(|rounding| (0..4).map(move |drop| (rounding, drop)))
+        {
+            let (first, second) = (rule(rounding, drop), rule(rounding, 2));
+            let (span, error) = Affine::on_a_sheet(|| {
+                let made = twice(given(-8, 7), given(0, 7), &first, &second);
+                (made.known().span, made.error().expect("no wrap"))
+            });
+            let unit = f64::from(1 << drop);
+            let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
+            for (a, b) in pairs() {
+                let word = twice(Machine::<i64>::of(a), Machine::of(b), &first, &second).narrowed().word;
+                let truth = ((a * b - a) as f64 / unit * b as f64 + 2.0 * a as f64) / 4.0;
+                assert!(span.min <= word.into() && i128::from(word) <= span.max, "{word} beyond {span:?}");
+                let off = word as f64 - truth;
+                (least, most) = (least.min(off), most.max(off));
+            }
+            let proved = [error.0.min, error.0.max].map(|end| end as f64 * 2f64.powi(-error.1));
+            assert!(proved[0] <= least && most <= proved[1], "{least} to {most} beyond {proved:?}");
+            // Upper bounds, but not idle ones.
+            assert!(proved[1] - proved[0] <= 3.0 * (most - least) + 1e-9, "{least} to {most} far inside {proved:?}");
+        }
+    }
+
+    #[test]
+    fn a_word_fits_where_no_input_overflows_and_nothing_is_promised_after_a_wrap() {
+        for (overflow, width) in
+            Overflow::ALL.into_iter().flat_map(|overflow| (3..9).map(move |width| (overflow, width)))
+        {
+            let rule = Narrowing { from_frac: 1, to: Format::signed(width), rounding: Rounding::NearestUp, overflow };
+            let known = Affine::on_a_sheet(|| (given(-8, 7) * given(0, 7)).narrow(&rule).known());
+            let made = |(a, b)| (Machine::<i64>::of(a) * Machine::of(b)).narrow(&rule).narrowed();
+            assert!(pairs().all(|pair| known.span.min <= made(pair).word.into()));
+            assert!(pairs().all(|pair| i128::from(made(pair).word) <= known.span.max));
+            // The range of one product is met, so that this is no mere upper bound.
+            assert_eq!(known.fits, !pairs().any(|pair| made(pair).overflowed), "{width} bits");
+            assert_eq!(known.exact.is_some(), known.fits || overflow == Overflow::Saturate);
+        }
+    }
+
+    #[test]
+    fn a_counter_that_turns_over_reads_through_its_difference() {
+        // Of 4 bits, counts from -6 to 5: seen from 9, where 9 is -7.
+        let (word, to) = (Format::unsigned(4), Format::signed(4));
+        let known = Affine::on_a_sheet(|| {
+            let position = Affine::put(|symbols| {
+                let counts = symbols.fresh(Span::new(-6, 5), 0);
+                Known { turns: Some((4, counts)), ..symbols.given(Span::of(word)) }
+            });
+            [Affine::int(15), Affine::int(9)].map(|reference| (position - reference).wrap(to).known())
+        });
+        let seen =
+            |reference: i64| (-6..=5).map(move |count: i64| to.wrap(i128::from(count.rem_euclid(16) - reference)));
+        assert_eq!((known[0].span, known[0].fits), (Span::new(-5, 6), true));
+        assert!(seen(15).eq((-6..=5).map(|count| count + 1)), "from -1 on, no more than that");
+        // From -7 on it would reach 12, beyond 7.
+        assert!(!known[1].fits && known[1].span == Span::of(to) && seen(9).any(|delta| delta < 0));
+    }
 }

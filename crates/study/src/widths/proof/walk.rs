@@ -20,7 +20,8 @@ const ROUNDS: usize = 100;
 
 impl Walk<'_> {
     /// Reads a block, and the blocks inside it. A net of which something is known already stays as it is.
-    pub fn read(&mut self, Instance { model, connections, tied, .. }: &Instance) {
+    pub fn read(&mut self, instance: &Instance) {
+        let Instance { model, connections, .. } = instance;
         for inner in model.inside() {
             let net = |port: &Connection| Connection { port: port.port.clone(), net: connections[port.net].net };
             let connections = inner.connections.iter().map(net).collect();
@@ -30,17 +31,34 @@ impl Walk<'_> {
             return;
         }
         let Some(equations) = model.equations() else { return };
-        let net = |name: &str| connections.iter().find(|connection| connection.port.name == name).map(|c| c.net);
-        let inputs = model.inputs().into_iter().map(|Signal { name, format, .. }| {
+        let shown = self.shown(equations, &self.inputs(instance), &[]);
+        self.drive(instance, &shown);
+    }
+
+    /// Reads a block whose outputs are registers, as an edge loads them.
+    pub fn load(&mut self, instance: &Instance) {
+        let Some(equations) = instance.model.equations() else { return };
+        let reset = equations.registers().into_iter().map(|register| Affine::int(register.reset.unwrap_or(0).into()));
+        let given: Vec<_> = reset.chain(self.inputs(instance)).collect();
+        let loaded = equations.recorded().read(&given);
+        self.drive(instance, &loaded);
+    }
+
+    /// What is known of a block's inputs.
+    fn inputs(&self, instance: &Instance) -> Vec<Affine> {
+        let Instance { model, tied, .. } = instance;
+        let input = |Signal { name, format, .. }: Signal| {
             let constant = tied.iter().find(|(port, _)| *port == name).map(|(_, word)| Affine::int((*word).into()));
-            let known = net(name).and_then(|net| self.nets[net]);
+            let known = net(instance, name).and_then(|net| self.nets[net]);
             known.or(constant).unwrap_or_else(|| Affine::put(|symbols| symbols.any(format)))
-        });
-        let inputs: Vec<_> = inputs.collect();
-        let shown = self.shown(equations, &inputs, &[]);
-        for (port, word) in model.outputs().iter().zip(shown) {
-            if let Some(net) = net(port.name).filter(|&net| self.nets[net].is_none()) {
-                self.nets[net] = Some(word);
+        };
+        model.inputs().into_iter().map(input).collect()
+    }
+
+    fn drive(&mut self, instance: &Instance, shown: &[Affine]) {
+        for (port, word) in instance.model.outputs().iter().zip(shown) {
+            if let Some(net) = net(instance, port.name).filter(|&net| self.nets[net].is_none()) {
+                self.nets[net] = Some(*word);
             }
         }
     }
@@ -144,6 +162,11 @@ impl Walk<'_> {
             Word { turns: Some((width, now.minus(&moved))), fits: true, ..any }
         }))
     }
+}
+
+/// The net of a port.
+fn net(instance: &Instance, name: &str) -> Option<usize> {
+    instance.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
 }
 
 /// Which registers hold what a counter has shown, and how many samples ago: one loads the count, the next the one

@@ -8,8 +8,8 @@ use super::span::{Form, Span, Symbols};
 #[derive(Clone, Debug)]
 pub(crate) struct Word {
     pub span: Span,
-    /// The range that was to be in it; another than its own after a wrap.
-    pub wanted: Span,
+    /// After a wrap, the range that was to be in it, and the error of that.
+    pub before: Option<(Span, Option<(Span, i32)>)>,
     /// Its value by what it is made of; a form may count finer.
     pub form: Form,
     /// The value that real numbers would give; none after a wrap.
@@ -26,7 +26,7 @@ const KEPT: [i32; 3] = [44, 24, 64];
 
 impl Symbols {
     fn known(span: Span, form: Form, exact: Option<Form>, fits: bool) -> Word {
-        Word { span, wanted: span, form, exact, fits, turns: None }
+        Word { span, before: None, form, exact, fits, turns: None }
     }
 
     /// A word that is right by itself: a count, a setting.
@@ -183,8 +183,7 @@ pub(crate) fn outward(word: i128, format: Format, way: fn(f64) -> f64) -> f64 {
 
 /// The greatest size of an error, rounded up.
 pub(crate) fn most((range, frac): (Span, i32), format: Format) -> f64 {
-    let most = range.max.max(-range.min) as f64;
-    if most == 0.0 { 0.0 } else { (most * 2f64.powi(-frac) * format.lsb()).next_up() }
+    outward(range.max.max(-range.min), format, f64::next_up) * 2f64.powi(-frac)
 }
 
 /// Rounded outwards to so many fraction bits.

@@ -3,9 +3,8 @@
 use std::f64::consts::TAU;
 
 use hpu_datapath::Block;
-use hpu_datapath::phantom::{
-    PhantomConfig, PhantomForward, PhantomTorque, SignalBound, TrigTable, bounds, phantom_forward, phantom_torque,
-};
+use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable, phantom_forward, phantom_torque};
+use hpu_study::widths::proof::{SignalBound, bounds};
 
 /// A linear congruential generator (Knuth's MMIX), its upper bits.
 struct Draw(u64);
