@@ -8,6 +8,7 @@ mod format;
 mod format_text;
 mod narrow;
 mod notation;
+mod operators;
 mod ports;
 mod recorded;
 mod term;

@@ -2,10 +2,9 @@
 //! erased hand to the readings of other crates.
 
 use std::cell::RefCell;
-use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 use std::sync::Arc;
 
-use crate::{Format, Narrowing, Rounding, Sine, Word};
+use crate::{Format, Narrowing, Rounding, Sine, Word, operators, truths};
 
 /// One operation on words or bits, each told by its place among the words or bits before it.
 #[derive(Clone, Debug)]
@@ -39,7 +38,7 @@ enum Operation {
     Or(usize, usize),
 }
 
-/// What is being written down.
+/// The operations written down so far.
 #[derive(Default)]
 struct Book {
     operations: Vec<Operation>,
@@ -153,54 +152,13 @@ impl Equations {
     }
 }
 
-impl Add for Recorded {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        word(Operation::Add(self.0, other.0))
-    }
-}
+operators!(
+    Recorded,
+    |a, b| [word(Operation::Add(a.0, b.0)), word(Operation::Sub(a.0, b.0)), word(Operation::Mul(a.0, b.0))],
+    word(Operation::Neg(a.0)),
+);
 
-impl Sub for Recorded {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        word(Operation::Sub(self.0, other.0))
-    }
-}
-
-impl Mul for Recorded {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        word(Operation::Mul(self.0, other.0))
-    }
-}
-
-impl Neg for Recorded {
-    type Output = Self;
-    fn neg(self) -> Self {
-        word(Operation::Neg(self.0))
-    }
-}
-
-impl Not for RecordedBit {
-    type Output = Self;
-    fn not(self) -> Self {
-        bit(Operation::Not(self.0))
-    }
-}
-
-impl BitAnd for RecordedBit {
-    type Output = Self;
-    fn bitand(self, other: Self) -> Self {
-        bit(Operation::And(self.0, other.0))
-    }
-}
-
-impl BitOr for RecordedBit {
-    type Output = Self;
-    fn bitor(self, other: Self) -> Self {
-        bit(Operation::Or(self.0, other.0))
-    }
-}
+truths!(RecordedBit, |a, b| [bit(Operation::And(a.0, b.0)), bit(Operation::Or(a.0, b.0))], bit(Operation::Not(a.0)),);
 
 /// A table's words as they are kept.
 fn kept<T: Copy + Into<i64>>(table: &[T]) -> Arc<[i64]> {

@@ -58,7 +58,7 @@ impl Book {
         }
     }
 
-    /// What stands from an edge on: the word, the law's value, what its block has lost.
+    /// Notes the word, the law's value and the block's losses that stand from an edge on.
     pub fn enter(&mut self, edge: u64, word: i64, law: f64, lost: [f64; 2]) {
         if (word, law, lost) != (self.word, self.law, self.lost) {
             self.close(edge);

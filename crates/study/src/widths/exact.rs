@@ -1,8 +1,6 @@
-//! Equations read as words beside the exact value of what made them: what rounding and overflow have lost.
+//! Equations read as words beside the exact values that they are made of: tells what rounding and overflow lose.
 //!
 //! Exact here means `f64`: products of up to 53 bits.
-
-use std::ops::{Add, Mul, Neg, Sub};
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
@@ -17,7 +15,7 @@ pub(super) struct Exact {
     losses: Losses,
 }
 
-/// What words have lost, in units of the least significant bit.
+/// The losses of a word, in units of the least significant bit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Losses {
     /// The most that rounding has taken from what was within its limits.
@@ -55,7 +53,7 @@ impl Exact {
         self.word
     }
 
-    /// What rounding has taken, and how far it was beyond its limits, in units of the least significant bit.
+    /// The bits that rounding has taken, and how far the word was beyond its limits, in units of the least significant bit.
     pub fn lost(self) -> [f64; 2] {
         [(self.exact - self.whole as f64).abs(), self.losses.beyond]
     }
@@ -89,33 +87,15 @@ impl Exact {
     }
 }
 
-impl Add for Exact {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        self.both(other, |a, b| a + b, |a, b| a + b)
-    }
-}
-
-impl Sub for Exact {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        self.both(other, |a, b| a - b, |a, b| a - b)
-    }
-}
-
-impl Mul for Exact {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        self.both(other, |a, b| a * b, |a, b| a * b)
-    }
-}
-
-impl Neg for Exact {
-    type Output = Self;
-    fn neg(self) -> Self {
-        self.each(|word| -word, |exact| -exact)
-    }
-}
+hpu_signal::operators!(
+    Exact,
+    |a, b| [
+        a.both(b, |a, b| a + b, |a, b| a + b),
+        a.both(b, |a, b| a - b, |a, b| a - b),
+        a.both(b, |a, b| a * b, |a, b| a * b),
+    ],
+    a.each(|word| -word, |exact| -exact),
+);
 
 impl Word for Exact {
     type Bit = bool;
@@ -143,7 +123,7 @@ impl Word for Exact {
             Overflow::Saturate => word.clamp(least, most),
         })
     }
-    /// What counts modulo its width loses nothing: its exact value goes round with it.
+    /// A count modulo its width loses nothing: its exact value goes round with it.
     fn wrap(self, to: Format) -> Self {
         let turns = to.value(to.wrap(self.word)) - self.word;
         self.each(|word| word + turns, |exact| exact + turns as f64)
@@ -192,7 +172,7 @@ mod tests {
                 assert_eq!(product.lost(), [rest, beyond as f64], "{a} times {b}");
                 let kept = if overflow == Overflow::Wrap { (whole + 8).rem_euclid(16) - 8 } else { whole.clamp(-8, 7) };
                 assert_eq!(product.word(), kept.into(), "{a} times {b}");
-                // What is shed is told elsewhere.
+                // Losses that are shed are told elsewhere.
                 assert_eq!((product.shed() + Exact::of(1)).lost(), [0.0; 2]);
             }
         }

@@ -35,7 +35,7 @@ pub struct Beside {
     /// Every net as the law has it, and as the words have it.
     law: Vec<f64>,
     values: Vec<f64>,
-    /// What every net has lost by rounding and by overflow, in units of its least significant bit.
+    /// Losses of every net by rounding and by overflow, in units of its least significant bit.
     lost: Vec<[f64; 2]>,
     /// The nets that count, and how far.
     spans: Vec<(usize, (f64, f64))>,

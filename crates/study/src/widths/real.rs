@@ -4,7 +4,6 @@
 //! ([`Word::limit`]), and a table of sines is the sine.
 
 use std::f64::consts::PI;
-use std::ops::{Add, Mul, Neg, Sub};
 
 use hpu_signal::{Format, Narrowing, Rounding, Sine, Word};
 
@@ -19,33 +18,7 @@ impl Real {
     }
 }
 
-impl Add for Real {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0)
-    }
-}
-
-impl Sub for Real {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0)
-    }
-}
-
-impl Mul for Real {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0)
-    }
-}
-
-impl Neg for Real {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
+hpu_signal::operators!(Real, |a, b| [Self(a.0 + b.0), Self(a.0 - b.0), Self(a.0 * b.0)], Self(-a.0));
 
 impl Word for Real {
     type Bit = bool;

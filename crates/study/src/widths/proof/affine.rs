@@ -1,16 +1,15 @@
-//! Equations read as ranges and affine forms: what no word made of such words can exceed.
+//! Equations read as ranges and affine forms: bounds that no word made of such words can exceed.
 //!
-//! What is known of the words stands on one sheet, as [`Affine::on_a_sheet`] lays out; a word is its place there.
+//! [`Affine::on_a_sheet`] lays out one sheet for all words; a word is its place on that sheet.
 
 use std::cell::RefCell;
-use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
-use hpu_signal::{Format, Narrowing, Overflow, Rounding, Sine, Word};
+use hpu_signal::{Format, Narrowing, Overflow, Rounding, Sine, Word, operators, truths};
 
 use super::span::{Span, Symbols};
 use super::word::Word as Known;
 
-/// What is known of all words so far.
+/// All words so far.
 #[derive(Default)]
 struct Sheet {
     symbols: Symbols,
@@ -34,26 +33,7 @@ pub(crate) struct Maybe {
     yes: bool,
 }
 
-impl Not for Maybe {
-    type Output = Self;
-    fn not(self) -> Self {
-        Self { no: self.yes, yes: self.no }
-    }
-}
-
-impl BitAnd for Maybe {
-    type Output = Self;
-    fn bitand(self, other: Self) -> Self {
-        Self { no: self.no || other.no, yes: self.yes && other.yes }
-    }
-}
-
-impl BitOr for Maybe {
-    type Output = Self;
-    fn bitor(self, other: Self) -> Self {
-        !(!self & !other)
-    }
-}
+truths!(Maybe, |a, b| [Self { no: a.no || b.no, yes: a.yes && b.yes }, !(!a & !b)], Self { no: a.yes, yes: a.no },);
 
 impl Affine {
     /// Does something with words on an empty sheet.
@@ -73,7 +53,7 @@ impl Affine {
         })
     }
 
-    /// What is known of it.
+    /// Its range, form and error.
     pub fn known(self) -> Known {
         SHEET.with_borrow(|sheet| sheet.words[self.0].clone())
     }
@@ -166,33 +146,11 @@ impl Affine {
     }
 }
 
-impl Add for Affine {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        self.both(other, Symbols::sum)
-    }
-}
-
-impl Sub for Affine {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        self + -other
-    }
-}
-
-impl Mul for Affine {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        self.both(other, Symbols::product)
-    }
-}
-
-impl Neg for Affine {
-    type Output = Self;
-    fn neg(self) -> Self {
-        self.with(|known, symbols| symbols.negated(&known))
-    }
-}
+operators!(
+    Affine,
+    |a, b| [a.both(b, Symbols::sum), a + -b, a.both(b, Symbols::product)],
+    a.with(|known, symbols| symbols.negated(&known)),
+);
 
 impl Word for Affine {
     type Bit = Maybe;
@@ -271,7 +229,7 @@ impl Word for Affine {
         SHEET.with_borrow_mut(|sheet| sheet.named.push((name.to_string(), self, width)));
         self
     }
-    /// What it lost is told elsewhere; how far it is off goes on.
+    /// Its losses are told elsewhere; its error goes on.
     fn shed(self) -> Self {
         self.with(|known, _| Known { fits: true, ..known })
     }

@@ -60,7 +60,7 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     if ranges.iter().map(size).try_fold(1u128, u128::checked_mul).is_none_or(|all| all > most) {
         return Vec::new();
     }
-    // What a block loses by itself is known where all that comes in is exact.
+    // A block's own losses are known where all of its inputs are exact.
     let are_exact = inputs.iter().all(|input| bounds[input.net].error == Some(0.0));
     let equations = instance.model.equations().filter(|_| are_exact).map(AnyStep::recorded);
     let mut word: Vec<i64> = ranges.iter().map(|range| range.min as i64).collect();

@@ -42,7 +42,7 @@ impl Settings {
     }
 }
 
-/// What is known of one net.
+/// Range and error of one net.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     name: &'static str,

@@ -29,7 +29,7 @@ use super::word::Word;
 /// A net, its word, and why nothing more is known of it.
 pub(super) type Stated = (&'static str, Affine, Option<&'static str>);
 
-/// What is known of a loop before a law, and the law's widths.
+/// The loop before a law, and the law's widths.
 struct Seen<'a> {
     settings: &'a Settings,
     travel: &'a Travel,

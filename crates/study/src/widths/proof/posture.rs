@@ -1,4 +1,5 @@
-//! What no posture can exceed: the words of a PHANToM over its whole workspace, by reading its blocks' equations.
+//! Bounds that no posture can exceed: the words of a PHANToM over its whole workspace, by reading its blocks'
+//! equations.
 //!
 //! Every count that the tables hold is in, in any combination, with walls anywhere and any stiffness up to a greatest
 //! one. A range is that of the word's value. An error is the greatest distance to the same equations in real numbers,
@@ -16,7 +17,7 @@ use super::span::Span;
 use super::walk::Walk;
 use super::word::{Word, most, outward};
 
-/// What is proved of one signal.
+/// Range and error of one signal, proved.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SignalBound {
     /// Name of the net or, as `radial`, of the word inside a block.
@@ -125,7 +126,7 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
                 });
                 rows.extend(name.map(|name| SignalBound::of(name, signal.unit, signal.format, word)));
                 if signal.unit == "N" {
-                    // What follows is told for the forces as words.
+                    // Errors from here on are told for the forces as words.
                     walk.nets[output.net] =
                         Some(word.with(|known, _| Word { exact: Some(known.form.clone()), ..known }));
                 }

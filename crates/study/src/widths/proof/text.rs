@@ -4,9 +4,8 @@
 //! `2^frac`, so that lining fractions up costs no symbol; where it is narrowed, it is in its own unit.
 
 use std::cell::RefCell;
-use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
-use hpu_signal::{Format, Narrowing, Rounding, Word};
+use hpu_signal::{Format, Narrowing, Rounding, Word, operators, truths};
 
 /// One word's expressions.
 #[derive(Clone)]
@@ -17,7 +16,7 @@ struct Expressions {
     frac: i32,
 }
 
-/// What has been written so far.
+/// The script so far.
 #[derive(Default)]
 struct Book {
     words: Vec<Expressions>,
@@ -36,29 +35,10 @@ pub(super) struct Text(usize);
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Known(Option<bool>);
 
-impl Not for Known {
-    type Output = Self;
-    fn not(self) -> Self {
-        Self(self.0.map(|bit| !bit))
-    }
-}
-
-impl BitAnd for Known {
-    type Output = Self;
-    fn bitand(self, other: Self) -> Self {
-        Self(self.0.zip(other.0).map(|(one, other)| one && other))
-    }
-}
-
-impl BitOr for Known {
-    type Output = Self;
-    fn bitor(self, other: Self) -> Self {
-        !(!self & !other)
-    }
-}
+truths!(Known, |a, b| [Self(a.0.zip(b.0).map(|(one, other)| one && other)), !(!a & !b)], Self(a.0.map(|bit| !bit)),);
 
 impl Text {
-    /// What is written while something is read, on a book of its own.
+    /// The lines that are written while `read` runs, apart from all others.
     pub fn written(read: impl FnOnce()) -> String {
         let before = BOOK.take();
         read();
@@ -115,41 +95,29 @@ impl Expressions {
     }
 }
 
-impl Add for Text {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
+impl Text {
+    fn plus(self, other: Self) -> Self {
         match (self.constant(), other.constant()) {
             (Some(0), _) => other,
             (_, Some(0)) => self,
             _ => self.both(other, "+"),
         }
     }
-}
 
-impl Sub for Text {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        self.both(other, "-")
-    }
-}
-
-impl Mul for Text {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
+    fn times(self, other: Self) -> Self {
         let (one, other) = (self.get(), other.get());
         let join = |left: &str, right: &str| format!("({left} * {right})");
         let frac = [one.frac, other.frac].into_iter().sum();
         Self::put(Expressions { word: join(&one.word, &other.word), real: join(&one.real, &other.real), frac })
     }
-}
 
-impl Neg for Text {
-    type Output = Self;
-    fn neg(self) -> Self {
+    fn opposite(self) -> Self {
         let Expressions { word, real, frac } = self.get();
         Self::put(Expressions { word: format!("(-{word})"), real: format!("(-{real})"), frac })
     }
 }
+
+operators!(Text, |a, b| [a.plus(b), a.both(b, "-"), a.times(b)], a.opposite());
 
 impl Word for Text {
     type Bit = Known;

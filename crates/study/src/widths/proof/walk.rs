@@ -8,7 +8,7 @@ use super::span::Span;
 use super::word::Word;
 use crate::widths::is_on_the_way;
 
-/// What is known of the nets of a wiring.
+/// The nets of a wiring, as far as they are known.
 pub(crate) struct Walk<'t> {
     pub nets: Vec<Option<Affine>>,
     /// Counts that a counter may go in so many clocks; none where it may miss some.
@@ -44,7 +44,7 @@ impl Walk<'_> {
         self.drive(instance, &loaded);
     }
 
-    /// What is known of a block's inputs.
+    /// A block's inputs; any word where a net is not known.
     fn inputs(&self, instance: &Instance) -> Vec<Affine> {
         let Instance { model, tied, .. } = instance;
         let input = |Signal { name, format, .. }: Signal| {
@@ -99,7 +99,7 @@ impl Walk<'_> {
         words.split_off(registers.len()).into_iter().map(kept).collect()
     }
 
-    /// What registers hold: their words after a reset, and all that any sample edge makes of such words.
+    /// The words that registers hold: those after a reset, and all that any sample edge makes of such words.
     fn held(
         &self,
         equations: &Equations,
@@ -152,7 +152,7 @@ impl Walk<'_> {
         registers.iter().map(|register| Affine::put(|symbols| symbols.wrapped(register.format))).collect()
     }
 
-    /// What a counter has shown so many clocks before: less what it has gone since.
+    /// The count that a counter has shown so many clocks before: the count now less the counts gone since.
     fn earlier(&self, count: Affine, clocks: f64) -> Option<Affine> {
         let moved = (self.moved)(clocks)?;
         Some(count.with(|Word { turns, .. }, symbols| {
@@ -169,8 +169,8 @@ fn net(instance: &Instance, name: &str) -> Option<usize> {
     instance.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
 }
 
-/// Which registers hold what a counter has shown, and how many samples ago: one loads the count, the next the one
-/// before.
+/// The registers that hold a count of the past, and how many samples ago it was shown: one register loads the count,
+/// the next one the count before.
 fn aged(entered: &[Affine], held: &[Affine], first: &[Affine]) -> Vec<Option<(Affine, u32)>> {
     let counts = |word: &Affine| entered.contains(word) && word.known().turns.is_some();
     let mut aged: Vec<_> = first.iter().map(|word| counts(word).then_some((*word, 1))).collect();
