@@ -3,6 +3,7 @@
 use hpu_signal::{Format, Ports, Signal};
 
 use crate::step::AnyStep;
+use crate::wiring::Parts;
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,6 +53,10 @@ pub trait Block {
     fn equations(&self) -> Option<&dyn AnyStep> {
         None
     }
+    /// The blocks inside, where it is made of blocks alone: proofs compare them with the VHDL.
+    fn parts(&self) -> Option<Parts> {
+        None
+    }
     /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
     fn reset(&mut self) -> Self::Out<i64>;
     /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
@@ -78,6 +83,8 @@ pub trait AnyBlock {
     fn roms(&self) -> Vec<Rom>;
     /// See [`Block::equations`].
     fn equations(&self) -> Option<&dyn AnyStep>;
+    /// See [`Block::parts`].
+    fn parts(&self) -> Option<Parts>;
     /// See [`Block::reset`].
     fn reset(&mut self) -> Vec<i64>;
     /// See [`Block::tick`].
@@ -127,6 +134,9 @@ impl<B: Block> AnyBlock for B {
     }
     fn equations(&self) -> Option<&dyn AnyStep> {
         Block::equations(self)
+    }
+    fn parts(&self) -> Option<Parts> {
+        Block::parts(self)
     }
     fn reset(&mut self) -> Vec<i64> {
         flatten(&Block::reset(self))

@@ -34,6 +34,20 @@ pub struct Instance {
     pub tied: Vec<(&'static str, i64)>,
 }
 
+/// Everything that is inside a block made of other blocks and of nothing else.
+pub struct Parts {
+    /// Its inputs, its outputs, then the nets inside.
+    pub nets: Vec<Signal>,
+    /// Its instances, connected to these nets, in the order of the VHDL.
+    pub instances: Vec<Instance>,
+}
+
+impl Parts {
+    pub(crate) fn of(wiring: &impl Wiring) -> Self {
+        Self { nets: wiring.nets(), instances: wiring.instances() }
+    }
+}
+
 /// Outputs that repeat while all else stands still: a modulator's.
 ///
 /// Those of the edge just ticked, which begin a period, stay for `first` edges; then come `others` to the end of it;

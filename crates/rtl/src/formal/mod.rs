@@ -6,10 +6,13 @@
 //! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
 
+mod cells;
 mod netlist;
+mod prover;
 mod query;
 mod solver;
 mod tried;
+mod wiring;
 
 use std::fmt;
 use std::time::Duration;
@@ -25,6 +28,8 @@ use crate::tool::{Tool, ToolError};
 use query::Query;
 use solver::Answer;
 
+pub use prover::{Part, Prover};
+
 pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
 pub(crate) use query::Edge;
 
@@ -38,6 +43,10 @@ pub enum Verdict {
     Refuted(String, Around),
     /// Not proved, and why.
     Open(String),
+    /// The wiring of a block made of blocks is equal: the blocks that it rests on, and how far their proofs came.
+    Wired(Vec<Part>),
+    /// The wiring of a block made of blocks differs: the first difference.
+    Miswired(String),
 }
 
 /// Why a proof could not be tried.
