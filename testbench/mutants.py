@@ -336,7 +336,7 @@ def main():
     if options.only and not options.rust:
         blocks = [block for block in blocks if block in options.only.split(",")]
     # What the VHDL as it is is proved to be: configurations by block.
-    answers = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "4"]).stdout)
+    answers = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "10"]).stdout)
     proved = {block: [] for block in blocks}
     for row in answers["rows"]:
         # Wired: its own file is decided, whatever the blocks inside are.

@@ -20,6 +20,7 @@ mod methods_loops;
 mod methods_shaper;
 mod methods_wall;
 mod oracle;
+mod parts;
 mod phantom_blocks;
 mod phantom_bounds;
 mod phantom_connections;

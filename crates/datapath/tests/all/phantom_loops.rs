@@ -3,11 +3,12 @@
 use std::f64::consts::TAU;
 
 use hpu_datapath::phantom::{PhantomConfig, PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop, Turn};
-use hpu_datapath::{Block, Instance, Wiring, bundle, flatten};
+use hpu_datapath::{Block, Wiring, bundle, flatten};
 use hpu_signal::Ports;
 use proptest::prelude::*;
 
 use crate::cases::cases;
+use crate::parts::Netlist;
 
 /// Tables of 32 counts, big angles, and periods of a few edges, so that a short motion goes everywhere.
 fn small() -> PhantomConfig {
@@ -18,46 +19,6 @@ fn small() -> PhantomConfig {
         depth_width: 5,
         turns: [Turn { num: 3, den: 200 }, joint, joint],
         ..PhantomConfig::default()
-    }
-}
-
-/// A wiring put together of its instances, knowing nothing of how the model does it.
-struct Netlist {
-    instances: Vec<Instance>,
-    words: Vec<i64>,
-}
-
-impl Netlist {
-    fn new(wiring: &impl Wiring) -> Self {
-        Self { instances: wiring.instances(), words: vec![0; wiring.nets().len()] }
-    }
-
-    /// What an instance sees: its nets by the names of its ports; a port without a net is tied to 1.
-    fn seen(instance: &Instance, words: &[i64]) -> Vec<i64> {
-        let net = |name: &str| instance.connections.iter().find(|connection| connection.port.name == name);
-        instance.model.inputs().iter().map(|port| net(port.name).map_or(1, |found| words[found.net])).collect()
-    }
-
-    /// Evaluates the clocked instances, or the others, and puts their outputs on the nets.
-    fn evaluate(&mut self, clocked: bool) {
-        let now = self.words.clone();
-        for instance in self.instances.iter_mut().filter(|instance| instance.model.clocked() == clocked) {
-            let seen = Self::seen(instance, if clocked { &now } else { &self.words });
-            let words = instance.model.tick(&seen);
-            for (port, word) in instance.model.outputs().iter().zip(words) {
-                let net = instance.connections.iter().find(|connection| connection.port.name == port.name).unwrap();
-                self.words[net.net] = word;
-            }
-        }
-    }
-
-    fn tick(&mut self, inputs: &[i64]) -> &[i64] {
-        self.words[..inputs.len()].copy_from_slice(inputs);
-        // The combinational instances come in the order of the signal's way.
-        self.evaluate(false);
-        self.evaluate(true);
-        self.evaluate(false);
-        &self.words
     }
 }
 
