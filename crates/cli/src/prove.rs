@@ -28,8 +28,9 @@ const QUESTION: Duration = Duration::from_secs(60);
 /// A configuration: the block or the entity, its label, and its generics where it is none of the listed ones.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
-/// A configuration, what came of it, and the seconds that it took.
+/// A configuration, its place among those asked for, what came of it, and the seconds that it took.
 struct Row {
+    index: usize,
     block: String,
     variant: String,
     found: Result<Verdict, ProofError>,
@@ -125,7 +126,9 @@ fn tabled(
             for _ in 0..jobs {
                 let (send, next, proved) = (send.clone(), &next, &proved);
                 scope.spawn(move || {
-                    while let Some(one) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(one) = wanted.get(index) else { break };
                         if interrupt::pressed() {
                             break;
                         }
@@ -133,7 +136,7 @@ fn tabled(
                         let found = proved(one);
                         let seconds = start.elapsed().as_secs_f64();
                         let (block, variant, _) = one.clone();
-                        if send.send(Row { block, variant, found, seconds }).is_err() {
+                        if send.send(Row { index, block, variant, found, seconds }).is_err() {
                             break;
                         }
                     }
@@ -162,6 +165,8 @@ fn tabled(
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
+    // The order of the JSON must not depend on which proof ended first.
+    rows.sort_by_key(|row| row.index);
     let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
     let proved = count(|found| matches!(found, Verdict::Proved(_)));
     let refuted = count(|found| refuted(found).is_some());
@@ -256,7 +261,7 @@ fn rests_on(parts: &[Part]) -> String {
 
 /// A line, and of a refutation its words.
 fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
-    let Row { block, variant, found, seconds } = row;
+    let Row { block, variant, found, seconds, .. } = row;
     let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
     match found.as_ref().map(refuted) {
         Ok(Some(Refuted::Words(about, around))) => {
@@ -295,7 +300,7 @@ fn told(found: &Verdict) -> (&'static str, Value) {
 }
 
 fn object(row: &Row) -> Value {
-    let Row { block, variant, found, seconds } = row;
+    let Row { block, variant, found, seconds, .. } = row;
     let (said, why) = match found {
         Ok(found) => told(found),
         Err(error) => ("open", json!(error.to_string())),
