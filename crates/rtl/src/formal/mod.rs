@@ -5,6 +5,9 @@
 //! the same inputs, and over registers read from the netlist's. A solver looks for a state and inputs of which an
 //! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
+//!
+//! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator tells
+//! ([`AnyBlock::parts`]), and proves the blocks inside, each once.
 
 mod cells;
 mod netlist;
