@@ -3,8 +3,8 @@
 
 Of a block that is proved (`hpu check --formal`), a mutant is refuted, or proved to be equivalent in every listed
 configuration. A loop is compared with its wiring: a mutant of it is refuted where the wiring differs, and equivalent
-where the netlist does not. Of the others, and where no solver decides, `hpu check` on vectors kills it or it survives. Of
-these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
+where its netlist is the same. Of the others, and where no solver decides, `hpu check` on vectors kills it or it survives.
+Of these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
 
 With --rust, the errors are in the equations of blocks (functions over any `Word`) in crates/datapath, which are held
 against the VHDL as it is. One of each file is built at a time.
@@ -351,7 +351,8 @@ def main():
     text = f"# testbench/mutants.py{rust} --count {options.count} --seed {options.seed}{only}\n"
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
     text += f"# {len(rows)} mutants of {len({row[0] for row in rows})} files: {counts}\n"
-    text += "# refuted: by a solver or by the wiring; equivalent: proved in every configuration; killed: by vectors; judged: see the reason\n"
+    text += "# refuted: by a solver or the wiring; equivalent: proved in every configuration; "
+    text += "killed: by vectors; judged: see the reason\n"
     for block, line, kind, verdict, before, after in rows:
         text += f"{block}.{end}:{line:<5} {kind:<10} {verdict:<10}\n"
         if verdict in ("survives", "equivalent", "judged"):

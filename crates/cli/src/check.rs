@@ -56,9 +56,9 @@ pub struct Args {
     /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. The netlist of a loop, or of another
     /// block made of blocks alone, is compared with the emulator's wiring, connection by connection: such a block is
     /// proved when the wiring equals and every block inside is proved in its generics, and wired when it equals and
-    /// some of them are not. With --scene, the wiring and the blocks of a scene are proved in its widths. With --entity,
-    /// a block of your own is proved: against one without registers as it is, against one with registers by what --state
-    /// and --invariant say. Exit code 1, then, too, where it is not proved.
+    /// some of them are not. With --scene, wiring and blocks of a scene are proved in its widths. With --entity, a
+    /// block of your own is proved: against one without registers as it is, against one with registers by what
+    /// --state and --invariant say. Exit code 1, then, too, where it is not proved.
     #[arg(long, conflicts_with_all = ["exhaustive", "junit", "edges"])]
     formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata

@@ -181,8 +181,8 @@ fn tabled(
     let mut said = Vec::new();
     if leaves > 0 {
         said.push(format!(
-            "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, {} not \
-             proved",
+            "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
+             {} not proved",
             leaves - proved - refuted_leaves,
         ));
     }

@@ -58,8 +58,8 @@ fn wirings_are_counted_apart_from_leaf_blocks_and_name_what_they_rest_on() {
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let said = stdout(&output);
     let line = |block: &str| said.lines().find(|line| line.starts_with(block)).unwrap_or_else(|| panic!("{said}"));
-    let front = "proved: the wiring equals, of proved synchronizer, quadrature_decoder, position_counter, displacement, \
-                 unilateral";
+    let front = "proved: the wiring equals, of proved synchronizer, quadrature_decoder, position_counter, \
+                 displacement, unilateral";
     assert!(line("axis_front").ends_with(front), "{said}");
     assert!(line("hybrid_loop").contains(&format!("{front}, truncating_multiplier, velocity_register")), "{said}");
     let open = "wired: the wiring equals; not proved: law (sampled_wall)";

@@ -113,8 +113,8 @@ impl Modules {
         rest.ends_with(" (").then_some((name.as_str(), rest))
     }
 
-    /// The ports of all modules, and the cells of those that instantiate any. Yosys reads of the others the ports alone,
-    /// and nothing is optimised: each assignment becomes one net, each operation a cell.
+    /// The ports of all modules, and the cells of those that instantiate any. Yosys reads the ports alone of the
+    /// others. Nothing is optimised: each assignment becomes one net, each operation a cell.
     pub(super) fn wired(&self, top: &str, library: &Library) -> Result<BTreeMap<String, Module>, ProofError> {
         let mut text = String::new();
         for (name, lines) in &self.texts {

@@ -6,8 +6,8 @@
 //! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
 //!
-//! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator tells
-//! ([`AnyBlock::parts`]), and proves the blocks inside, each once.
+//! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator
+//! tells ([`AnyBlock::parts`]), and proves the blocks inside, each once.
 
 mod cells;
 mod netlist;

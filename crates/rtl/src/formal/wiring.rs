@@ -2,8 +2,8 @@
 //!
 //! Each instance here must be one cell there, each of its ports at the same net with all bits, and nothing may be
 //! beside the instances. A block inside that is itself made of blocks is compared in the same way, in the same netlist.
-//! Of every other one the module, in its place, must be the netlist that GHDL makes of the block alone with the generics
-//! of the instance here. So a wiring of proved blocks is proved.
+//! The module of every other block must be, in its place, the netlist that GHDL makes of the block alone with the
+//! generics of the instance here. So a wiring of proved blocks is proved.
 
 use std::collections::{BTreeMap, HashMap};
 
