@@ -3,8 +3,8 @@
 
 Of a block that is proved (`hpu check --formal`), a mutant is refuted, or proved to be equivalent in every listed
 configuration. A loop is compared with its wiring: a mutant of it is refuted where the wiring differs, and equivalent
-where its netlist is the same. Of the others, and where no solver decides, `hpu check` on vectors kills it or it survives.
-Of these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
+where its netlist is the same. Of the others, and where no solver decides, `hpu check` on vectors kills it or it
+survives. Of these survivors, those in EQUIVALENT were judged one by one. Mutants that GHDL refuses are drawn again.
 
 With --rust, the errors are in the equations of blocks (functions over any `Word`) in crates/datapath, which are held
 against the VHDL as it is. One of each file is built at a time.
