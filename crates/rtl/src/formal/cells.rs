@@ -137,11 +137,16 @@ impl Modules {
 fn without_comments(line: &str) -> String {
     let mut code = String::new();
     let mut rest = line;
-    while let Some((before, comment)) = rest.split_once("/*") {
-        code += before;
-        rest = comment.split_once("*/").map_or("", |(_, after)| after);
+    loop {
+        match (rest.find("/*"), rest.find("//")) {
+            (Some(begin), last) if last.is_none_or(|last| begin < last) => {
+                code += &rest[..begin];
+                rest = rest[begin..].split_once("*/").map_or("", |(_, after)| after);
+            }
+            (_, Some(last)) => return code + &rest[..last],
+            _ => return code + rest,
+        }
     }
-    code + rest.split_once("//").map_or(rest, |(before, _)| before)
 }
 
 /// Appends a line in which the numbers of nets (`n12_o`, `n12_countdown`) are counted in the order of their appearance.
