@@ -1,4 +1,5 @@
-//! The distance from the wall's reference, the shortest way round the counter's wrap.
+//! The distance from the wall's reference, modulo the counter's width: the shorter way round when the counter has
+//! wrapped.
 //!
 //! - **Equation**: `delta = (position - reference) mod 2^WIDTH`, read as two's complement.
 //! - **Ports**: `position`, `reference` (0,WIDTH,0) in; `delta` (1,WIDTH-1,0) out.
@@ -31,7 +32,7 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// A subtraction of `width` bits.
+    /// Returns a subtraction of `width` bits.
     ///
     /// # Errors
     ///
@@ -41,7 +42,7 @@ impl Displacement {
         Ok(Self { delta: Format::signed(width) })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

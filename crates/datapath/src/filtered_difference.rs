@@ -36,13 +36,13 @@ hpu_signal::ports! {
 /// The widths of a filtered difference.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FilteredConfig {
-    /// Width of the position.
+    /// Width of the position, in bits.
     pub width: u32,
-    /// Width of the period.
+    /// Width of the period, in bits.
     pub period_width: u32,
-    /// Exponent of the filter's factor `2^-shift`; 0 does not filter.
+    /// Exponent of the filter's factor `2^-shift`; with 0 nothing is filtered.
     pub shift: u32,
-    /// Fraction bits of the velocity.
+    /// Number of fraction bits of the velocity.
     pub out_frac: u32,
 }
 
@@ -68,7 +68,7 @@ pub struct FilteredDifference {
 const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl FilteredDifference {
-    /// An estimator of these widths.
+    /// Returns an estimator with these widths.
     ///
     /// # Errors
     ///
@@ -95,14 +95,14 @@ impl FilteredDifference {
         Ok(block)
     }
 
-    /// The velocity, and what the latest sample lost to make it.
+    /// Returns the velocity, and which bits the latest sample lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
-    /// The velocity that a sample edge would load after a motion from `previous` to `position`.
+    /// Returns the velocity that a sample edge would load after a motion from `previous` to `position`.
     #[inline]
     fn sample(&self, position: i64, previous: i64) -> Narrowed {
         let last = self.latest.word;
@@ -113,11 +113,11 @@ impl FilteredDifference {
         }
     }
 
-    /// The velocity after a motion, from the one before.
+    /// Computes the velocity after a motion from the velocity before it.
     #[inline]
     fn moved<W: Word>(&self, position: W, previous: W, last: W) -> W {
         let input = (position - previous).wrap(self.difference).shl(self.config.out_frac);
-        // v + floor((d - v) / 2^SHIFT), over the common denominator.
+        // This is v + floor((d - v) / 2^SHIFT), over the common denominator.
         (last.shl(self.config.shift) + input - last).narrow(&self.narrowing)
     }
 }
@@ -201,7 +201,8 @@ impl Block for FilteredDifference {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // The next sample takes in the present difference, every later one none. What was lost counts as a change.
+        // The next sample takes in the present difference, every later one a difference of 0. A change of the lost bits
+        // counts as a change of the output.
         if self.sample(input.position, self.previous) != self.latest {
             self.countdown.left()
         } else if self.sample(input.position, input.position) != self.latest {

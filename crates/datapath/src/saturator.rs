@@ -1,4 +1,4 @@
-//! Saturation to full scale.
+//! Saturation of a word to the actuator's full scale.
 //!
 //! - **Equation**: `limited = clamp(value, -LIMIT, +LIMIT)`.
 //! - **Ports**: `value` (1,IN_WIDTH-1,0) in; `limited` (1,OUT_WIDTH-1,0) out; `LIMIT < 2^(OUT_WIDTH-1)`.
@@ -32,7 +32,7 @@ pub struct Saturator {
 }
 
 impl Saturator {
-    /// A saturator to `-limit..=limit`.
+    /// Returns a saturator to `-limit..=limit`.
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl Saturator {
         Ok(Self { value: Format::signed(in_width), limited, limit: limit.into() })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

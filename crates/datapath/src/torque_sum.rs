@@ -1,4 +1,4 @@
-//! Spring and damping together, inside the wall only.
+//! The sum of spring and damping, inside the wall only.
 //!
 //! - **Equation**: `torque = spring + damping` if `contact = 1`, else 0. Positive is against the penetration; `damping`
 //!   is `+B * velocity`.
@@ -35,7 +35,7 @@ pub struct TorqueSum {
 }
 
 impl TorqueSum {
-    /// A sum of words of these widths.
+    /// Returns a sum of words with these widths.
     ///
     /// # Errors
     ///
@@ -51,7 +51,7 @@ impl TorqueSum {
         })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

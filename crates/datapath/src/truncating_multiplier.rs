@@ -1,4 +1,4 @@
-//! One-step multiplier of two words of any width, signed or unsigned each, that keeps some of the product's bits.
+//! One-step multiplier of two words of any width, each signed or unsigned, that keeps some bits of the product.
 //!
 //! - **Equation**: `product = narrow(floor(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits; `SATURATE` clamps to what the
 //!   word holds, otherwise the upper bits are dropped.
@@ -38,7 +38,7 @@ pub struct TruncatingMultiplier {
 }
 
 impl TruncatingMultiplier {
-    /// A multiplier of `a` and `b` into `out`.
+    /// Returns a multiplier of `a` and `b` into `out`.
     ///
     /// # Errors
     ///
@@ -69,7 +69,7 @@ impl TruncatingMultiplier {
         Ok(block)
     }
 
-    /// All bits of the product.
+    /// Returns a multiplier that keeps all bits of the product.
     ///
     /// # Errors
     ///
@@ -78,7 +78,8 @@ impl TruncatingMultiplier {
         Self::keeping(a, b, a.width() + b.width(), 0)
     }
 
-    /// The lower `width` bits of the product, the upper ones dropped: the paper's truncation.
+    /// Returns a multiplier that keeps the lower `width` bits of the product and drops the upper ones: the paper's
+    /// truncation.
     ///
     /// # Errors
     ///
@@ -87,7 +88,7 @@ impl TruncatingMultiplier {
         Self::keeping(a, b, width, 0)
     }
 
-    /// The upper `width` bits of the product, the lower ones dropped.
+    /// Returns a multiplier that keeps the upper `width` bits of the product and drops the lower ones.
     ///
     /// # Errors
     ///
@@ -98,7 +99,7 @@ impl TruncatingMultiplier {
         Self::keeping(a, b, width, product - width)
     }
 
-    /// The product clamped to what `out` holds, its lower bits dropped.
+    /// Returns a multiplier that drops the lower bits of the product and clamps it to the range of `out`.
     ///
     /// # Errors
     ///
@@ -107,7 +108,7 @@ impl TruncatingMultiplier {
         Self::new(a, b, out, Overflow::Saturate)
     }
 
-    /// `width` bits of the product from bit `drop` up.
+    /// Returns a multiplier that keeps `width` bits of the product, from bit `drop` up.
     fn keeping(a: Format, b: Format, width: u32, drop: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "OUT_WIDTH", width, 2..=64)?;
         let signed = a.is_signed() || b.is_signed();
@@ -121,14 +122,14 @@ impl TruncatingMultiplier {
         Self::new(a, b, out, Overflow::Wrap)
     }
 
-    /// The product, and what was lost to make it.
+    /// Returns the product, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Narrowed {
         if self.fits_64 {
             return self.made(input.map(Machine::<i64>::of)).product.narrowed();
         }
-        // A word of 64 bits may stand for more than its machine integer.
+        // A word of 64 bits may stand for a value that its machine integer cannot hold.
         let (a, b) = (self.a.value(input.a), self.b.value(input.b));
         self.made(In { a: Machine::exact(a), b: Machine::exact(b) }).product.narrowed()
     }

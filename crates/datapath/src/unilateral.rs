@@ -1,4 +1,4 @@
-//! The wall pushes, and never pulls.
+//! The unilateral wall, which pushes and never pulls.
 //!
 //! - **Equation**: operator E of Vasudevan et al. 2007, Eq. (1): `E(x) = 1` for `x <= 0`, else 0, with
 //!   `x = theta_ref - theta = -delta`, the reading that agrees with its Eq. (7).
@@ -32,7 +32,7 @@ pub struct Unilateral {
 }
 
 impl Unilateral {
-    /// An operator on words of `width` bits.
+    /// Returns an operator on words of `width` bits.
     ///
     /// # Errors
     ///
@@ -42,7 +42,7 @@ impl Unilateral {
         Ok(Self { width })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

@@ -1,4 +1,5 @@
-//! Virtual coupling: a massless tool between the device and the virtual wall, held to the device by spring and damper.
+//! Virtual coupling: a massless tool between the device and the virtual wall; a spring and a damper hold it to the
+//! device.
 //!
 //! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside
 //!   the wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
@@ -32,17 +33,17 @@ use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths,
 /// The widths and gains of a virtual coupling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CouplingConfig {
-    /// What it shares with every law.
+    /// The widths and formats that every law has.
     pub widths: LawWidths,
-    /// Fraction bits of the extension.
+    /// Number of fraction bits of the extension.
     pub extension_frac: u32,
-    /// Fraction bits of the three gains.
+    /// Number of fraction bits of the three gains.
     pub gain_frac: u32,
-    /// Extension for one of the device inside the wall.
+    /// Gain `SHARE`: extension per unit of the device's depth inside the wall.
     pub share: u32,
-    /// Extension that a free tool keeps over a sample.
+    /// Gain `FREE`: share of its extension that a free tool keeps over a sample.
     pub free: u32,
-    /// Extension that a tool inside the wall keeps over a sample.
+    /// Gain `HELD`: share of its extension that a tool inside the wall keeps over a sample.
     pub held: u32,
 }
 
@@ -65,7 +66,7 @@ pub struct VirtualCoupling {
 }
 
 impl VirtualCoupling {
-    /// A coupling of these widths and gains.
+    /// Returns a coupling with these widths and gains.
     ///
     /// # Errors
     ///
@@ -84,7 +85,7 @@ impl VirtualCoupling {
         let extension = Format::new(true, widths.width.cast_signed() - 1, frac).expect("2 to 62 bits");
         let floor =
             |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
-        // One clamp, of their sum: each alone fits.
+        // Spring and drag are narrowed without loss of upper bits; only their sum is clamped.
         let whole = |gain: Format| {
             let (dropped, room) = (gain.frac() + frac, gain.width() + extension.width() + 1);
             floor(dropped, Format::signed(room.saturating_sub(dropped.cast_unsigned()).clamp(2, 64)))
@@ -102,7 +103,7 @@ impl VirtualCoupling {
         Ok(block)
     }
 
-    /// Torque and extension that a sample edge would load now.
+    /// Returns the torque and the extension that a sample edge would load now.
     #[inline]
     fn sample(&self, input: &LawIn<i64>) -> LawOut<Narrowed> {
         let last = self.latest.memory.word;
@@ -113,7 +114,7 @@ impl VirtualCoupling {
         }
     }
 
-    /// Torque and extension of a sample, from the extension before it.
+    /// Computes the torque and the extension of a sample from the extension before it.
     #[inline]
     fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
         let [share, free, held] =
@@ -231,7 +232,7 @@ impl Block for VirtualCoupling {
 
     #[inline]
     fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        // What was lost counts as a change.
+        // A change of the lost bits counts as a change of the outputs.
         if self.sample(input) == self.latest { u64::MAX } else { self.countdown.left() }
     }
 

@@ -1,4 +1,4 @@
-//! Difference of the position over a window of samples.
+//! Difference of the position over a window of several samples.
 //!
 //! - **Equation**: `velocity(k) = position(k) - position(k-WINDOW)`, modulo `2^WIDTH` as two's complement; positions
 //!   before the first sample count as 0.
@@ -42,7 +42,7 @@ pub struct WindowDifference {
 }
 
 impl WindowDifference {
-    /// A difference of positions of `width` bits over `window` samples, with a period of `period_width` bits.
+    /// Returns a difference of positions of `width` bits over `window` samples, with a period of `period_width` bits.
     ///
     /// # Errors
     ///
@@ -60,7 +60,8 @@ impl WindowDifference {
         })
     }
 
-    /// The velocity that the sample edge loads that follows `waiting` others with this same position.
+    /// Returns the velocity that a future sample edge loads, if `waiting` sample edges with the present position come
+    /// before it.
     #[inline]
     fn sample(&self, position: i64, waiting: usize) -> i64 {
         let oldest = self.history.ago(position, waiting, self.history.window());
@@ -141,7 +142,7 @@ impl Block for WindowDifference {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // After a window of the same position, nothing changes any more.
+        // After a window of samples with the same position, nothing changes any more.
         let change = (0..=self.history.window()).find(|&waiting| self.sample(input.position, waiting) != self.velocity);
         change.map_or(u64::MAX, |samples| self.countdown.left() + samples as u64 * edges(input.period))
     }

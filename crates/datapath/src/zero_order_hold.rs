@@ -1,4 +1,4 @@
-//! Sample and hold.
+//! Sample and hold of a word.
 //!
 //! - **Equation**: `q(t) = d(kT)` for `kT <= t < (k+1)T`.
 //! - **Ports**: `d` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q` (0,WIDTH,0) out.
@@ -38,7 +38,7 @@ pub struct ZeroOrderHold {
 }
 
 impl ZeroOrderHold {
-    /// A hold of words of `width` bits, with a period of `period_width` bits.
+    /// Returns a hold of words of `width` bits, with a period of `period_width` bits.
     ///
     /// # Errors
     ///
