@@ -72,7 +72,7 @@ struct Delays {
     y: [i64; 2],
 }
 
-/// See the [module](self).
+/// A second-order section; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Biquad {
     config: BiquadConfig,
@@ -98,8 +98,8 @@ impl Biquad {
     ///
     /// # Errors
     ///
-    /// Unless `x` and `y` are signed with 2 to 40 bits, the coefficients signed with 2 to 32, all with 0 to 30 fraction
-    /// bits, every coefficient fits its format, and the period has 2 to 30 bits.
+    /// Returns an error unless `x` and `y` are signed with 2 to 40 bits, the coefficients are signed with 2 to 32 bits,
+    /// all have 0 to 30 fraction bits, every coefficient fits its format, and the period has 2 to 30 bits.
     pub fn new(config: BiquadConfig) -> Result<Self, ConfigError> {
         let BiquadConfig { input, output, coefficient, b, a, period_width } = config;
         for (name, format, widest) in [("x", input, 40), ("y", output, 40), ("a coefficient", coefficient, 32)] {

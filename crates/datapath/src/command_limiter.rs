@@ -21,7 +21,7 @@ pub use crate::saturator::{In, Out};
 /// The greatest number of clocks by which a command is held back.
 pub const MOST_SETTLING: u32 = 64;
 
-/// See the [module](self).
+/// The command's limiter; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct CommandLimiter {
     limiter: Saturator,
@@ -36,7 +36,8 @@ impl CommandLimiter {
     ///
     /// # Errors
     ///
-    /// Unless both widths are 2 to 62, `limit` is a VHDL `natural` below `2^(out_width-1)`, and `settling` at most 64.
+    /// Returns an error unless both widths are 2 to 62, `limit` is a VHDL `natural` below `2^(out_width-1)`, and
+    /// `settling` is at most 64.
     pub fn new(in_width: u32, out_width: u32, limit: u32, settling: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SETTLING", settling, 0..=MOST_SETTLING)?;
         let limiter = Saturator::new(in_width, out_width, limit)?;

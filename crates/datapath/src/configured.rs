@@ -22,7 +22,7 @@ use crate::{
 ///
 /// # Errors
 ///
-/// If the block has no such generic, or no configuration with these values.
+/// Returns an error if the block has no such generic, or no configuration with these values.
 pub fn configured(name: &str, set: &[(&str, Generic)]) -> Option<Result<Box<dyn AnyBlock>, ConfigError>> {
     let block = block_by_name(name)?;
     Some(Given::new(&*block, set).and_then(|given| given.block()))

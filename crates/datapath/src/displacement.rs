@@ -25,7 +25,7 @@ hpu_signal::ports! {
     pub struct Out { delta }
 }
 
-/// See the [module](self).
+/// The displacement from the wall's reference; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Displacement {
     delta: Format,
@@ -36,7 +36,7 @@ impl Displacement {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         Ok(Self { delta: Format::signed(width) })

@@ -32,7 +32,7 @@ hpu_signal::ports! {
     pub struct Out { interval, forward, stopped }
 }
 
-/// See the [module](self).
+/// A timer of the edges between two counts; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct EdgeTimer {
     difference: Format,
@@ -49,7 +49,7 @@ impl EdgeTimer {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62 and `time_width` 2 to 30.
+    /// Returns an error unless `width` is 2 to 62 and `time_width` is 2 to 30.
     pub fn new(width: u32, time_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "TIME_WIDTH", time_width, COUNTER)?;

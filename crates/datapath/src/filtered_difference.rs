@@ -52,7 +52,7 @@ impl Default for FilteredConfig {
     }
 }
 
-/// See the [module](self).
+/// A backward difference with a low pass; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct FilteredDifference {
     config: FilteredConfig,
@@ -72,8 +72,8 @@ impl FilteredDifference {
     ///
     /// # Errors
     ///
-    /// Unless position and velocity have 2 to 62 bits, the velocity 0 to 30 fraction bits, the period 2 to 30, and the
-    /// shift is 0 to 16.
+    /// Returns an error unless position and velocity have 2 to 62 bits, the velocity has 0 to 30 fraction bits, the
+    /// period has 2 to 30 bits, and the shift is 0 to 16.
     pub fn new(config: FilteredConfig) -> Result<Self, ConfigError> {
         let FilteredConfig { width, period_width, shift, out_frac } = config;
         within(Self::NAME, "WIDTH", width, WORD)?;

@@ -85,8 +85,8 @@ impl LawWidths {
     ///
     /// # Errors
     ///
-    /// Unless position and gains have 2 to 32 bits, the period and the torque 2 to 30, and the gains are unsigned with
-    /// 0 or more fraction bits.
+    /// Returns an error unless position and gains have 2 to 32 bits, the period and the torque have 2 to 30 bits, and
+    /// the gains are unsigned with 0 or more fraction bits.
     pub fn check(&self, law: &'static str) -> Result<(), ConfigError> {
         within(law, "WIDTH", self.width, 2..=32)?;
         within(law, "PERIOD_WIDTH", self.period_width, COUNTER)?;

@@ -96,7 +96,7 @@ struct Pulse {
     on: [State; 2],
 }
 
-/// See the [module](self).
+/// A pulse-width modulator; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Pwm {
     config: PwmConfig,
@@ -115,7 +115,7 @@ impl Pwm {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 1 to 30 and `dead_time` is a VHDL `natural`.
+    /// Returns an error unless `width` is 1 to 30 and `dead_time` is a VHDL `natural`.
     pub fn new(config: PwmConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", config.width, 1..=30)?;
         within(Self::NAME, "DEAD_TIME", config.dead_time, 0..=NATURAL)?;

@@ -27,7 +27,7 @@ hpu_signal::ports! {
     pub struct Out { step, error }
 }
 
-/// See the [module](self).
+/// A quadrature decoder; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct QuadratureDecoder {
     settle: u32,
@@ -41,7 +41,7 @@ impl QuadratureDecoder {
     ///
     /// # Errors
     ///
-    /// If `settle` is no VHDL `natural`.
+    /// Returns an error unless `settle` is a VHDL `natural`.
     pub fn new(settle: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SETTLE", settle, 0..=NATURAL)?;
         Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })

@@ -23,7 +23,7 @@ hpu_signal::ports! {
     pub struct Out { limited }
 }
 
-/// See the [module](self).
+/// A saturator; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Saturator {
     value: Format,
@@ -36,7 +36,7 @@ impl Saturator {
     ///
     /// # Errors
     ///
-    /// Unless both widths are 2 to 62, and `limit` is a VHDL `natural` below `2^(out_width-1)`.
+    /// Returns an error unless both widths are 2 to 62, and `limit` is a VHDL `natural` below `2^(out_width-1)`.
     pub fn new(in_width: u32, out_width: u32, limit: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "IN_WIDTH", in_width, WORD)?;
         within(Self::NAME, "OUT_WIDTH", out_width, WORD)?;

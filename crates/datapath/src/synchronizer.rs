@@ -24,7 +24,7 @@ hpu_signal::ports! {
     pub struct Out { a, b }
 }
 
-/// See the [module](self).
+/// A synchronizer of an encoder's two lines; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Synchronizer {
     stage: In<i64>,

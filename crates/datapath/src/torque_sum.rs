@@ -26,7 +26,7 @@ hpu_signal::ports! {
     pub struct Out { torque }
 }
 
-/// See the [module](self).
+/// The sum of spring and damping; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TorqueSum {
     spring: Format,
@@ -39,7 +39,7 @@ impl TorqueSum {
     ///
     /// # Errors
     ///
-    /// Unless every width is 2 to 62.
+    /// Returns an error unless every width is 2 to 62.
     pub fn new(spring_width: u32, damping_width: u32, out_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SPRING_WIDTH", spring_width, WORD)?;
         within(Self::NAME, "DAMPING_WIDTH", damping_width, WORD)?;

@@ -27,7 +27,7 @@ hpu_signal::ports! {
     pub struct Out { product }
 }
 
-/// See the [module](self).
+/// A truncating multiplier; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TruncatingMultiplier {
     a: Format,
@@ -42,8 +42,8 @@ impl TruncatingMultiplier {
     ///
     /// # Errors
     ///
-    /// Unless every word has 2 bits or more, `a` and `b` together at most 126, `out` is signed exactly when `a` or `b`
-    /// is, and has no more fraction bits than the product.
+    /// Returns an error unless every word has 2 bits or more, `a` and `b` have at most 126 bits together, and `out` is
+    /// signed exactly when `a` or `b` is and has no more fraction bits than the product.
     pub fn new(a: Format, b: Format, out: Format, overflow: Overflow) -> Result<Self, ConfigError> {
         within(Self::NAME, "A_WIDTH", a.width(), 2..=64)?;
         within(Self::NAME, "B_WIDTH", b.width(), 2..=64)?;
@@ -73,7 +73,7 @@ impl TruncatingMultiplier {
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new), and unless the product has at most 64 bits.
+    /// Returns the errors of [`new`](Self::new), and an error unless the product has at most 64 bits.
     pub fn full(a: Format, b: Format) -> Result<Self, ConfigError> {
         Self::keeping(a, b, a.width() + b.width(), 0)
     }
@@ -83,7 +83,7 @@ impl TruncatingMultiplier {
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new).
+    /// Returns the errors of [`new`](Self::new).
     pub fn drop_upper(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
         Self::keeping(a, b, width, 0)
     }
@@ -92,7 +92,7 @@ impl TruncatingMultiplier {
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new), and unless the product has `width` bits.
+    /// Returns the errors of [`new`](Self::new), and an error unless the product has `width` bits.
     pub fn drop_lower(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
         let product = a.width() + b.width();
         within(Self::NAME, "OUT_WIDTH", width, 2..=product.min(64))?;
@@ -103,7 +103,7 @@ impl TruncatingMultiplier {
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new).
+    /// Returns the errors of [`new`](Self::new).
     pub fn saturate(a: Format, b: Format, out: Format) -> Result<Self, ConfigError> {
         Self::new(a, b, out, Overflow::Saturate)
     }

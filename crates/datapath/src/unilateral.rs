@@ -25,7 +25,7 @@ hpu_signal::ports! {
     pub struct Out { contact, penetration }
 }
 
-/// See the [module](self).
+/// The operator of the unilateral wall; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Unilateral {
     width: u32,
@@ -36,7 +36,7 @@ impl Unilateral {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         Ok(Self { width })

@@ -15,7 +15,7 @@ use crate::{
 ///
 /// # Panics
 ///
-/// Never: the configurations are constants.
+/// It never panics, because the configurations are constants.
 #[must_use]
 pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
     let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();

@@ -54,7 +54,7 @@ impl Default for VelocityConfig {
     }
 }
 
-/// See the [module](self).
+/// A velocity register; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VelocityRegister {
     config: VelocityConfig,
@@ -74,8 +74,8 @@ impl VelocityRegister {
     ///
     /// # Errors
     ///
-    /// Unless position, scale and velocity have 2 to 62 bits, the period 2 to 30, and the scale is unsigned with 0 or
-    /// more fraction bits.
+    /// Returns an error unless position, scale and velocity have 2 to 62 bits, the period has 2 to 30 bits, and the
+    /// scale is unsigned with 0 or more fraction bits.
     pub fn new(config: VelocityConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", config.width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;

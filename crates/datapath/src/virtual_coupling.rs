@@ -53,7 +53,7 @@ impl Default for CouplingConfig {
     }
 }
 
-/// See the [module](self).
+/// A virtual coupling; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VirtualCoupling {
     config: CouplingConfig,
@@ -70,8 +70,8 @@ impl VirtualCoupling {
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains 0 to 30 fraction bits,
-    /// and no gain is above 1.
+    /// Returns an error unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains have 0
+    /// to 30 fraction bits, and no gain is above 1.
     pub fn new(config: CouplingConfig) -> Result<Self, ConfigError> {
         let CouplingConfig { widths, extension_frac, gain_frac, share, free, held } = config;
         widths.check(Self::NAME)?;

@@ -31,7 +31,7 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// See the [module](self).
+/// A difference over a window of samples; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WindowDifference {
     difference: Format,
@@ -46,7 +46,7 @@ impl WindowDifference {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62, `period_width` 2 to 30, and `window` 1 to 64.
+    /// Returns an error unless `width` is 2 to 62, `period_width` is 2 to 30, and `window` is 1 to 64.
     pub fn new(width: u32, period_width: u32, window: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;

@@ -28,7 +28,7 @@ hpu_signal::ports! {
     pub struct Out { q }
 }
 
-/// See the [module](self).
+/// A zero-order hold; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ZeroOrderHold {
     word: Format,
@@ -42,7 +42,7 @@ impl ZeroOrderHold {
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62 and `period_width` 2 to 30.
+    /// Returns an error unless `width` is 2 to 62 and `period_width` is 2 to 30.
     pub fn new(width: u32, period_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;

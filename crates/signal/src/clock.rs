@@ -29,7 +29,7 @@ impl Clock {
     ///
     /// # Errors
     ///
-    /// [`ClockError`] if the frequency is zero or above 10 GHz.
+    /// Returns [`ClockError`] if the frequency is zero or above 10 GHz.
     pub fn new(frequency_hz: u64) -> Result<Self, ClockError> {
         if (1..=10_000_000_000).contains(&frequency_hz) { Ok(Self { frequency_hz }) } else { Err(ClockError) }
     }

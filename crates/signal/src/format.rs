@@ -74,7 +74,7 @@ impl Format {
     ///
     /// # Errors
     ///
-    /// [`FormatError::Width`] unless the width is 1 to 64 bits (and `int`, `frac` are within -63..=64).
+    /// Returns [`FormatError::Width`] unless the width is 1 to 64 bits (and `int`, `frac` are within -63..=64).
     pub fn new(signed: bool, int: i32, frac: i32) -> Result<Self, FormatError> {
         let width = i64::from(signed) + i64::from(int) + i64::from(frac);
         let near = -63..=64;
@@ -89,7 +89,8 @@ impl Format {
     ///
     /// # Panics
     ///
-    /// If `width` is not 1 to 64. Use it for widths that are known when the program is written, else [`Format::new`].
+    /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
+    /// [`Format::new`].
     #[must_use]
     pub fn unsigned(width: u32) -> Self {
         Self::new(false, width as i32, 0).expect("a width of 1 to 64 bits")
@@ -99,7 +100,8 @@ impl Format {
     ///
     /// # Panics
     ///
-    /// If `width` is not 1 to 64. Use it for widths that are known when the program is written, else [`Format::new`].
+    /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
+    /// [`Format::new`].
     #[must_use]
     pub fn signed(width: u32) -> Self {
         Self::new(true, width as i32 - 1, 0).expect("a width of 1 to 64 bits")
@@ -204,8 +206,8 @@ impl Format {
     ///
     /// # Errors
     ///
-    /// [`FormatError::Width`] if the sum of the widths exceeds 64 bits. The product of wider words must be narrowed
-    /// directly by [`Narrowing`](crate::Narrowing), which works on exact `i128` integers.
+    /// Returns [`FormatError::Width`] if the sum of the widths exceeds 64 bits. The product of wider words must be
+    /// narrowed directly by [`Narrowing`](crate::Narrowing), which works on exact `i128` integers.
     pub fn product(self, other: Self) -> Result<Self, FormatError> {
         let signed = self.signed || other.signed;
         let width = (self.width() + other.width()) as i32;

@@ -47,10 +47,11 @@ impl Signal {
     }
 }
 
-/// A bundle of ports: a struct that is generic over the type of its ports. `In<Signal>` describes ports, `In<i64>`
+/// A bundle of ports: a struct that is generic over the type of its ports. `In<Signal>` describes the ports, `In<i64>`
 /// carries their words.
 ///
-/// [`ports!`](crate::ports) implements it, so that the compiler checks order and completeness.
+/// Every block has a bundle of inputs and one of outputs. [`ports!`](crate::ports) implements the trait for them, so
+/// that the compiler checks order and completeness.
 pub trait Ports<T>: Sized {
     /// Builds the bundle; calls `next` for each port in order.
     fn build(next: impl FnMut() -> T) -> Self;
