@@ -4,7 +4,7 @@
 //! - **Equation**: `delta = (position - reference) mod 2^WIDTH`, read as two's complement.
 //! - **Ports**: `position`, `reference` (0,WIDTH,0) in; `delta` (1,WIDTH-1,0) out.
 //! - **Latency**: none, combinational. **Reset**: none.
-//! - **Overflow**: wraps, which is the point: half a turn and more reads as a distance the other way.
+//! - **Overflow**: wraps on purpose: half a turn and more reads as a distance the other way.
 //! - **VHDL twin**: `hdl/displacement.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.

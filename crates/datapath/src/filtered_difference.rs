@@ -9,9 +9,9 @@
 //! - **Edge**: with the countdown at 0, `velocity` and the previous position are loaded and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
-//! - **Overflow**: none; the velocity is between two that fit. Every floor is carried on: the velocity is less than
-//!   `2^SHIFT` of its LSBs below that of the exact filter, and after motion back it comes to rest up to `2^SHIFT - 1`
-//!   LSBs below 0.
+//! - **Overflow**: none; the new velocity is between the previous velocity and the difference, which both fit. Every
+//!   floor is carried on: the velocity is less than `2^SHIFT` of its LSBs below that of the exact filter, and after
+//!   motion back it comes to rest up to `2^SHIFT - 1` LSBs below 0.
 //! - **VHDL twin**: `hdl/filtered_difference.vhd`.
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.

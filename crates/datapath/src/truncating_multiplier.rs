@@ -5,10 +5,10 @@
 //! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and
 //!   `b` less those of `product`.
 //! - **Latency**: none, combinational. **Reset**: none.
-//! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) tells what was lost.
+//! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) returns the lost bits.
 //! - **VHDL twin**: `hdl/truncating_multiplier.vhd`.
-//! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, of the 24-bit product "the higher 12 bits" eliminated, which is
-//!   [`drop_upper`](TruncatingMultiplier::drop_upper). Its Eq. (8) needs the saturation before that.
+//! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, with "the higher 12 bits" of the 24-bit product eliminated, as
+//!   [`drop_upper`](TruncatingMultiplier::drop_upper) does. Its Eq. (8) needs the saturation before this truncation.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
 //!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
 

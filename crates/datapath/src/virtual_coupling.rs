@@ -14,7 +14,7 @@
 //! - **Edge**: with the countdown at 0, torque and memory are loaded and the countdown restarts at `max(period,1) - 1`;
 //!   else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, torque and memory 0; the first edge samples.
-//! - **Overflow**: extension and torque saturate. That the torque is never negative is the law, and no overflow.
+//! - **Overflow**: extension and torque saturate. The law makes the torque 0 instead of negative, which is no overflow.
 //! - **VHDL twin**: `hdl/virtual_coupling.vhd`.
 //! - **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
 //! - **Known failures**: shows no more than `K_e K_c / (K_e + K_c)`. The gains hold for one period and one coupling, so

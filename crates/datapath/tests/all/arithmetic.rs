@@ -56,7 +56,7 @@ fn every_small_division_is_floored_and_clamped() {
     }
 }
 
-/// A word of up to `width` bits; small words are as likely as large ones.
+/// Returns a word of up to `width` bits; small words are as likely as large ones.
 fn word(width: u32) -> impl Strategy<Value = i64> {
     (0..=width, any::<u64>()).prop_map(|(width, bits)| (u128::from(bits) & ((1 << width) - 1)) as i64)
 }

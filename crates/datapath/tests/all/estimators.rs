@@ -54,7 +54,7 @@ fn foaw_answers_every_short_history_as_its_windows_say() {
     }
 }
 
-/// Positions that mostly walk and now and then jump, so that lines, bends and wraps occur.
+/// Returns positions that mostly walk and now and then jump, so that lines, bends and wraps occur.
 fn walk(width: u32, length: usize) -> impl Strategy<Value = Vec<i64>> {
     let step = (any::<i64>(), -3i64..4, 0u32..12);
     prop::collection::vec(step, 1..length).prop_map(move |steps| {

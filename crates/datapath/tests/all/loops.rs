@@ -86,8 +86,8 @@ impl Model {
 const QUIET: LoopIn<i64> =
     LoopIn { a_pin: 0, b_pin: 0, reference: 4080, stiffness: 70, damping: 9, period: 500, scale: 256 };
 
-/// A motion of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays for a
-/// while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays
+/// for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
     let stay = prop_oneof![1u64..9, 1u64..2000];

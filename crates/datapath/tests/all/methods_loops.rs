@@ -196,15 +196,15 @@ impl Model {
     }
 }
 
-/// A motion of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays for a
-/// while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays
+/// for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
     let stay = prop_oneof![1u64..9, 1u64..900];
     prop::collection::vec((step, stay), 1..40)
 }
 
-/// The words of a scene, in the range of the formats of [`uneven`].
+/// Returns words of a scene, in the range of the formats of [`uneven`].
 fn constants() -> impl Strategy<Value = LoopIn<i64>> {
     (0i64..64, 0i64..32, 0i64..8, 0i64..300, 0i64..16).prop_map(|(reference, stiffness, damping, period, scale)| {
         LoopIn { a_pin: 0, b_pin: 0, reference, stiffness, damping, period, scale }

@@ -39,7 +39,7 @@ fn follows(torque_width: u32, shaping: Shaping, history: &[(i64, i64)], block: &
     }
 }
 
-/// A differentiator, a filter that rings and overflows, and the high-pass filter of the experiments.
+/// Returns a differentiator, a filter that rings and overflows, and the high-pass filter of the experiments.
 fn shapings() -> [Shaping; 3] {
     let one = 1 << 30;
     let (b, a) = words(butterworth());

@@ -126,8 +126,8 @@ fn the_torque_reaches_the_upper_end_of_its_format_and_no_further() {
     assert_eq!(wall.tick(LawIn { damping: 15, penetration: 0, ..input }).torque, -8);
 }
 
-/// A motion whose positions mostly walk at constant speed and sometimes rest or jump, with the wall as `unilateral`
-/// sees it.
+/// Returns motions whose positions mostly walk at constant speed and sometimes rest or jump, with the wall as
+/// `unilateral` sees it.
 fn motion() -> impl Strategy<Value = Vec<LawIn<i64>>> {
     let leg = (0usize..40, -2i64..3, 0i64..6, 0u32..12, any::<[u16; 4]>());
     prop::collection::vec(leg, 1..12).prop_map(|legs| {

@@ -50,7 +50,7 @@ impl Exact {
     }
 }
 
-/// Formats of all kinds up to 25 bits: some words lose most of their bits, others gain some.
+/// Returns formats of all kinds up to 25 bits: some words lose most of their bits, others gain some.
 fn formats() -> impl Strategy<Value = PhantomFormats> {
     let word = |sign: bool, least: i32| {
         (least..7, 4i32..19).prop_map(move |(int, frac)| Format::new(sign, int, frac).unwrap())

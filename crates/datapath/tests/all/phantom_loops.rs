@@ -61,7 +61,8 @@ impl Netlist {
     }
 }
 
-/// Moves of three encoders, some of them impossible, each with the words of the scene and the number of edges it stays.
+/// Returns moves of three encoders, some of them impossible, each with the words of the scene and the number of edges
+/// for which it stays.
 fn motion(scene: usize) -> impl Strategy<Value = Vec<([i64; 3], Vec<u32>, u64)>> {
     let step = prop::sample::select(vec![0i64, 0, 1, 1, 1, 3, 3, 2]);
     let words = prop_oneof![

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// A motion of the encoder: each entry goes forward, back or nowhere and stays for a while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere and stays for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 0, -1]);
     let stay = prop_oneof![1u64..9, 1u64..100, 200u64..600];

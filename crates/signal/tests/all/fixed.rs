@@ -28,7 +28,7 @@ macro_rules! agrees_with {
     }};
 }
 
-/// Values of every size, and values close to a step of the narrow words.
+/// Returns values of every size, and values close to a step of the narrow words.
 fn values() -> impl Strategy<Value = I32F32> {
     let near = (-40i64..40, 0u32..62, -2i64..3).prop_map(|(step, shift, off)| (step << shift).wrapping_add(off));
     prop_oneof![any::<i64>(), (any::<i64>(), 0u32..63).prop_map(|(bits, shift)| bits >> shift), near]
