@@ -1,4 +1,4 @@
-//! Decoding of the two encoder lines, with four counts per line period (x4).
+//! Decoding of the two encoder lines, with four counts per period of the lines (x4).
 //!
 //! - **Equation**: forward order of (a b) is 00, 01, 11, 10, 00: one place forward is `step = +1`, one back is `-1`.
 //! - **Ports**: `a`, `b` (0,1,0) in; `step` (1,1,0), `error` (0,1,0) out.
