@@ -75,10 +75,10 @@ EQUATIONS = [
 # Files of equations that blocks share, and the block by which their mutants are judged.
 SHARED = {"step": "zero_order_hold", "history": "window_difference", "words": "phantom_torque", "phase": "trig_cordic"}
 
-# Survivors that are equivalent, by their file and what they put, and why.
+# Survivors that are equivalent, by their file and what they put (of a deletion, what they delete), and why.
 EQUIVALENT = {
     ("cube_room", "let beyond = self.position.width() - 1;"): "a hint of a proof: where it may begin anew",
-    ("energy_bounding", "null;"): "the energy to come is set before it is read",
+    ("energy_bounding", "filled    := (others => '0');"): "the energy to come is set before it is read",
     ("input_shaper", "COEF_INT     => 30,"): "the coefficients' signs fill more bits: the same numbers",
     ("passivity_controller", ":= maximum(maximum(ENERGY_WIDTH, TORQUE_WIDTH + WIDTH), 32) + 2;"):
         "one more bit of sign",
@@ -90,6 +90,7 @@ EQUIVALENT = {
         "rise      := to_unsigned(RISES(index), TRIG_FRAC - 1) * place(REST_WIDTH - 1 downto 0) + HALF;",
     ): "of four steps or more, no rise is half a unit",
     ("trig_interpolated", "sum := term + sum;"): "a sum",
+    ("trig_table", "sine   <= (others => 'X');"): "for counts with unknown bits, which are no number",
 }
 
 
@@ -201,12 +202,17 @@ def judged(hpu, block, text, proved):
         return told(hpu, folder, block, proved)
 
 
+def judged_by(before, after):
+    """The line by which a survivor is judged."""
+    return before if after == "null;" else after
+
+
 def row_of(block, kind, verdict, text, mutant, begin):
     """A row of the record: the line as it was, and as it is."""
     before = text[text.rfind("\n", 0, begin) + 1 : text.find("\n", begin)].strip()
     at = mutant.rfind("\n", 0, begin) + 1
     after = mutant[at : mutant.find("\n", begin)].strip()
-    if verdict == "survives" and (block, after) in EQUIVALENT:
+    if verdict == "survives" and (block, judged_by(before, after)) in EQUIVALENT:
         verdict = "judged"
     return block, text.count("\n", 0, begin) + 1, kind, verdict, before, after
 
@@ -358,7 +364,7 @@ def main():
         if verdict in ("survives", "equivalent", "judged"):
             text += f"    - {before}\n    + {after}\n"
         if verdict == "judged":
-            text += f"    {EQUIVALENT[block, after]}\n"
+            text += f"    {EQUIVALENT[block, judged_by(before, after)]}\n"
     print(text, end="")
     if options.update:
         (RECORDS / ("mutants-rust.txt" if options.rust else "mutants.txt")).write_text(text)

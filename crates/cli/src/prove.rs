@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::Around;
-use hpu_rtl::formal::{Part, ProofError, Prover, Verdict};
+use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
 use serde_json::{Value, json};
 
 use crate::block::find;
 use crate::check::Args;
+use crate::cost::cache_folder;
 use crate::entity;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -50,7 +51,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
-    let prover = Prover::new(&setup, limit);
+    let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
+    let proofs = Proofs::open(folder).map_err(failure)?;
+    let prover = Prover::new(&setup, limit).remembering(proofs);
     let proved = |(name, label, set): &Wanted| {
         let block = match set {
             Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
@@ -58,7 +61,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         };
         prover.prove(&*block)
     };
-    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved)
+    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || prover.remembered())
 }
 
 /// The wirings of scenes and the blocks in them, in the widths that these have; of equal ones, the first.
@@ -96,7 +99,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
     };
-    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved)
+    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved, || 0)
 }
 
 /// Proves configurations side by side, and shows the table as it grows.
@@ -106,6 +109,7 @@ fn tabled(
     limit: Duration,
     wanted: &[Wanted],
     proved: impl Fn(&Wanted) -> Result<Verdict, ProofError> + Sync,
+    remembered: impl Fn() -> u64,
 ) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     // A missing tool is told before anything is shown.
@@ -189,7 +193,11 @@ fn tabled(
     if wirings > 0 {
         said.push(format!("{wired} of {wirings} wirings equal, {whole} of them with all leaves proved"));
     }
-    let total = format!("{}; {of}\n", said.join("; "));
+    said.push(of.to_string());
+    if remembered() > 0 {
+        said.push(format!("{} proofs remembered", remembered()));
+    }
+    let total = format!("{}\n", said.join("; "));
     text += &total;
     let json = json!({
         "ok": is_well,
@@ -197,6 +205,7 @@ fn tabled(
         "proved": proved,
         "refuted": refuted,
         "wirings": { "count": wirings, "equal": wired, "proved": whole },
+        "remembered": remembered(),
         "rows": rows.iter().map(object).collect::<Vec<_>>(),
     });
     if let Some(mut folder) = folder {
@@ -211,12 +220,7 @@ fn tabled(
     }
     // A tool that failed is no verdict.
     if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
-        return match error {
-            ProofError::Tool(error) => Err(error.into()),
-            ProofError::Cost(error) => Err(error.into()),
-            ProofError::Netlist(why) => Err(Failure::file(why)),
-            ProofError::Entity(error) => Err(entity::failure(error)),
-        };
+        return Err(failure(error));
     }
     Ok(Exit::when(is_well))
 }
@@ -257,6 +261,15 @@ fn rests_on(parts: &[Part]) -> String {
     }
     let names: Vec<_> = open.iter().map(|Part { place, block, .. }| format!("{place} ({block})")).collect();
     format!("wired: the wiring equals; not proved: {}", names.join(", "))
+}
+
+fn failure(error: ProofError) -> Failure {
+    match error {
+        ProofError::Tool(error) => error.into(),
+        ProofError::Cost(error) => error.into(),
+        ProofError::Netlist(why) => Failure::file(why),
+        ProofError::Entity(error) => entity::failure(error),
+    }
 }
 
 /// A line, and of a refutation its words.

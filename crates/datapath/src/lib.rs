@@ -1,4 +1,4 @@
-//! The FPGA: one file a block, integers only, and the wirings that put blocks together as VHDL would.
+//! The FPGA: one file for each block, integers only, and the wirings that connect the blocks as the VHDL does.
 
 mod axis;
 mod block;

@@ -163,6 +163,41 @@ fn what_is_refuted_is_a_row_and_a_waveform() {
     assert!(why["history"][0].as_array().is_some_and(|row| row.iter().any(|word| word == "a5c")), "{why}");
 }
 
+#[test]
+fn a_proof_is_remembered_while_both_sides_stay_as_they_are() {
+    let dir = scratch("formal_remembered");
+    let hdl = dir.join("hdl");
+    fs::create_dir_all(&hdl).expect("a folder");
+    let place = hdl.join("displacement.vhd");
+    let vhdl = fs::read_to_string(Path::new(ROOT).join("hdl/displacement.vhd")).expect("VHDL");
+    let asked = || {
+        let arguments = ["check", "--formal", "displacement", "--hdl", text(&hdl), "--json"];
+        let mut output = hpu().args(arguments).env("XDG_CACHE_HOME", dir.join("cache")).output().expect("starts");
+        let is_fine = code(&output) == 0;
+        output.status = std::process::ExitStatus::default();
+        let value: Value = json(&output);
+        (is_fine, ["proved", "refuted", "remembered"].map(|key| value[key].as_u64().expect("a count")))
+    };
+    fs::write(&place, &vhdl).expect("VHDL");
+    assert_eq!(asked(), (true, [3, 0, 0]));
+    assert_eq!(asked(), (true, [3, 0, 3]));
+    // An entry that is not whole is none.
+    let entries = fs::read_dir(dir.join("cache/hpu/proofs")).expect("proofs");
+    let entry = entries.map(|entry| entry.expect("an entry").path()).min().expect("a proof");
+    let mut bytes = fs::read(&entry).expect("an entry");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&entry, bytes).expect("an entry");
+    assert_eq!(asked(), (true, [3, 0, 2]));
+    // Of other VHDL, nothing is known.
+    let wrong = vhdl.replacen("unsigned(position) - unsigned", "unsigned(position) + unsigned", 1);
+    assert_ne!(wrong, vhdl);
+    fs::write(&place, wrong).expect("VHDL");
+    assert_eq!(asked(), (false, [0, 3, 0]));
+    fs::write(&place, &vhdl).expect("VHDL");
+    assert_eq!(asked(), (true, [3, 0, 3]));
+}
+
 /// A run that tells a difference; its output as of one that is fine.
 fn run_differing(arguments: &[&str]) -> std::process::Output {
     let mut output = run(arguments);
@@ -186,6 +221,11 @@ fn a_solver_that_is_missing_or_answers_nothing_is_named() {
     assert_eq!(stdout(&output), "");
     scripts.push(("z3", "case \"$1\" in --version) echo 'Z3 version 5.0.0 - 64 bit'; exit;; esac\nexit 0"));
     scripts[2] = ("yices-smt2", "case \"$1\" in --version) echo 'Yices 2.6.5'; exit;; esac\nexit 0");
+    // Neither the program nor Python.
+    let output = with(&scripts);
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    assert!(stderr(&output).contains("`bitwuzla` is not installed"), "{}", stderr(&output));
+    scripts.push(("bitwuzla", "case \"$1\" in --version) echo 0.10.0; exit;; esac\nexit 0"));
     let output = with(&scripts);
     assert_eq!(code(&output), 4, "{}", stdout(&output));
     assert!(stderr(&output).contains("ended without an error and without a verdict"), "{}", stderr(&output));

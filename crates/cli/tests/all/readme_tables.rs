@@ -1,15 +1,16 @@
-//! Tables of the test of README.md: the form in which each command runs, where each figure comes from, and the
-//! figures that no test can tell.
+//! Tables for the test of README.md: the form in which each command runs, the source of each figure, and the figures
+//! that no test can check.
 
 /// The form in which a command of README runs in the test.
 pub enum Form {
-    /// As it is.
+    /// The command as it is.
     AsIs,
-    /// Shorter, for a reason. What README shows below it is then in the record of the whole command, if there is one.
+    /// A shorter command, with the reason. The output that README shows is then in the record of the whole command, if
+    /// there is one.
     Short { line: &'static str, why: &'static str, record: Option<&'static str> },
-    /// Begun and interrupted, because it takes no option that would make it short.
+    /// The command is begun and interrupted, because it has no option that would make it short.
     Begun(&'static str),
-    /// Not here.
+    /// The command does not run in this test.
     NotHere(&'static str),
 }
 
@@ -210,7 +211,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
 ];
 
-/// Where a figure comes from.
+/// The source of a figure.
 pub enum From {
     /// The output of a command of README, in the form in which it runs here.
     Run(&'static str),
@@ -223,7 +224,7 @@ const TABLE_2: From = From::File("testbench/record/phantom-table-2.txt");
 const LAG: From = From::File("testbench/record/phantom-lag.txt");
 const PRECISION: From = From::File("testbench/record/high-precision.txt");
 
-/// Figures of README's prose: what it says, where that comes from, and what is printed there.
+/// Figures in README's prose: the text in README, the source of the figure, and the text in that source.
 pub const FIGURES: &[(&str, From, &str)] = &[
     ("is run at 12 seeds", TABLE_2, "88 of 480 cells are near a boundary and run at 12 seeds"),
     ("*7/12* says that it is passive in 7 of them", TABLE_2, "y FPGA-400 10000 N/m passive in 7 of 12 seeds"),
@@ -263,7 +264,8 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("errors between 0.2 % and 3.6 % depend", From::Run(CHART), "midpoint@30us … whole 3.57 %"),
     ("at 100 \u{b5}s the wall is called unstable", From::Run(CHART), "euler@100us … whole wrong"),
     ("the classic Runge-Kutta method calls the wall unstable there", From::Run(CHART), "rk4@1ms+law … whole wrong"),
-    // Whether it also leaves out the winding, and so 0.27 % or 0.28 %, depends on what saves time on this machine.
+    // Whether the model also leaves out the winding, which decides between 0.27 % and 0.28 %, depends on what saves
+    // time on this machine.
     (
         "So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off",
         From::Run(FIT),
@@ -285,13 +287,12 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("an integration of 58 decimal places", PRECISION, "plant against 58 decimal places"),
 ];
 
-/// Figures of README that no run here tells, and why.
+/// Figures in README that no run of this test prints, each with the reason.
 pub const EXCEPTED: &[(&str, &str)] = &[
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("rim.toml is VHDL-93", "the name of a standard"),
     ("the last 30 % of the run", "how the window is defined"),
-    // Speeds and times: they depend on the machine. Those of the table are in testbench/record/speed.txt and
-    // compare.txt.
+    // Speeds and times depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.
     ("more than a hundred times slower than events", MACHINE),
     ("some 30 times as fast", MACHINE),
     ("some 280 times as fast", MACHINE),
@@ -307,7 +308,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("is 1000 times slower than events", MACHINE),
     ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
-    // What a sentence is about: settings that a reader chooses, and figures of other people.
+    // Settings that a reader chooses, and figures from the literature.
     ("Vasudevan, Manohar and Manivannan (2007)", LITERATURE),
     ("The paper keeps the lower 12 bits of a 24-bit product", LITERATURE),
     ("*Advanced Robotics* 21(11), 2007", LITERATURE),
@@ -325,7 +326,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("within 1 %", "the usual tolerance"),
     ("steps the plant at every 20 ns edge", SETTING),
     ("from 1 µs on", SETTING),
-    // What takes too long here, or is tested elsewhere.
+    // These runs take too long for this test, or are tested elsewhere.
     ("still 0.002 % off", "a hundred million steps of rk4 take half a minute: the whole command tells it"),
     ("At 4096 the product wraps", "2^12"),
     ("That is 4200 mod 4096", "60 by 70, and 2^12"),

@@ -9,6 +9,7 @@
 //! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator
 //! tells ([`AnyBlock::parts`]), and proves the blocks inside, each once.
 
+mod cache;
 mod cells;
 mod netlist;
 mod prover;
@@ -31,9 +32,9 @@ use crate::tool::{Tool, ToolError};
 use query::Query;
 use solver::Answer;
 
-pub use prover::{Part, Prover};
-
+pub use cache::Proofs;
 pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
+pub use prover::{Part, Prover};
 pub(crate) use query::Edge;
 
 /// How far a block's proof came.
@@ -182,4 +183,4 @@ fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> 
 }
 
 /// The tools that a proof needs.
-pub const TOOLS: [Tool; 4] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices];
+pub const TOOLS: [Tool; 5] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices, Tool::Bitwuzla];

@@ -8,7 +8,7 @@ use hpu_datapath::{AnyBlock, Generic, Parts};
 
 use super::cells::Modules;
 use super::wiring::{Leaf, leaves, other_generics};
-use super::{ProofError, Verdict, prove};
+use super::{ProofError, Proofs, Verdict, prove};
 use crate::cost::CostError;
 use crate::hdl::Setup;
 use crate::sources::library;
@@ -31,6 +31,7 @@ pub struct Part {
 pub struct Prover {
     setup: Setup,
     limit: Duration,
+    proofs: Option<Proofs>,
     known: Mutex<HashMap<String, Arc<Known>>>,
 }
 
@@ -41,10 +42,22 @@ struct Known {
 }
 
 impl Prover {
-    /// Of this VHDL, each query within this time.
+    /// Returns a prover for this VHDL that gives each query this much time.
     #[must_use]
     pub fn new(setup: impl Into<Setup>, limit: Duration) -> Self {
-        Self { setup: setup.into(), limit, known: Mutex::default() }
+        Self { setup: setup.into(), limit, proofs: None, known: Mutex::default() }
+    }
+
+    /// Returns the prover with a folder of proofs: a proof in it is not made again.
+    #[must_use]
+    pub fn remembering(self, proofs: Proofs) -> Self {
+        Self { proofs: Some(proofs), ..self }
+    }
+
+    /// Returns how many proofs the folder had.
+    #[must_use]
+    pub fn remembered(&self) -> u64 {
+        self.proofs.as_ref().map_or(0, Proofs::remembered)
     }
 
     /// Proves a block as [`prove`] does, or the wiring of one that is made of blocks, and all these blocks.
@@ -102,7 +115,10 @@ impl Prover {
         let known = self.known(block);
         let mut verdict = lock(&known.verdict);
         if verdict.is_none() {
-            *verdict = Some(prove(block, &self.setup, self.limit)?);
+            *verdict = Some(match &self.proofs {
+                Some(proofs) => proofs.prove(block, &self.setup, self.limit)?,
+                None => prove(block, &self.setup, self.limit)?,
+            });
         }
         Ok(verdict.clone().expect("it is proved"))
     }
