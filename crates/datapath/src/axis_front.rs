@@ -17,7 +17,10 @@ use hpu_signal::Signal;
 
 use crate::axis::Axis;
 use crate::loop_nets::instance;
-use crate::{Block, ConfigError, Displacement, Generic, Instance, Unilateral, displacement, synchronizer, unilateral};
+use crate::{
+    Block, ConfigError, Displacement, Generic, Instance, Parts, Unilateral, displacement, flatten, synchronizer,
+    unilateral,
+};
 
 hpu_signal::ports! {
     /// Inputs of the front.
@@ -28,13 +31,6 @@ hpu_signal::ports! {
     /// Outputs of the front.
     pub struct Out { position, error, delta, contact, penetration }
 }
-
-/// Ports by their place, inputs first.
-const REFERENCE: usize = 2;
-const POSITION: usize = 3;
-const DELTA: usize = 5;
-const CONTACT: usize = 6;
-const PENETRATION: usize = 7;
 
 /// See the [module](self).
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -107,14 +103,29 @@ impl Block for AxisFront {
     }
 
     fn inside(&self) -> Vec<Instance> {
-        vec![
-            instance("offset", &self.offset, &[POSITION, REFERENCE, DELTA]),
-            instance("wall", &self.wall, &[DELTA, CONTACT, PENETRATION]),
-        ]
+        let parts = self.parts().into_iter().flat_map(|parts| parts.instances);
+        parts.filter(|instance| !instance.model.clocked()).collect()
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("POSITION_WIDTH", Generic::Integer(self.width.into()))]
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        let [a_pin, b_pin, reference, position, error, delta, contact, penetration, a, b, step] =
+            std::array::from_fn(|net| net);
+        let mut nets = flatten(&self.inputs());
+        nets.extend(flatten(&self.outputs()));
+        nets.extend(flatten(&self.axis.decoder.inputs()));
+        nets.push(self.axis.decoder.outputs().step);
+        let instances = vec![
+            instance("sync", &self.axis.sync, &[a_pin, b_pin, a, b]),
+            instance("decoder", &self.axis.decoder, &[a, b, step, error]),
+            instance("counter", &self.axis.counter, &[step, position]),
+            instance("offset", &self.offset, &[position, reference, delta]),
+            instance("wall", &self.wall, &[delta, contact, penetration]),
+        ];
+        Some(Parts { nets, instances })
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -4,6 +4,7 @@ use hpu_signal::{Format, Ports, Signal};
 
 use crate::Instance;
 use crate::step::AnyStep;
+use crate::wiring::Parts;
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,7 +54,11 @@ pub trait Block {
     fn equations(&self) -> Option<&dyn AnyStep> {
         None
     }
-    /// The output that counts up and down modulo its width, if there is one: what it counts has no limit.
+    /// The blocks inside, where it is made of blocks alone: proofs compare them with the VHDL.
+    fn parts(&self) -> Option<Parts> {
+        None
+    }
+    /// The output that counts up and down modulo its width, if there is one. The number of steps has no limit.
     fn counts(&self) -> Option<&'static str> {
         None
     }
@@ -99,6 +104,8 @@ pub trait AnyBlock {
     fn inside(&self) -> Vec<Instance>;
     /// See [`Block::first_shown`].
     fn first_shown(&self) -> Option<u64>;
+    /// See [`Block::parts`].
+    fn parts(&self) -> Option<Parts>;
     /// See [`Block::reset`].
     fn reset(&mut self) -> Vec<i64>;
     /// See [`Block::tick`].
@@ -157,6 +164,9 @@ impl<B: Block> AnyBlock for B {
     }
     fn first_shown(&self) -> Option<u64> {
         Block::first_shown(self)
+    }
+    fn parts(&self) -> Option<Parts> {
+        Block::parts(self)
     }
     fn reset(&mut self) -> Vec<i64> {
         flatten(&Block::reset(self))

@@ -16,7 +16,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_nets::instance;
 use crate::{
     AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, Loaded,
-    LoopIn, LoopOut, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
+    LoopIn, LoopOut, Parts, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
     saturator,
 };
 
@@ -216,6 +216,10 @@ impl<L: Law> Block for MethodLoop<L> {
         all.extend(Shaping::generics(shaping, names));
         all.extend(self.law.own_generics());
         all
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
     }
 
     fn reset(&mut self) -> LoopOut<i64> {
